@@ -1,0 +1,323 @@
+"""Everything that can be set: one frozen model per stage, presets, and how a file and overrides become a Config.
+
+Lengths are metres in 3-D and pixels in 2-D; lengths that depend on the object are given in its radii or in
+voxels, so that they hold for a thread as for a hose.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from .errors import ConfigError
+
+
+class Section(BaseModel):
+    """Base of all sections: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=True)
+
+
+Hsv = tuple[int, int, int]
+
+
+class HsvRange(Section):
+    """One box in OpenCV's 8-bit HSV, both ends included; a low hue above the high one wraps round through red."""
+
+    low: Hsv = Field(description="[hue 0..179, saturation 0..255, value 0..255]")
+    high: Hsv = Field(description="[hue 0..179, saturation 0..255, value 0..255]")
+
+    @model_validator(mode="after")
+    def _inside(self) -> HsvRange:
+        for name, triple in (("low", self.low), ("high", self.high)):
+            for value, top, part in zip(triple, (179, 255, 255), ("hue", "saturation", "value"), strict=True):
+                if not 0 <= value <= top:
+                    raise ValueError(f"{name} {part} is {value}, expected 0 to {top} (OpenCV's 8-bit HSV)")
+        for i, part in ((1, "saturation"), (2, "value")):
+            if self.low[i] > self.high[i]:
+                raise ValueError(f"low {part} {self.low[i]} is above high {part} {self.high[i]}")
+        return self
+
+
+class SegmentConfig(Section):
+    """Which pixels or points are the object."""
+
+    method: Literal["auto", "hsv", "mask", "plane", "background", "everything"] = Field(
+        "auto",
+        description="How to tell the object. auto: the given mask; else hsv where ranges are set, background where a "
+        "reference is; else plane where the scene holds a broad surface, everything where it does not.",
+    )
+    ranges: tuple[HsvRange, ...] = Field((), description="hsv: the boxes that are the object, joined.")
+    reference: str | None = Field(
+        None, description="background: path of the reference depth (16-bit PNG) or colour image, without the object."
+    )
+    reference_depth_scale: float = Field(1000.0, gt=0, description="background: units per metre of a reference depth image.")
+    depth_difference: float = Field(
+        0.004, gt=0, description="background: m nearer than the reference to count as object; a few times the depth noise."
+    )
+    color_difference: float = Field(
+        30.0, gt=0, le=442, description="background: distance in 8-bit RGB from the reference to count as object."
+    )
+    plane_distance: float = Field(
+        0.003, gt=0, description="plane: m off the plane to count as standing off it; above the depth noise, below the radius."
+    )
+    plane_iterations: int = Field(200, ge=10, le=100_000, description="plane: RANSAC draws.")
+    max_width: float = Field(
+        0.05,
+        gt=0,
+        description="m; what is wider than this on all sides is not the object (a table, a gripper). "
+        "Not applied to masks that the caller gives.",
+    )
+    min_depth: float = Field(0.02, gt=0, description="m; nearer readings are dropped, and an object nearer has a wrong unit.")
+    max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
+    edge_tolerance: float = Field(
+        0.006, gt=0, description="m; depth that agrees with too few neighbours to within this is a flying point."
+    )
+    edge_support: int = Field(
+        7, ge=0, le=24, description="neighbours of the 24 in the 5x5 window that must agree in depth; fewer = flying point."
+    )
+    min_component: int = Field(30, ge=1, description="pixels (points of a cloud); smaller connected pieces of the mask go.")
+
+    @model_validator(mode="after")
+    def _needs(self) -> SegmentConfig:
+        if self.method == "hsv" and not self.ranges:
+            raise ValueError("segment.method is hsv but segment.ranges is empty: give at least one {low: [h,s,v], high: [h,s,v]}")
+        if self.method == "background" and self.reference is None:
+            raise ValueError("segment.method is background but segment.reference is not set: give the image without the object")
+        if self.min_depth >= self.max_depth:
+            raise ValueError(f"segment.min_depth {self.min_depth} is not below segment.max_depth {self.max_depth}")
+        return self
+
+
+class VoxelizeConfig(Section):
+    """Points to a sparse voxel grid."""
+
+    size: float | None = Field(None, gt=0, description="m, edge of a voxel; null: chosen from point spacing and radius.")
+    radius: float | None = Field(None, gt=0, description="m, the object's radius if it is known; null: from the seen width.")
+    size_over_radius: float = Field(
+        0.5, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
+    )
+    size_over_spacing: float = Field(1.6, ge=0.5, le=10, description="voxel edge in point spacings at least, when chosen.")
+    close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
+    max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
+    min_component: int = Field(12, ge=1, description="voxels; smaller 26-connected pieces go.")
+
+
+class ThinConfig(Section):
+    """Voxels to a curve skeleton."""
+
+    method: Literal["directional"] = Field(
+        "directional", description="six-direction sequential thinning of simple points, curve ends kept (Lee, Kashyap, Chu 1994)."
+    )
+
+
+class TraverseConfig(Section):
+    """Skeleton to ordered paths."""
+
+    min_branch: float = Field(2.5, ge=0, description="radii; shorter branches with a free end are spurs and go.")
+    min_loop: float = Field(
+        12.0, ge=0, description="radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."
+    )
+    smooth: float = Field(1.0, ge=0, description="radii; half-width of the moving mean that takes the voxel steps out of a path.")
+    trim: float = Field(1.0, ge=0, description="radii cut from a path where it meets a junction, whose pull bends it.")
+
+
+class FitConfig(Section):
+    """Paths to chains of equal segments: the paper's traversal algorithm."""
+
+    segment_length: float = Field(0.01, gt=0, description="l_s, m (px in 2-D).")
+    max_turn: float = Field(60.0, gt=0, lt=180, description="degrees between segments; more ends the chain.")
+
+
+class PruneConfig(Section):
+    """Overlapping segments."""
+
+    width: float | None = Field(None, gt=0, description="m (px in 2-D), width of the cuboids; null: width_over_voxel voxels.")
+    width_over_voxel: float = Field(1.5, gt=0, le=10, description="width of the cuboids in voxels (pixels), when chosen.")
+
+
+class MergeConfig(Section):
+    """Which chain ends belong together: the paper's equations 1 to 5."""
+
+    chains: int | None = Field(1, ge=1, description="the wanted number of chains; null: decide from the data.")
+    distance_weight: float = Field(1.0, ge=0, description="w_e, per millimetre (per pixel in 2-D).")
+    direction_weight: float = Field(100.0, ge=0, description="w_d, per radian.")
+    curvature_weight: float = Field(100.0, ge=0, description="w_c, per radian.")
+    free_space_weight: float = Field(
+        20.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
+    )
+    direction_length: float = Field(
+        8.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
+    )
+    max_cost: float = Field(450.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
+    max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
+    min_length: float = Field(
+        6.0, ge=0, description="radii; chains left over beyond the wanted number, or when it is null, go when shorter."
+    )
+
+
+class FillConfig(Section):
+    """Gaps to tangent arcs and lines."""
+
+    radius: float | None = Field(None, gt=0, description="m (px in 2-D), turn radius where it is free; null: see max_deviation.")
+    max_deviation: float = Field(
+        20.0, gt=0, lt=90, description="degrees between the line and the straight way across at most, when the radius is chosen."
+    )
+    side: Literal["outside", "inside"] = Field(
+        "outside", description="ends that both turn away: round the outside of the gap or through its inside."
+    )
+
+
+class RefineConfig(Section):
+    """Surface to axis, radius, equal segments."""
+
+    rounds: int = Field(2, ge=0, le=10, description="times the axis is estimated from the surface; 0: stay on the surface.")
+    smooth: float = Field(1.5, ge=0, description="radii; half-width over which the axis is smoothed.")
+    reach: float = Field(2.0, gt=0, description="radii round the path within which surface points belong to it.")
+    extend_ends: bool = Field(True, description="carry the ends on to the last surface point, which thinning eats.")
+    occluded: Literal["carried", "mapped", "both"] = Field(
+        "both",
+        description="which segments are occluded: carried from the gaps of at least segment_length that merging closed; "
+        "mapped: no surface point near; both: carried and confirmed by mapping.",
+    )
+
+
+class EvidenceConfig(Section):
+    """What the camera says about a place."""
+
+    margin: float = Field(
+        0.012, gt=0, description="m; depth measured this much behind a place says that the camera saw through it."
+    )
+
+
+class Config(Section):
+    """The whole configuration, a section per stage."""
+
+    seed: int = Field(0, ge=0, description="of everything that draws random numbers.")
+    segment: SegmentConfig = SegmentConfig()
+    voxelize: VoxelizeConfig = VoxelizeConfig()
+    thin: ThinConfig = ThinConfig()
+    traverse: TraverseConfig = TraverseConfig()
+    fit: FitConfig = FitConfig()
+    prune: PruneConfig = PruneConfig()
+    merge: MergeConfig = MergeConfig()
+    fill: FillConfig = FillConfig()
+    refine: RefineConfig = RefineConfig()
+    evidence: EvidenceConfig = EvidenceConfig()
+
+    def to_yaml(self) -> str:
+        """The effective configuration as YAML that load_config reads back to the same Config."""
+        return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+
+
+def preset_folder() -> Path:
+    """Where the presets are: inside the installed package, or beside it in a checkout."""
+    inside = Path(__file__).parent / "configs"
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "configs"
+
+
+def preset_names() -> list[str]:
+    """The presets that `load_config` finds by name."""
+    return sorted(path.stem for path in preset_folder().glob("*.yaml"))
+
+
+def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | None = None) -> Config:
+    """A preset or a YAML file, with overrides.
+
+    Parameters
+    ----------
+    name : a preset's name, or the path of a YAML file.
+    overrides : dotted key -> value, such as {"merge.chains": 2}.
+
+    Raises
+    ------
+    ConfigError : no such preset or file, broken YAML, an unknown key (with the nearest known one), a value out of bounds.
+    """
+    values = _read(name)
+    for key, value in (overrides or {}).items():
+        _put(values, str(key), value)
+    try:
+        return Config.model_validate(values)
+    except ValidationError as error:
+        raise ConfigError(f"config {name}: " + "; ".join(_sentence(item) for item in error.errors())) from None
+
+
+def parse_overrides(pairs: list[str]) -> dict[str, Any]:
+    """["merge.chains=2", ...] -> {"merge.chains": 2, ...}; values are read as YAML.
+
+    Raises
+    ------
+    ConfigError : a pair without "=", or a value that is not YAML.
+    """
+    result: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals or not key.strip():
+            raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2")
+        try:
+            result[key.strip()] = yaml.safe_load(text)
+        except yaml.YAMLError as error:
+            raise ConfigError(f"--set {pair}: the value cannot be read as YAML ({error})") from None
+    return result
+
+
+def _read(name: str | Path) -> dict[str, Any]:
+    path = Path(name)
+    if path.suffix not in (".yaml", ".yml"):
+        path = preset_folder() / f"{name}.yaml"
+        if not path.is_file():
+            raise ConfigError(
+                f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; a file of your own ends in .yaml"
+            )
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"config {path}: cannot be read ({error.strerror})") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"config {path}: not valid YAML ({error})") from None
+    if values is None:
+        return {}
+    if not isinstance(values, dict):
+        raise ConfigError(f"config {path}: expected sections such as 'merge:', got a {type(values).__name__}")
+    return values
+
+
+def _put(values: dict[str, Any], key: str, value: Any) -> None:
+    *sections, last = key.split(".")
+    for section in sections:
+        inner = values.setdefault(section, {})
+        if inner is None:
+            inner = values[section] = {}
+        if not isinstance(inner, dict):
+            raise ConfigError(f"override {key}: {section} is not a section")
+        values = inner
+    values[last] = value
+
+
+def known_keys(model: type[BaseModel] = Config, prefix: str = "") -> list[str]:
+    """Every dotted key of the configuration, in order."""
+    keys: list[str] = []
+    for name, item in model.model_fields.items():
+        kind = item.annotation
+        keys.append(prefix + name)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            keys += known_keys(kind, f"{prefix}{name}.")
+    return keys
+
+
+def _sentence(item: Any) -> str:
+    key = ".".join(str(part) for part in item["loc"])
+    if item["type"] != "extra_forbidden":
+        given = f", got {item['input']!r}" if item["type"] != "value_error" else ""
+        return f"{key}: {item['msg'].removeprefix('Value error, ')}{given}" if key else item["msg"].removeprefix("Value error, ")
+    keys = known_keys()
+    near = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
+        known for known in keys if known.split(".")[-1] == key.split(".")[-1]
+    ]
+    hint = f", did you mean {near[0]}?" if near else f"; the sections are {', '.join(Config.model_fields)}"
+    return f"unknown key {key}{hint}"

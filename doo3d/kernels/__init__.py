@@ -1,0 +1,1 @@
+"""Hot loops, compiled with numba: free functions on plain arrays."""
