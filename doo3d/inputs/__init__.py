@@ -1,0 +1,64 @@
+"""Captures in: one file per format, found by what it holds and not by its name alone.
+
+To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order is the
+order of asking.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from ..errors import InputError
+from .base import Capture, CaptureFormat, Entry, Shot
+
+__all__ = ["FORMATS", "Capture", "Entry", "Shot", "format_class", "open_capture"]
+
+FORMATS = {
+    "folder": "folder:FolderCapture",
+    "cloud": "cloud:CloudCapture",
+}
+
+
+def format_class(name: str) -> CaptureFormat:
+    """The class that reads the format `name`, imported when first asked for."""
+    module, _, member = FORMATS[name].partition(":")
+    found: CaptureFormat = getattr(importlib.import_module(f".{module}", __name__), member)
+    return found
+
+
+def open_capture(path: str | Path) -> Capture:
+    """What is at `path`, as a sequence of frames that load when asked.
+
+    Parameters
+    ----------
+    path : a folder or a file, in any of the formats of `FORMATS`.
+
+    Raises
+    ------
+    InputError : there is nothing, it is of no known format, or what all its frames need is missing or broken.
+    """
+    path = Path(path)
+    try:
+        if not path.exists():
+            raise InputError(f"{path} does not exist")
+        for name in FORMATS:
+            if (found := format_class(name)).recognises(path):
+                return found(path)
+        known = "; ".join(format_class(name).what for name in FORMATS)
+        raise InputError(f"{path}: {_why_unknown(path)}. What can be read: {known}")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _why_unknown(path: Path) -> str:
+    if path.is_file():
+        return "this file is of no known format (a depth image alone is not enough, its camera has to be known)"
+    inside = sorted(path.iterdir())
+    if not inside:
+        return "this folder is empty"
+    captures = [item.name for item in inside if any(format_class(name).recognises(item) for name in FORMATS)]
+    if not captures:
+        return "this folder holds nothing of a known format"
+    shown = ", ".join(captures[:5]) + (", ..." if len(captures) > 5 else "")
+    return f"this folder is not itself a capture but holds {len(captures)} of them, give one of these: {shown}"

@@ -1,0 +1,165 @@
+"""A folder as Open3D's recorder writes it: `depth/`, `color/`, `mask/` and `camera_intrinsic.json`."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..types import Camera, Frame, check_mask
+from ._images import SUFFIXES, read_color, read_depth, read_mask
+from .base import Entry, Shot
+
+INTRINSICS = "camera_intrinsic.json"
+DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
+
+
+class FolderCapture:
+    """Frames of a folder, in the order of their names, numbers as numbers.
+
+    Images belong together when their names without suffix agree; where none do, by order if there are equally many.
+    """
+
+    what: ClassVar[str] = (
+        f"a folder with depth/ (16-bit PNG), color/ (optional), mask/ (optional) and {INTRINSICS} (width, height, "
+        "intrinsic_matrix, depth_scale)"
+    )
+    format = "folder"
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        depth = _images(path / "depth")
+        if not depth:
+            raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})")
+        camera, scale = read_intrinsics(path / INTRINSICS)
+        others = {part: _paired(_images(path / part), depth) for part in ("color", "mask") if (path / part).is_dir()}
+        names = sorted(set(depth).union(*others.values()), key=_natural)
+        self.frames = [
+            Entry(
+                name,
+                depth.get(name, path / "depth"),
+                partial(_load, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale),
+            )
+            for name in names
+        ]
+
+    @staticmethod
+    def recognises(path: Path) -> bool:
+        """Whether `path` is a folder with one of the parts that only this layout has."""
+        return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
+
+
+def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera, scale: float) -> Shot:
+    for part, file in {"depth": depth, **others}.items():
+        if file is None:
+            raise InputError(f"{part}/ has no image for frame {name}")
+    assert depth is not None
+    color, mask = others.get("color"), others.get("mask")
+    try:
+        frame = Frame(read_color(color) if color else None, read_depth(depth, scale), camera, name)
+    except InputError as error:
+        raise _located(error, depth) from None
+    try:
+        return Shot(frame, check_mask(read_mask(mask), (camera.height, camera.width)) if mask else None)
+    except InputError as error:
+        raise _located(error, mask or depth) from None
+
+
+def _located(error: InputError, file: Path) -> InputError:
+    """The error with the file's name, where it has none yet."""
+    text = str(error)
+    return error if str(file.parent.parent) in text else InputError(f"{file}: {text}")
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    return [(int(part), part) if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name) if part]
+
+
+def _images(folder: Path) -> dict[str, Path]:
+    """Stem -> file of the images in a folder, in natural order; none where there is no folder."""
+    found: dict[str, Path] = {}
+    files = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else []
+    for file in sorted(files, key=lambda file: _natural(file.name)):
+        if file.suffix.lower() in SUFFIXES:
+            if file.stem in found:
+                raise InputError(f"{folder}: {file.stem} is there twice ({found[file.stem].name}, {file.name}): remove one")
+            found[file.stem] = file
+    return found
+
+
+def _paired(images: dict[str, Path], depth: Mapping[str, Path]) -> dict[str, Path]:
+    """The images by the names of the depth that they belong to."""
+    if images and not images.keys() & depth.keys():
+        if len(images) == len(depth):
+            return dict(zip(depth, images.values(), strict=True))
+        return {}
+    return images
+
+
+def read_intrinsics(path: Path) -> tuple[Camera, float]:
+    """The camera and the units per metre of the depth images.
+
+    Raises
+    ------
+    InputError : not there, not JSON, or a value missing or impossible; the message names file and key.
+    """
+    try:
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images"
+        ) from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON ({error})") from None
+    if not isinstance(values, dict):
+        raise InputError(f"{path}: expected an object with width, height and intrinsic_matrix, got {type(values).__name__}")
+    for key in ("width", "height", "intrinsic_matrix"):
+        if key not in values:
+            raise InputError(f"{path}: has no {key}")
+    matrix = _matrix(path, values["intrinsic_matrix"])
+    size = {key: _whole(path, key, values[key]) for key in ("width", "height")}
+    try:
+        camera = Camera(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], **size)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    scale = values.get("depth_scale", DEFAULT_DEPTH_SCALE)
+    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
+        raise InputError(f"{path}: depth_scale is {scale!r}, expected units per metre above zero (1000 for millimetres)")
+    return camera, float(scale)
+
+
+def _matrix(path: Path, given: Any) -> Any:
+    """(3, 3) float, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], from nine numbers column by column or three columns."""
+    try:
+        flat = np.array(given, dtype=float).ravel()
+    except (TypeError, ValueError):
+        flat = np.zeros(0)
+    if flat.size != 9 or isinstance(given, str):
+        got = len(given) if isinstance(given, list) else repr(given)
+        raise InputError(
+            f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}"
+        )
+    matrix = flat.reshape(3, 3).T
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}")
+    if (matrix[2] != (0, 0, 1)).any():
+        raise InputError(
+            f"{path}: intrinsic_matrix is {given}: expected column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1); "
+            "it seems to be given row by row"
+        )
+    return matrix
+
+
+def _whole(path: Path, key: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value < 2**31 or value != int(value):
+        raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1")
+    return int(value)

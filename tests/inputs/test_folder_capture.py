@@ -1,0 +1,302 @@
+"""The Open3D recorder's layout: what is read, and what is said when it cannot be."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.errors import InputError
+from doo3d.inputs import open_capture
+from doo3d.types import Frame
+
+
+def put(path: Path, image: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
+
+
+def frame_of(folder: Path, index: int = 0) -> Frame:
+    data = open_capture(folder).frames[index].load().data
+    assert isinstance(data, Frame)
+    return data
+
+
+def test_frames_depth_colour_and_intrinsics(capture):
+    opened = open_capture(capture(frames=3))
+    assert opened.format == "folder"
+    assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
+    shot = opened.frames[1].load()
+    assert shot.mask is None
+    assert shot.data.name == "000001"
+    assert shot.data.camera.fx == 400
+    assert (shot.data.camera.cx, shot.data.camera.cy) == (160, 120)
+    assert shot.data.depth.dtype == np.float32
+    assert shot.data.depth[0, 0] == pytest.approx(0.56)
+    assert np.abs(shot.data.color[0, 0].astype(int) - (170, 160, 150)).max() <= 3  # RGB, through JPEG
+
+
+def test_the_matrix_is_column_major(capture):
+    matrix = [410, 0, 0, 0, 420, 0, 150, 110, 1]
+    camera = frame_of(capture(intrinsics={"intrinsic_matrix": matrix})).camera
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
+
+
+def test_the_matrix_as_three_columns(capture):
+    matrix = [[410, 0, 0], [0, 420, 0], [150, 110, 1]]
+    camera = frame_of(capture(intrinsics={"intrinsic_matrix": matrix})).camera
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
+
+
+def test_depth_scale_is_units_per_metre(capture):
+    assert frame_of(capture(intrinsics={"depth_scale": 5000})).depth[0, 0] == pytest.approx(0.112)
+
+
+def test_float_tiff_depth_is_metres(capture):
+    folder = capture()
+    (folder / "depth" / "000000.png").unlink()
+    depth = np.full((240, 320), 0.75, np.float32)
+    depth[0, 0] = np.nan
+    put(folder / "depth" / "000000.tiff", depth)
+    read = frame_of(folder).depth
+    assert read[5, 5] == np.float32(0.75)
+    assert read[0, 0] == 0
+
+
+def test_colour_may_be_missing(capture):
+    assert frame_of(capture(color=False)).color is None
+
+
+def test_masks_come_with_the_frame(capture):
+    mask = open_capture(capture(mask=True)).frames[0].load().mask
+    assert mask is not None
+    assert mask.dtype == bool
+    assert 1000 < mask.sum() < 10000
+
+
+def test_a_mask_saved_as_colour_picture(capture):
+    folder = capture(mask=True)
+    path = folder / "mask" / "000000.png"
+    grey = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    put(path, np.dstack([grey * 0, grey * 0, grey]))
+    mask = open_capture(folder).frames[0].load().mask
+    assert mask is not None
+    assert np.array_equal(mask, grey > 0)
+
+
+def test_images_pair_by_order_when_no_stem_fits(capture):
+    folder = capture(frames=2)
+    for i in range(2):
+        (folder / "color" / f"{i:06d}.jpg").rename(folder / "color" / f"rgb-{i}.jpg")
+    assert frame_of(folder, 1).color is not None
+
+
+def test_numbers_without_leading_zeros_sort_as_numbers(capture):
+    folder = capture(frames=1, color=False)
+    for name in ("10", "9"):
+        (folder / "depth" / f"{name}.png").write_bytes((folder / "depth" / "000000.png").read_bytes())
+    (folder / "depth" / "000000.png").unlink()
+    assert [entry.name for entry in open_capture(folder).frames] == ["9", "10"]
+
+
+def test_names_with_spaces_and_other_letters(capture):
+    folder = capture("Seil über dem Tisch 電線")
+    for part in ("color", "depth"):
+        (old,) = (folder / part).iterdir()
+        old.rename(old.with_stem("Bild é 1"))
+    opened = open_capture(folder)
+    assert opened.frames[0].load().data.name == "Bild é 1"
+
+
+def test_other_files_in_the_folders_are_no_frames(capture):
+    folder = capture()
+    (folder / "depth" / "Thumbs.db").write_bytes(b"x")
+    (folder / "depth" / "._000000.png").write_bytes(b"x")
+    assert len(open_capture(folder).frames) == 1
+
+
+def test_frames_load_when_asked(capture):
+    folder = capture(frames=2)
+    (folder / "depth" / "000000.png").write_bytes(b"")
+    opened = open_capture(folder)
+    assert opened.frames[1].load().data is not None
+    with pytest.raises(InputError, match="000000"):
+        opened.frames[0].load()
+
+
+# --- what cannot be read: before any frame -----------------------------------------------------------------------------
+
+
+def write_json(folder: Path, text: str) -> None:
+    (folder / "camera_intrinsic.json").write_text(text)
+
+
+def test_missing_intrinsics(capture):
+    folder = capture()
+    (folder / "camera_intrinsic.json").unlink()
+    with pytest.raises(InputError, match=r"camera_intrinsic\.json.*missing.*intrinsic_matrix"):
+        open_capture(folder)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", "\x00\x01", '"x"'])
+def test_broken_intrinsics(capture, text):
+    folder = capture()
+    write_json(folder, text)
+    with pytest.raises(InputError, match=r"camera_intrinsic\.json"):
+        open_capture(folder)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"intrinsic_matrix": [400, 0, 0, 0, 400, 0, 160, 120]}, "9 numbers.*got 8"),
+        ({"intrinsic_matrix": [[400, 0], [0, 400]]}, "9 numbers"),
+        ({"intrinsic_matrix": [[400, 0, 0], [0, 400, 0], [160, 120]]}, "9 numbers"),
+        ({"intrinsic_matrix": "400"}, "9 numbers"),
+        ({"intrinsic_matrix": [400, 0, 0, 0, None, 0, 160, 120, 1]}, "finite"),
+        ({"intrinsic_matrix": [400, 0, 0, 0, "x", 0, 160, 120, 1]}, "9 numbers"),
+        ({"intrinsic_matrix": [float("nan"), 0, 0, 0, 400, 0, 160, 120, 1]}, "finite"),
+        ({"intrinsic_matrix": [float("inf"), 0, 0, 0, 400, 0, 160, 120, 1]}, "finite"),
+        ({"intrinsic_matrix": [0, 0, 0, 0, 400, 0, 160, 120, 1]}, "above zero"),
+        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 1]}, "column"),
+        ({"width": 0}, "width"),
+        ({"width": "wide"}, "width"),
+        ({"height": None}, "height"),
+        ({"height": 240.5}, "height"),
+        ({"height": float("inf")}, "height"),
+        ({"height": float("nan")}, "height"),
+        ({"depth_scale": 0}, "depth_scale"),
+        ({"depth_scale": -1000}, "depth_scale"),
+        ({"depth_scale": float("nan")}, "depth_scale"),
+        ({"depth_scale": "mm"}, "depth_scale"),
+        ({"depth_scale": True}, "depth_scale"),
+    ],
+)
+def test_intrinsics_with_a_wrong_value(capture, values, words):
+    folder = capture(intrinsics=values)
+    with pytest.raises(InputError, match=rf"camera_intrinsic\.json.*{words}"):
+        open_capture(folder)
+
+
+@pytest.mark.parametrize("key", ["width", "height", "intrinsic_matrix"])
+def test_intrinsics_without_a_key(capture, key):
+    folder = capture()
+    values = json.loads((folder / "camera_intrinsic.json").read_text())
+    del values[key]
+    write_json(folder, json.dumps(values))
+    with pytest.raises(InputError, match=key):
+        open_capture(folder)
+
+
+def test_folder_without_frames(capture):
+    with pytest.raises(InputError, match=r"depth.*no.*images"):
+        open_capture(capture(frames=0))
+
+
+def test_depth_folder_that_holds_nothing(capture):
+    folder = capture()
+    (folder / "depth" / "000000.png").unlink()
+    with pytest.raises(InputError, match=r"depth.*no.*images"):
+        open_capture(folder)
+
+
+def test_two_depth_images_of_one_name(capture):
+    folder = capture()
+    put(folder / "depth" / "000000.tiff", np.ones((240, 320), np.float32))
+    with pytest.raises(InputError, match=r"000000 is there twice"):
+        open_capture(folder)
+
+
+# --- what cannot be read: one frame ------------------------------------------------------------------------------------
+
+
+def refused(folder: Path, words: str, index: int = 0) -> None:
+    entry = open_capture(folder).frames[index]
+    with pytest.raises(InputError, match=words):
+        entry.load()
+
+
+def test_depth_and_colour_of_different_sizes(capture):
+    folder = capture()
+    put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
+    refused(folder, r"000000.*color is 640x480 but depth is 320x240")
+
+
+def test_depth_of_another_resolution_than_the_intrinsics(capture):
+    folder = capture(color=False)
+    put(folder / "depth" / "000000.png", np.zeros((480, 640), np.uint16))
+    refused(folder, r"000000.*640x480.*320x240")
+
+
+def test_mask_of_another_size(capture):
+    folder = capture(mask=True)
+    put(folder / "mask" / "000000.png", np.zeros((480, 640), np.uint8))
+    refused(folder, r"mask.*000000.*\(480, 640\)")
+
+
+def test_mask_as_jpeg(capture):
+    folder = capture(mask=True)
+    (folder / "mask" / "000000.png").unlink()
+    put(folder / "mask" / "000000.jpg", np.zeros((240, 320), np.uint8))
+    refused(folder, "PNG")
+
+
+@pytest.mark.parametrize("part", ["color", "mask"])
+def test_depth_without_its_partner(capture, part):
+    folder = capture(frames=3, mask=True)
+    next(path for path in (folder / part).iterdir() if path.stem == "000001").unlink()
+    opened = open_capture(folder)
+    assert opened.frames[2].load().data is not None
+    refused(folder, rf"{part}.*000001", 1)
+
+
+def test_colour_without_its_depth_is_not_passed_over(capture):
+    folder = capture(frames=3)
+    (folder / "depth" / "000001.png").unlink()
+    opened = open_capture(folder)
+    assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
+    refused(folder, r"depth.*000001", 1)
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.98])
+@pytest.mark.parametrize("part", ["depth", "color", "mask"])
+def test_truncated_image(capture, part, kept, capfd):
+    folder = capture(mask=True)
+    (path,) = (folder / part).iterdir()
+    data = path.read_bytes()
+    path.write_bytes(data[: int(len(data) * kept)])
+    refused(folder, rf"{path.name}.*(cut off|empty)")
+    said = capfd.readouterr()
+    assert said.err == said.out == ""
+
+
+def test_png_with_a_flipped_byte(capture, capfd):
+    folder = capture()
+    path = folder / "depth" / "000000.png"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    path.write_bytes(bytes(data))
+    refused(folder, r"000000\.png.*damaged")
+    assert capfd.readouterr().err == ""
+
+
+def test_a_png_that_is_something_else(capture, capfd):
+    folder = capture()
+    (folder / "depth" / "000000.png").write_bytes(b"not an image at all")
+    refused(folder, r"000000\.png.*cannot be read as an image")
+    assert capfd.readouterr().err == ""
+
+
+def test_eight_bit_depth(capture):
+    folder = capture()
+    put(folder / "depth" / "000000.png", np.full((240, 320), 200, np.uint8))
+    refused(folder, r"000000\.png.*8-bit.*16-bit")
+
+
+def test_colour_picture_as_depth(capture):
+    folder = capture()
+    put(folder / "depth" / "000000.png", np.zeros((240, 320, 3), np.uint8))
+    refused(folder, r"000000\.png.*3 channels")

@@ -1,0 +1,59 @@
+"""Which format a path is, and what is said when it is none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d.errors import InputError
+from doo3d.inputs import FORMATS, open_capture
+
+
+def test_every_registered_class_is_there():
+    from doo3d.inputs import format_class
+
+    for name in FORMATS:
+        assert callable(format_class(name).recognises)
+
+
+def test_a_path_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere.*does not exist"):
+        open_capture(tmp_path / "nowhere")
+
+
+def test_empty_folder(tmp_path):
+    with pytest.raises(InputError, match=r"empty.*depth/.*camera_intrinsic\.json"):
+        open_capture(tmp_path)
+
+
+def test_folder_of_captures_names_them(capture):
+    inside = capture("recordings/first")
+    with pytest.raises(InputError, match="first"):
+        open_capture(inside.parent)
+
+
+def test_one_depth_image_is_no_capture(capture):
+    with pytest.raises(InputError, match=r"000000\.png.*depth/.*camera_intrinsic\.json"):
+        open_capture(capture() / "depth" / "000000.png")
+
+
+@pytest.mark.parametrize("content", [b"", b"hello\n", bytes(range(256)), b"{}", b"\x89PNG"])
+def test_unknown_file_lists_the_formats(tmp_path, content):
+    path = tmp_path / "a.bin"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        open_capture(path)
+    for word in ("a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/"):
+        assert word in str(caught.value)
+
+
+def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
+    path = tmp_path / "a.npz"
+    np.savez(path, points=np.ones((3, 3)))
+
+    def refuse(*args, **kwargs):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("pathlib.Path.open", refuse)
+    with pytest.raises(InputError, match=r"a\.npz.*Permission denied"):
+        open_capture(path)
