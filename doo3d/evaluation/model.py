@@ -40,6 +40,11 @@ class Truth:
         back = float(np.linalg.norm(self.axis[0] - self.axis[-1])) if self.closed else 0.0
         return float(self.arcs[-1]) + back
 
+    @property
+    def spacing(self) -> float:
+        """m from one axis point to the next, on average."""
+        return self.length / max(len(self.axis) - (0 if self.closed else 1), 1)
+
 
 @dataclass(frozen=True)
 class Solid:
