@@ -156,9 +156,8 @@ class MergeConfig(Section):
     )
     max_cost: float = Field(450.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
-    min_length: float = Field(
-        6.0, ge=0, description="radii; chains left over beyond the wanted number, or when it is null, go when shorter."
-    )
+    min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
+    rings: bool = Field(False, description="the two ends of one chain may be joined, when nothing else is left to join.")
 
 
 class FillConfig(Section):
@@ -177,9 +176,12 @@ class RefineConfig(Section):
     """Surface to axis, radius, equal segments."""
 
     rounds: int = Field(2, ge=0, le=10, description="times the axis is estimated from the surface; 0: stay on the surface.")
-    smooth: float = Field(1.5, ge=0, description="radii; half-width over which the axis is smoothed.")
-    reach: float = Field(2.0, gt=0, description="radii round the path within which surface points belong to it.")
-    extend_ends: bool = Field(True, description="carry the ends on to the last surface point, which thinning eats.")
+    spacing: float = Field(0.4, gt=0, le=2, description="radii between the places where the axis is estimated.")
+    pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
+    smooth: float = Field(1.5, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
+    prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
+    reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")
+    extend: float = Field(6.0, ge=0, description="radii by which an end may be carried on to the last surface point.")
     occluded: Literal["carried", "mapped", "both"] = Field(
         "both",
         description="which segments are occluded: carried from the gaps of at least segment_length that merging closed; "

@@ -1,11 +1,133 @@
-"""One frame: the walk through the stages."""
+"""One frame: the walk through the stages, one line each, timed."""
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
 from .config import Config
-from .types import Array, Cloud, Detection, Frame
+from .errors import InputError
+from .evidence import Evidence
+from .stages.fill import fill
+from .stages.fit import fit
+from .stages.merge import merge
+from .stages.prune import prune
+from .stages.refine import refine
+from .stages.segment import segment
+from .stages.thin import thin
+from .stages.traverse import traverse
+from .stages.voxelize import voxelize
+from .types import Array, Assembly, Chain, Cloud, Detection, Foreground, Frame, Path, Skeleton, VoxelGrid
+
+
+@dataclass
+class Stages:
+    """What every stage made of one frame, and the seconds it took."""
+
+    foreground: Foreground
+    grid: VoxelGrid
+    skeleton: Skeleton
+    paths: list[Path]
+    fitted: list[Chain]
+    pruned: list[Chain]
+    merged: list[Assembly]
+    filled: list[Path]
+    chains: list[Chain]
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.last = time.perf_counter()
+
+    def __call__(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = now - self.last
+        self.last = now
+
+
+def run_stages(data: Frame | Cloud, config: Config, mask: Array | None = None) -> Stages:
+    """The method on one frame, every stage's product kept.
+
+    Raises
+    ------
+    InputError : the data cannot be used; the message says what, where and what to do.
+    """
+    clock = _Clock()
+    foreground = segment(data, config.segment, mask, config.seed)
+    evidence = Evidence.of(foreground, config.evidence)
+    clock("segment")
+    grid = voxelize(foreground, config.voxelize)
+    clock("voxelize")
+    skeleton = thin(grid, config.thin)
+    clock("thin")
+    paths = traverse(skeleton, config.traverse)
+    clock("traverse")
+    fitted = fit(paths, config.fit)
+    clock("fit")
+    pruned = prune(fitted, config.prune, grid.size)
+    clock("prune")
+    merged = merge(pruned, config.merge, grid.radius, config.fill, evidence)
+    clock("merge")
+    filled = fill(merged, config.fill)
+    clock("fill")
+    chains = refine(filled, config.refine, config.fit.segment_length, foreground, grid, evidence)
+    clock("refine")
+    return Stages(foreground, grid, skeleton, paths, fitted, pruned, merged, filled, chains, clock.seconds)
 
 
 def detect(data: Frame | Cloud | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
-    """To be filled in."""
-    raise NotImplementedError
+    """The deformable one-dimensional objects in one frame or cloud, as chains.
+
+    Parameters
+    ----------
+    data : a Frame or a Cloud.
+    config : None for the preset "default".
+    mask : (H, W) bool for a Frame, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+
+    Returns
+    -------
+    Detection, chains in m, in the camera's optical frame or in that of the cloud; longest first.
+
+    Raises
+    ------
+    InputError : the data cannot be used; the message says what, where and what to do.
+    """
+    if not isinstance(data, (Frame, Cloud)):
+        raise InputError(f"a {type(data).__name__} is neither a doo3d.Frame nor a doo3d.Cloud: depth is needed to detect in 3-D")
+    if isinstance(data, Cloud) and mask is not None:
+        mask = _finite_rows(data, mask)
+    stages = run_stages(data, config or Config(), mask)
+    return Detection(
+        chains=tuple(stages.chains),
+        coordinates="camera" if isinstance(data, Frame) else "cloud",
+        frame=data.name,
+        timestamp=data.timestamp,
+        seconds=stages.seconds,
+        notes=stages.foreground.notes or _lost(stages),
+    )
+
+
+def _finite_rows(cloud: Cloud, mask: Array) -> Array:
+    mask = np.asarray(mask)
+    return mask[cloud.finite] if mask.shape == cloud.finite.shape else mask
+
+
+def _lost(stages: Stages) -> tuple[str, ...]:
+    """Where everything was lost, and what to try; nothing when there are chains."""
+    if stages.chains:
+        return ()
+    for name, product, hint in (
+        ("segment", len(stages.foreground.points), "widen the segmentation"),
+        ("voxelize", len(stages.grid.coords), "lower voxelize.min_component"),
+        ("traverse", len(stages.paths), "lower traverse.min_branch"),
+        ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length"),
+        ("prune", len(stages.pruned), "lower prune.width"),
+        ("merge", len(stages.merged), "lower merge.min_length"),
+    ):
+        if not product:
+            return (f"{name}: nothing is left after this stage; {hint}",)
+    return ("refine: what is left is shorter than half a segment; lower fit.segment_length",)

@@ -41,8 +41,8 @@ def _set(instance: object, **values: Any) -> None:
         object.__setattr__(instance, name, _sealed(value) if isinstance(value, np.ndarray) else value)
 
 
-def check_mask(mask: Array, shape: tuple[int, int]) -> Bools:
-    """The mask as (H, W) bool.
+def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
+    """The mask as bool of the given shape, (H, W) or (N,).
 
     Raises
     ------
@@ -50,9 +50,7 @@ def check_mask(mask: Array, shape: tuple[int, int]) -> Bools:
     """
     mask = np.asarray(mask)
     if mask.shape != shape:
-        raise InputError(
-            f"mask has shape {mask.shape}, the frame is {shape} (height, width): give the mask the size of the depth"
-        )
+        raise InputError(f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data")
     if mask.dtype != bool and not np.issubdtype(mask.dtype, np.integer):
         raise InputError(f"mask has type {mask.dtype}, expected bool or integers (non-zero = object)")
     return np.ascontiguousarray(mask != 0)
@@ -158,6 +156,8 @@ class Cloud:
     viewpoint: Array | None = None
     name: str = "cloud"
     timestamp: float | None = None
+    finite: Bools = field(init=False, repr=False)
+    """(rows given,) bool: which rows of what was given became points."""
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points)
@@ -176,7 +176,7 @@ class Cloud:
             viewpoint = np.asarray(viewpoint, dtype=float)
             if viewpoint.shape != (3,) or not np.isfinite(viewpoint).all():
                 raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres")
-        _set(self, points=points[finite], colors=colors, viewpoint=viewpoint)
+        _set(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)
 
 
 @dataclass(frozen=True)
@@ -253,6 +253,23 @@ class Path:
 
     def __post_init__(self) -> None:
         _set(self, points=self.points, filled=self.filled)
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The pieces of one object in order, before the gaps between them are filled.
+
+    pieces : the joints of each piece, (N + 1, D) m, from the start of the object to its end.
+    headings : per gap the unit directions (2, D) that leave the piece before it and the piece after it, both into the
+    gap; one more than gaps between pieces where the object is a ring. costs : what each connection cost.
+    segment_length : m. closed : the last piece is joined to the first.
+    """
+
+    pieces: tuple[Floats, ...]
+    headings: tuple[Floats, ...]
+    costs: tuple[float, ...]
+    segment_length: float
+    closed: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,32 @@
+"""What it costs to join two chain ends: the paper's equations 1 to 3, each for all pairs of E ends at once.
+
+points : (E, D) m (px in 2-D), the ends. directions : (E, D) unit, pointing out of the chains. All return (E, E).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .geometry import angle
+from .types import Floats
+
+
+def euclidean(points: Floats) -> Floats:
+    """Distance between the ends, m (px in 2-D): equation 1."""
+    return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
+
+
+def direction(directions: Floats) -> Floats:
+    """Angle between one end's direction and the opposite of the other's, radians: equation 2."""
+    return angle(directions[:, None], -directions[None])
+
+
+def curvature(points: Floats, directions: Floats) -> Floats:
+    """The larger of the angles by which either end must bend towards the other, radians: equation 3.
+
+    Zero for ends that coincide, which need no bend.
+    """
+    way = points[None] - points[:, None]
+    bend = angle(np.broadcast_to(directions[:, None], way.shape), way)
+    bend[np.linalg.norm(way, axis=-1) < 1e-12] = 0
+    return np.asarray(np.maximum(bend, bend.T))

@@ -1,0 +1,68 @@
+"""What the camera says about a place: seen there, hidden, seen through, or no reading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from .config import EvidenceConfig
+from .geometry import steps
+from .types import Array, Bools, Camera, Floats, Foreground, Ints
+
+
+class Seen(IntEnum):
+    """What the depth image says about a point."""
+
+    OUTSIDE = 0
+    """Not in the image."""
+    NO_DEPTH = 1
+    """No reading at that pixel."""
+    MASKED = 2
+    """No reading, but the pixel belongs to the object: colour saw it."""
+    SURFACE = 3
+    """The reading is the object, about where the point is."""
+    HIDDEN = 4
+    """The reading is nearer: something is in front."""
+    FREE = 5
+    """The reading is farther and not the object: the camera saw through the place."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A depth image, (H, W) m with 0 = none, the object's mask (H, W) bool, and the camera that took them."""
+
+    depth: Array
+    mask: Bools
+    camera: Camera
+    margin: float
+
+    @staticmethod
+    def of(foreground: Foreground, config: EvidenceConfig) -> Evidence | None:
+        """What the frame of a foreground says; None for clouds, which have no camera."""
+        if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+            return None
+        return Evidence(foreground.depth, foreground.mask, foreground.camera, config.margin)
+
+    def classify(self, points: Floats) -> Ints:
+        """What is said about points (N, 3) m in the camera frame: (N,) of `Seen`."""
+        pixels = self.camera.project(points)
+        inside = np.isfinite(pixels).all(axis=1)
+        inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (self.camera.width - 0.5, self.camera.height - 0.5))).all(1)
+        result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
+        u, v = np.rint(pixels[inside]).astype(np.int64).T
+        measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
+        said = np.where(masked, int(Seen.SURFACE), int(Seen.HIDDEN))
+        said[measured < z - self.margin] = int(Seen.HIDDEN)
+        said[(measured > z + self.margin) & ~masked] = int(Seen.FREE)
+        said[measured <= 0] = np.where(masked, int(Seen.MASKED), int(Seen.NO_DEPTH))[measured <= 0]
+        result[inside] = said
+        return result
+
+    def free_length(self, path: Floats) -> float:
+        """Length, m, of the part of a path (P, 3) that runs where the camera saw through."""
+        if len(path) < 2:
+            return 0.0
+        middle = (path[1:] + path[:-1]) / 2
+        return float(steps(path)[self.classify(middle) == Seen.FREE].sum())

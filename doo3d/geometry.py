@@ -1,0 +1,155 @@
+"""Dimension-generic maths: D is 2 or 3, decided by the arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from .types import Array, Floats
+
+TINY = 1e-12
+
+
+def unit(vectors: Array) -> Floats:
+    """(..., D) -> (..., D) of length 1; zero vectors stay zero."""
+    vectors = np.asarray(vectors, dtype=float)
+    norm = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(norm > 0, norm, 1.0))
+
+
+def angle(a: Array, b: Array) -> Floats:
+    """Angle between (..., D) and (..., D), radians in [0, pi]; 0 where one is zero.
+
+    By the half-angle form of Kahan, exact near 0 and pi where arccos loses digits.
+    """
+    a, b = unit(a), unit(b)
+    return np.asarray(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
+
+
+def steps(points: Floats, closed: bool = False) -> Floats:
+    """(P, D) -> (P - 1,) distances between consecutive points ((P,) where closed)."""
+    after = np.roll(points, -1, axis=0) if closed else points[1:]
+    return np.asarray(np.linalg.norm(after - (points if closed else points[:-1]), axis=1))
+
+
+def arc_length(points: Floats) -> Floats:
+    """(P, D) -> (P,) length along the polyline from its first point."""
+    return np.concatenate(([0.0], np.cumsum(steps(points)))) if len(points) else np.zeros(0)
+
+
+def resample(points: Floats, at: Array) -> Floats:
+    """Points of the polyline (P, D) at the arc lengths `at` (S,) -> (S, D); beyond its ends, its ends."""
+    along = arc_length(points)
+    return np.column_stack([np.interp(at, along, points[:, d]) for d in range(points.shape[1])])
+
+
+def densify(points: Floats, spacing: float) -> Floats:
+    """The polyline (P, D) as points at equal arc length, `spacing` apart or a little less; ends kept."""
+    total = float(arc_length(points)[-1])
+    return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
+
+
+def equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
+    """Walk along the polyline laying chords of exactly `length`, the first from its first point.
+
+    Returns (N + 1, D) joints, and (N + 1,) the arc length of the polyline at which each lies.
+    """
+    rows = [tuple(row) for row in points.tolist()]
+    along = arc_length(points).tolist()
+    joints, at = [rows[0]], [0.0]
+    i, here = 1, rows[0]
+    while i < len(rows):
+        if math.dist(joints[-1], rows[i]) < length:
+            here = rows[i]
+            i += 1
+            continue
+        joint = _exit(joints[-1], here, rows[i], length)
+        joints.append(joint)
+        at.append(along[i] - math.dist(joint, rows[i]))
+        here = joint
+    return np.array(joints), np.array(at)
+
+
+def _exit(center: Sequence[float], a: Sequence[float], b: Sequence[float], radius: float) -> tuple[float, ...]:
+    """Where a -> b (a inside, b outside) leaves the sphere, put on it exactly."""
+    along = [q - p for p, q in zip(a, b, strict=True)]
+    offset = [p - c for p, c in zip(a, center, strict=True)]
+    aa = sum(v * v for v in along)
+    half = sum(v * w for v, w in zip(along, offset, strict=True))
+    inside = max(0.0, radius * radius - sum(w * w for w in offset))
+    part = min(1.0, (math.sqrt(half * half + aa * inside) - half) / aa)
+    point = [w + part * v for v, w in zip(along, offset, strict=True)]
+    norm = math.sqrt(sum(v * v for v in point))
+    return tuple(c + v * radius / norm for c, v in zip(center, point, strict=True))
+
+
+def tangents(points: Floats, closed: bool = False) -> Floats:
+    """(P, D) -> (P, D) unit tangents by central differences."""
+    if closed:
+        return unit(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0))
+    return unit(np.gradient(points, axis=0))
+
+
+def moving_mean(points: Floats, half: int, closed: bool = False) -> Floats:
+    """(P, D) with each point the mean of itself and `half` on either side; near free ends the window shrinks."""
+    count = len(points)
+    half = min(half, (count - 1) // 2)
+    if half < 1:
+        return points
+    if closed:
+        points = np.concatenate((points[-half:], points, points[:half]))
+    total = np.concatenate((np.zeros((1, points.shape[1])), np.cumsum(points, axis=0)))
+    if closed:
+        return np.asarray((total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1))
+    i = np.arange(count)
+    width = np.minimum(np.minimum(i, count - 1 - i), half)
+    return np.asarray((total[i + width + 1] - total[i - width]) / (2 * width + 1)[:, None])
+
+
+def smooth_fit(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
+    """The sequence x (P, D) that minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of x|^2.
+
+    Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), with a weight matrix for every point so that a place
+    may be known across the object and not along it. values : (P, D). weights : (P, D, D), symmetric, not negative.
+    Where weights are near zero the result is the smoothest way across. One banded system.
+    """
+    count, dim = values.shape
+    if count <= order or strength <= 0:
+        return values
+    difference = [(-1.0) ** (order - k) * math.comb(order, k) for k in range(order + 1)]
+    bands = np.zeros((order * dim + 1, count * dim))
+    for k in range(order + 1):
+        row = np.zeros(count)
+        for j in range(order + 1 - k):
+            row[j + k : count - order + j + k] += strength * difference[j] * difference[j + k]
+        bands[(order - k) * dim] = np.repeat(row, dim)
+    for a in range(dim):
+        for b in range(a, dim):
+            bands[order * dim - (b - a), b::dim] += weights[:, a, b]
+    right = np.einsum("pij,pj->pi", weights, values).ravel()
+    return np.asarray(solveh_banded(bands, right)).reshape(count, dim)
+
+
+def perpendicular(direction: Floats) -> Floats:
+    """(D,) unit -> a (D,) unit vector square to it, always the same for the same direction."""
+    axis = np.eye(len(direction))[np.argmin(np.abs(direction))]
+    return unit(axis - direction * (axis @ direction))
+
+
+def end_directions(points: Floats, reach: float) -> tuple[Floats, Floats]:
+    """Outward unit directions of the first and last end of a polyline (P, D).
+
+    Each is the tangent at the end of a parabola (a line, from fewer than four points) fitted over `reach` of it: a
+    line over a length of a curve of radius R lags behind its end by length / 2R.
+    """
+    return _end_direction(points[::-1], reach), _end_direction(points, reach)
+
+
+def _end_direction(points: Floats, reach: float) -> Floats:
+    back = arc_length(points[::-1])
+    near = back <= max(reach, back[1]) * (1 + 1e-9)
+    powers = np.vander(-back[near], 3 if near.sum() > 3 else 2, increasing=True)
+    return unit(np.linalg.lstsq(powers, points[::-1][near], rcond=None)[0][1])

@@ -1,0 +1,101 @@
+"""The runs of a skeleton between its nodes, in order."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+
+@numba.njit(cache=True)
+def _label(table, wanted):  # type: ignore[no-untyped-def]
+    """26-connected pieces of the voxels for which `wanted` holds: (K,) int64 piece number, -1 elsewhere."""
+    label = np.full(table.shape[0], -1, np.int64)
+    stack = np.empty(table.shape[0], np.int64)
+    pieces = 0
+    for seed in range(table.shape[0]):
+        if not wanted[seed] or label[seed] >= 0:
+            continue
+        label[seed] = pieces
+        stack[0] = seed
+        size = 1
+        while size:
+            size -= 1
+            i = stack[size]
+            for n in range(26):
+                j = table[i, n]
+                if j >= 0 and wanted[j] and label[j] < 0:
+                    label[j] = pieces
+                    stack[size] = j
+                    size += 1
+        pieces += 1
+    return label
+
+
+@numba.njit(cache=True)
+def components(table):  # type: ignore[no-untyped-def]
+    """26-connected pieces: table (K, 26) -> (K,) int64 piece number, in order of their first voxel."""
+    return _label(table, np.ones(table.shape[0], np.bool_))
+
+
+@numba.njit(cache=True)
+def trace(table):  # type: ignore[no-untyped-def]
+    """Branches of a skeleton.
+
+    A voxel with more than two neighbours belongs to a junction; touching ones are one cluster. A branch runs over
+    the voxels between two clusters, or from a cluster to a tip, or round a closed loop.
+
+    table : (K, 26) int32 neighbours. Returns
+    cluster : (K,) int64, the cluster of each junction voxel, -1 elsewhere;
+    order : int64, the voxels of all branches one after the other, clusters left out;
+    bounds : (B + 1,) int64, where each branch begins in `order`;
+    nodes : (B, 2) int64, the clusters it starts and ends at; -1 a free end; (-2, -2) a closed loop.
+    """
+    count = table.shape[0]
+    degree = np.zeros(count, np.int64)
+    for i in range(count):
+        for n in range(26):
+            if table[i, n] >= 0:
+                degree[i] += 1
+    cluster = _label(table, degree > 2)
+    visited = cluster >= 0
+    order = np.empty(count, np.int64)
+    bounds = np.zeros(count + 1, np.int64)
+    nodes = np.empty((count, 2), np.int64)
+    size = 0
+    branches = 0
+    for kind in range(3):  # from clusters, from tips, and what is left: loops
+        for s in range(count):
+            if kind == 0 and cluster[s] < 0 or kind == 1 and degree[s] > 1:
+                continue
+            for m in range(26 if kind == 0 else 1):
+                first = table[s, m] if kind == 0 else s
+                if first < 0 or visited[first]:
+                    continue
+                start = cluster[s] if kind == 0 else (-1 if kind == 1 else -2)
+                end = np.int64(-1)
+                i = np.int64(first)
+                came = s
+                while True:
+                    visited[i] = True
+                    order[size] = i
+                    size += 1
+                    following = np.int64(-1)
+                    for n in range(26):
+                        j = table[i, n]
+                        if j < 0:
+                            continue
+                        if not visited[j]:
+                            following = j
+                        elif cluster[j] >= 0 and not (j == came or (size - 1 == bounds[branches] and cluster[j] == start)):
+                            end = cluster[j]
+                    if following < 0 or end >= 0:
+                        break
+                    came = i
+                    i = following
+                if kind == 0 and end < 0 and degree[i] == 2:
+                    end = cluster[s]  # came back to where it left
+                nodes[branches, 0] = start
+                nodes[branches, 1] = end if kind < 2 else -2
+                branches += 1
+                bounds[branches] = size
+    return cluster, order[:size], bounds[: branches + 1], nodes[:branches]

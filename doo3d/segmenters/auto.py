@@ -1,0 +1,41 @@
+"""The way that fits what the config and the data hold."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..config import SegmentConfig
+from ..types import Bools, Cloud, Frame
+from . import background, everything, hsv, plane
+
+SHARE = 0.5
+"""A scene is broad when more than this share of it belongs to surfaces wider than `segment.max_width`."""
+
+
+def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
+    """Whether most of the data lies on surfaces wider than any object may be, such as a table."""
+    if isinstance(data, Frame):
+        depth = np.ascontiguousarray(data.depth[::4, ::4])
+        seen = cv2.morphologyEx((depth > 0).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+        if not seen.any():
+            return False
+        inside = cv2.distanceTransform(seen, cv2.DIST_L2, 3) * 4 * depth / data.camera.fx
+        return bool(np.mean(inside[depth > 0] > config.max_width / 2) > SHARE)
+    points = data.points[:: max(1, len(data.points) // 20_000)]
+    seeds = points[:: max(1, len(points) // 200)]
+    near = cKDTree(points).query_ball_point(seeds, config.max_width)
+    spread = [np.linalg.eigvalsh(np.cov(points[index].T)) for index in near if len(index) > 8]
+    return bool(spread) and float(np.mean([values[1] > 0.35 * values[2] for values in spread])) > SHARE
+
+
+def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+    """hsv where ranges are set, background where a reference is; else plane for a broad scene, everything for a thin one."""
+    if config.ranges:
+        return hsv.mask(data, config, seed)
+    if config.reference is not None:
+        return background.mask(data, config, seed)
+    if is_broad(data, config):
+        return plane.mask(data, config, seed)
+    return everything.mask(data, config, seed)

@@ -1,0 +1,52 @@
+"""What was not there in a reference frame without the object."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from ..config import SegmentConfig
+from ..errors import InputError
+from ..types import Array, Bools, Cloud, Frame
+
+
+@lru_cache(maxsize=4)
+def _reference(path: str) -> Array:
+    try:
+        image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    except (OSError, cv2.error) as error:
+        raise InputError(f"segment.reference {path}: cannot be read ({error})") from None
+    if image is None:
+        raise InputError(f"segment.reference {path}: not an image that can be read")
+    return np.asarray(image)
+
+
+def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+    """Pixels nearer than the reference depth, or of another colour than the reference image.
+
+    Raises
+    ------
+    InputError : a cloud, an unreadable reference, one of another size, or a colour reference for a frame without colour.
+    """
+    if isinstance(data, Cloud):
+        raise InputError("segment.method is background, which needs a frame with an image: for a cloud use plane or everything")
+    image = _reference(str(config.reference))
+    if image.shape[:2] != data.depth.shape:
+        raise InputError(
+            f"segment.reference {config.reference} is {image.shape[1]}x{image.shape[0]}, "
+            f"the frame {data.depth.shape[1]}x{data.depth.shape[0]}: take it with the same camera mode"
+        )
+    if image.ndim == 2 and image.dtype == np.uint16:
+        reference = image / config.reference_depth_scale
+        return np.asarray((data.depth > 0) & (reference > 0) & (reference - data.depth > config.depth_difference))
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        raise InputError(
+            f"segment.reference {config.reference} has shape {image.shape} and type {image.dtype}: "
+            "expected a 16-bit depth image or an 8-bit colour image"
+        )
+    if data.color is None:
+        raise InputError("segment.reference is a colour image but the frame has no colour: give a 16-bit depth image")
+    difference = data.color.astype(np.float32) - image[:, :, ::-1]
+    return np.asarray((difference**2).sum(axis=2) > config.color_difference**2)

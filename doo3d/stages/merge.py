@@ -1,0 +1,149 @@
+"""Which chain ends belong together (paper, section III-F: choosing the best matches)."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import costs
+from ..arcs import tangent_path
+from ..config import FillConfig, MergeConfig
+from ..evidence import Evidence
+from ..geometry import end_directions
+from ..types import Assembly, Chain, Floats
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """The two ends of every chain: end e is the first (even) or last (odd) of chain e // 2."""
+
+    points: Floats
+    directions: Floats
+    unit_cost: float  # cost units per unit of length: per millimetre in 3-D, per pixel in 2-D
+
+
+def merge(
+    chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig | None = None, evidence: Evidence | None = None
+) -> list[Assembly]:
+    """Join the two ends with the lowest cost (equation 5), again and again, until the wanted number of chains is left
+    or no pair is good enough; longest first.
+
+    radius : m, of the object, that `direction_length` and `min_length` are counted in.
+    fill, evidence : where a camera is known, the way across a gap costs for what of it runs through free space.
+    """
+    if not chains:
+        return []
+    ends = _ends(chains, config, radius)
+    cost = _pair_costs(ends, chains, config)
+
+    def free_space(a: int, b: int) -> float:
+        if evidence is None or not config.free_space_weight:
+            return 0.0
+        settings = fill or FillConfig()
+        way = tangent_path(
+            ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
+            settings.radius, settings.max_deviation, settings.side == "inside",
+        )  # fmt: skip
+        return config.free_space_weight * ends.unit_cost * evidence.free_length(way)
+
+    links = _greedy(cost, free_space, config)
+    result = _assemble(chains, ends, links)
+    result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
+    if config.chains is not None:
+        return result[: config.chains]
+    return [assembly for assembly in result if _length(assembly) >= config.min_length * radius]
+
+
+def _length(assembly: Assembly) -> float:
+    return sum(len(piece) - 1 for piece in assembly.pieces) * assembly.segment_length
+
+
+def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> _Ends:
+    directions = [direction for chain in chains for direction in end_directions(chain.joints, config.direction_length * radius)]
+    points = np.concatenate([chain.joints[[0, -1]] for chain in chains])
+    return _Ends(points, np.array(directions), 1000.0 if points.shape[1] == 3 else 1.0)
+
+
+def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig) -> Floats:
+    """Equation 5 for every pair of ends, infinite where they may not be joined: (E, E)."""
+    distance = costs.euclidean(ends.points)
+    total = (
+        config.distance_weight * ends.unit_cost * distance
+        + config.direction_weight * costs.direction(ends.directions)
+        + config.curvature_weight * costs.curvature(ends.points, ends.directions)
+    )
+    total[(distance > config.max_gap) | (total > config.max_cost)] = np.inf
+    total[np.tri(len(total), dtype=bool)] = np.inf
+    closed = np.repeat([chain.closed for chain in chains], 2)
+    total[closed] = np.inf
+    total[:, closed] = np.inf
+    if not config.rings:
+        index = np.arange(0, len(total), 2)
+        total[index, index + 1] = np.inf
+    return np.asarray(total)
+
+
+Link = tuple[int, int, float]
+
+
+def _greedy(cost: Floats, free_space: Callable[[int, int], float], config: MergeConfig) -> list[Link]:
+    """The paper's rule. Free space only ever adds to a cost, so it is asked for only of the pair that would be next."""
+    group = list(range(len(cost) // 2))
+    used: set[int] = set()
+    links: list[Link] = []
+    heap = [(float(cost[a, b]), int(a), int(b), False) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)]
+    heapq.heapify(heap)
+    rings: list[Link] = []
+    left = len(group)
+    while heap and (config.chains is None or left > config.chains or config.rings):
+        price, a, b, known = heapq.heappop(heap)
+        if a in used or b in used:
+            continue
+        if not known:
+            price += free_space(a, b)
+            if price <= config.max_cost:
+                heapq.heappush(heap, (price, a, b, True))
+            continue
+        one, other = group[a // 2], group[b // 2]
+        if one == other:
+            rings.append((a, b, price))
+        elif config.chains is None or left > config.chains:
+            used |= {a, b}
+            links.append((a, b, price))
+            group = [one if g == other else g for g in group]
+            left -= 1
+    if config.rings:
+        links += [ring for ring in rings if not used & set(ring[:2])]
+    return links
+
+
+def _assemble(chains: list[Chain], ends: _Ends, links: list[Link]) -> list[Assembly]:
+    partner = {a: (b, price) for a, b, price in links} | {b: (a, price) for a, b, price in links}
+    done: set[int] = set()
+    result = []
+    starts = [e for e in range(len(ends.points)) if e not in partner]
+    for start in [*starts, *range(0, len(ends.points), 2)]:
+        if start // 2 in done:
+            continue
+        pieces, headings, prices, e, closed = [], [], [], start, False
+        while True:
+            chain = chains[e // 2]
+            done.add(e // 2)
+            pieces.append(chain.joints if e % 2 == 0 else chain.joints[::-1])
+            out = e ^ 1
+            if chain.closed:
+                headings.append(ends.directions[[out, e]])
+                closed = True
+            if out not in partner:
+                break
+            e, price = partner[out]
+            headings.append(ends.directions[[out, e]])
+            prices.append(price)
+            if e == start:
+                closed = True
+                break
+        result.append(Assembly(tuple(pieces), tuple(headings), tuple(prices), chains[0].segment_length, closed))
+    return result

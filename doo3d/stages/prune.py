@@ -1,0 +1,81 @@
+"""Of two segments that overlap, the one in the shorter chain goes (paper, section III-E)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..config import PruneConfig
+from ..errors import require
+from ..geometry import perpendicular
+from ..types import Bools, Chain, Floats
+
+
+def prune(chains: list[Chain], config: PruneConfig, voxel: float) -> list[Chain]:
+    """Chains without overlaps; a chain that loses an inner segment falls in two, one that loses all vanishes.
+
+    voxel : m (1 px in 2-D), the size that the width of the cuboids is chosen from when it is not given.
+    """
+    if not chains:
+        return []
+    width = config.width or config.width_over_voxel * voxel
+    owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
+    starts = np.concatenate([chain.joints[:-1] for chain in chains])
+    ends = np.concatenate([chain.joints[1:] for chain in chains])
+    kept = _keep(overlaps(starts, ends, width), owner, [chain.closed for chain in chains])
+    result: list[Chain] = []
+    for c, chain in enumerate(chains):
+        result += _runs(chain, kept[owner == c])
+    return result
+
+
+def _keep(pairs: list[tuple[int, int]], owner: np.ndarray[tuple[int], np.dtype[np.int64]], closed: list[bool]) -> Bools:
+    kept = np.ones(len(owner), dtype=bool)
+    size = np.bincount(owner)
+    first = np.concatenate(([0], np.cumsum(size)[:-1]))
+    total = size.copy()
+    for i, j in pairs:
+        a, b = owner[i], owner[j]
+        apart = j - i
+        if a == b and (apart == 1 or (closed[a] and i == first[a] and apart == total[a] - 1)):
+            continue  # neighbours share a joint
+        if kept[i] and kept[j]:
+            loser = j if size[b] <= size[a] else i
+            kept[loser] = False
+            size[owner[loser]] -= 1
+    return kept
+
+
+def _runs(chain: Chain, kept: Bools) -> list[Chain]:
+    """The runs of kept segments of one chain, as chains."""
+    if kept.all():
+        return [chain]
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], kept, [False])).astype(int)))
+    return [Chain(chain.joints[a : b + 1], chain.segment_length) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]]:
+    """Which of the segments (S, D) -> (S, D), as square cuboids of `width`, intersect: pairs i < j, sorted.
+
+    FCL's dynamic AABB tree finds the pairs, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
+    """
+    fcl = require("fcl")
+    if starts.shape[1] == 2:
+        zero = np.zeros((len(starts), 1))
+        starts, ends = np.hstack((starts, zero)), np.hstack((ends, zero))
+    boxes, objects, index = [], [], {}
+    for i, (a, b) in enumerate(zip(starts, ends, strict=True)):
+        length = float(np.linalg.norm(b - a))
+        x = (b - a) / length
+        y = perpendicular(x)
+        box = fcl.Box(length, width, width)
+        boxes.append(box)  # contacts name the geometry, so it must live as long as they do
+        index[id(box)] = i
+        objects.append(fcl.CollisionObject(box, fcl.Transform(np.column_stack((x, y, np.cross(x, y))), (a + b) / 2)))
+    manager = fcl.DynamicAABBTreeCollisionManager()
+    manager.registerObjects(objects)
+    manager.setup()
+    request = fcl.CollisionRequest(num_max_contacts=64 * len(boxes) ** 2, enable_contact=False)
+    data = fcl.CollisionData(request=request, result=fcl.CollisionResult())
+    manager.collide(data, fcl.defaultCollisionCallback)
+    found = {(index[id(contact.o1)], index[id(contact.o2)]) for contact in data.result.contacts}
+    return sorted((min(pair), max(pair)) for pair in found)

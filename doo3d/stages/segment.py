@@ -1,0 +1,140 @@
+"""Keep what surely is the object: lose some of it rather than keep other things (paper, section III-A)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..config import SegmentConfig
+from ..errors import InputError
+from ..segmenters import SEGMENTERS
+from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, Ints, check_mask
+
+_WINDOW = [(dv, du) for dv in range(-2, 3) for du in range(-2, 3) if (dv, du) != (0, 0)]
+
+
+def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
+    """The points of the object.
+
+    mask : the caller's own segmentation, (H, W) for a Frame or (N,) for a Cloud; goes before the method of the config.
+
+    Raises
+    ------
+    InputError : the mask is empty or of another size; there is no depth in it; the depth is out of all proportion
+        (wrong unit); a cloud with fewer than two different points; the method does not fit the data.
+    """
+    if config.method == "mask" and mask is None:
+        raise InputError("segment.method is mask but there is none: give one, or a capture with a mask/ folder")
+    if isinstance(data, Cloud):
+        return _segment_cloud(data, config, mask, seed)
+    given = mask is not None
+    found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[config.method](data, config, seed)
+    if given and not found.any():
+        raise InputError("the mask is empty: no pixel of it says object")
+    if not given:
+        found = drop_wide(found, data, config)
+    found = drop_small(found, config.min_component)
+    _check_depth(data.depth[found], config)
+    v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
+    solid = ~flying(data.depth, found, v, u, config)
+    pixels = np.column_stack((u[solid], v[solid]))
+    return Foreground(
+        points=data.camera.unproject(pixels, data.depth[v[solid], u[solid]]),
+        pixels=pixels,
+        mask=found,
+        depth=data.depth,
+        camera=data.camera,
+        viewpoint=np.zeros(3),
+        notes=() if found.any() else (_nothing(config),),
+    )
+
+
+def _nothing(config: SegmentConfig) -> str:
+    hint = {
+        "hsv": "widen segment.ranges",
+        "background": "lower segment.depth_difference or segment.color_difference",
+        "plane": "lower segment.plane_distance, or tell the object by colour with segment.method=hsv",
+    }.get(config.method, "give a mask, or tell the object by colour with segment.method=hsv")
+    return f"segment ({config.method}): nothing in this frame is told from the rest; {hint}"
+
+
+def _check_depth(depth: Array, config: SegmentConfig) -> None:
+    if not depth.size:
+        return
+    seen = depth[depth > 0]
+    if not seen.size:
+        raise InputError(f"no depth at any of the {depth.size} pixels of the object: is the depth aligned to the mask?")
+    middle = float(np.median(seen))
+    if not config.min_depth <= middle <= config.max_depth:
+        raise InputError(
+            f"the object is {middle:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
+            "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth"
+        )
+
+
+def drop_wide(mask: Bools, frame: Frame, config: SegmentConfig) -> Bools:
+    """The mask (H, W) without what is wider than `max_width` m on all sides, edges of it included."""
+    inside = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
+    meters = inside * frame.depth / frame.camera.fx
+    core = meters > config.max_width / 2
+    if not core.any():
+        return mask
+    reach = 1.5 * float(np.median(inside[core]))
+    return np.asarray(mask & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach))
+
+
+def drop_small(mask: Bools, least: int) -> Bools:
+    """The mask (H, W) without 8-connected pieces of fewer than `least` pixels."""
+    if least <= 1 or not mask.any():
+        return mask
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask[box].astype(np.uint8), connectivity=8, ltype=cv2.CV_32S)
+    keep = stats[:, cv2.CC_STAT_AREA] >= least
+    keep[0] = False
+    result = np.zeros_like(mask)
+    result[box] = keep[label]
+    return result
+
+
+def flying(depth: Array, mask: Bools, v: Ints, u: Ints, config: SegmentConfig) -> Bools:
+    """Which of the pixels (v, u) of the mask hang between surfaces: too few neighbours agree with their depth.
+
+    Neighbours are those of the 5x5 window inside the mask; two pixels away twice the tolerance is allowed.
+    Returns (N,) bool.
+    """
+    if config.edge_support == 0 or not len(v):
+        return np.zeros(len(v), dtype=bool)
+    masked = np.pad(np.where(mask, depth, np.float32(0)), 2)
+    width = masked.shape[1]
+    flat = masked.ravel()
+    at = (v + 2) * width + u + 2
+    here = flat[at]
+    support = np.zeros(len(at), dtype=np.int16)
+    for dv, du in _WINDOW:
+        support += np.abs(flat[at + (dv * width + du)] - here) < config.edge_tolerance * max(abs(dv), abs(du)) / 2
+    return np.asarray(support < config.edge_support)
+
+
+def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
+    points = cloud.points
+    if len(points) < 2 or not np.ptp(points, axis=0).any():
+        raise InputError(f"the cloud has {len(points)} points and no extent: an object needs points along its length")
+    extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [95, 5], axis=0))))
+    if not config.min_depth / 10 <= extent <= 10 * config.max_depth:
+        raise InputError(
+            f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)"
+        )
+    found = check_mask(mask, (len(points),)) if mask is not None else SEGMENTERS[config.method](cloud, config, seed)
+    if mask is not None and not found.any():
+        raise InputError("the mask is empty: no point of it says object")
+    kept = points[found]
+    kept = kept[~lone(kept)]
+    return Foreground(points=kept, viewpoint=cloud.viewpoint, notes=() if len(kept) else (_nothing(config),))
+
+
+def lone(points: Floats) -> Bools:
+    """Which of the points (N, 3) lie far outside the box of the rest, three times its size away from it."""
+    low, high = np.percentile(points, [2, 98], axis=0) if len(points) else np.zeros((2, 3))
+    margin = 3 * np.linalg.norm(high - low)
+    return np.asarray(((points < low - margin) | (points > high + margin)).any(axis=1))

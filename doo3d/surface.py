@@ -1,0 +1,204 @@
+"""Where the axis of a cylinder lies, and how thick it is, from the part of its surface that was seen.
+
+A camera sees half a shell: its points lie in front of the axis, pi / 4 of a radius in the mean. In the plane square to
+the axis a point at the lateral place u from it has the depth -sqrt(r^2 - u^2) from it. All functions work on
+stations: places (S, 3) m along all paths of a frame, close together, each with its tangent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .geometry import perpendicular, unit
+from .types import Bools, Camera, Floats, Ints
+
+PIXELS = 12_000
+"""Pixels of the mask that the width is measured on; more are thinned out evenly."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Axes at S stations: tangent, lateral (square to the view) and away (from the sensor, square to both), (S, 3) unit."""
+
+    tangent: Floats
+    lateral: Floats
+    away: Floats
+
+
+def frames_towards(places: Floats, tangent: Floats, viewpoint: Floats | None) -> Frames:
+    """Axes at places (S, 3) with tangents (S, 3); without a viewpoint, any that turn little from one to the next."""
+    if viewpoint is not None:
+        lateral = unit(np.cross(places - viewpoint, tangent))
+        for i in np.flatnonzero(~lateral.any(axis=1)):
+            lateral[i] = perpendicular(tangent[i])
+    else:
+        lateral = np.empty_like(tangent)
+        previous = perpendicular(tangent[0])
+        for i, t in enumerate(tangent):
+            side = previous - (previous @ t) * t
+            previous = unit(side) if side @ side > 1e-12 else perpendicular(t)
+            lateral[i] = previous
+    return Frames(tangent, lateral, np.cross(tangent, lateral))
+
+
+def window_sum(values: Floats, path: Ints, half: int) -> Floats:
+    """Sums of (S,) or (S, C) values over `half` stations on either side, within each path: path (S,) is its number."""
+    total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
+    index = np.arange(len(values))
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(path)) + 1))
+    ends = np.concatenate((starts[1:], [len(values)]))
+    run = np.searchsorted(starts, index, side="right") - 1
+    low, high = np.maximum(index - half, starts[run]), np.minimum(index + half + 1, ends[run])
+    return np.asarray(total[high] - total[low])
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """What the mask says at S stations: lateral offset of its middle, width, in px; weight 0..1, how far to believe it."""
+
+    offset: Floats
+    width: Floats
+    weight: Floats
+
+
+def silhouette(
+    places: Floats, lateral: Floats, path: Ints, mask_pixels: Ints, camera: Camera, reach: Floats, half: int
+) -> Silhouette:
+    """Middle and width of the mask across each station.
+
+    Every pixel of the mask goes to the nearest station in the image. Their number over the length of the
+    station's piece is the width, without bias from the pixel grid; the mean of their offsets is the middle.
+
+    mask_pixels : (N, 2) int, (u, v). reach : (S,) px, pixels farther from a station do not belong to it.
+    """
+    pixels = camera.project(places)
+    ahead = camera.project(places + 1e-4 * lateral) - pixels
+    across = unit(ahead)
+    thinned = mask_pixels[_every(mask_pixels, -(-len(mask_pixels) // PIXELS))]
+    share = len(mask_pixels) / max(1, len(thinned))
+    length = _lengths(pixels, path)
+    distance, nearest = cKDTree(pixels).query(thinned)
+    kept = distance < reach[nearest]
+    nearest, thinned = nearest[kept], thinned[kept]
+    offset = np.einsum("ij,ij->i", thinned - pixels[nearest], across[nearest])
+    count = window_sum(np.bincount(nearest, minlength=len(places)) * share, path, half)
+    total = window_sum(np.bincount(nearest, weights=offset, minlength=len(places)) * share, path, half)
+    run = window_sum(length, path, half)
+    width = count / np.maximum(run, 1e-9)
+    usual = np.median(width[width > 0]) if (width > 0).any() else 1.0
+    weight = np.exp(-(((width / usual - 1) / 0.3) ** 2)) * (width > 0)
+    return Silhouette(total / np.maximum(count, 1e-9), width, weight)
+
+
+def _every(pixels: Ints, step: int) -> Bools:
+    """A scattered 1 / step of the pixels, the same for the same pixels."""
+    if step <= 1:
+        return np.ones(len(pixels), dtype=bool)
+    return np.asarray((pixels[:, 0] * 7919 + pixels[:, 1] * 104729) % step == 0)
+
+
+def _lengths(pixels: Floats, path: Ints) -> Floats:
+    """The length of image, px, that each station stands for: half way to either neighbour on its path."""
+    step = np.linalg.norm(np.diff(pixels, axis=0), axis=1) * (np.diff(path) == 0)
+    return np.asarray((np.concatenate(([0.0], step)) + np.concatenate((step, [0.0]))) / 2)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Surface points in the cross-sections of the stations they belong to.
+
+    station : (N,) int. lateral, away : (N,) m from the station. weight : (N,), points that stand behind each.
+    """
+
+    station: Ints
+    lateral: Floats
+    away: Floats
+    weight: Floats
+
+
+def sections(points: Floats, weight: Floats, places: Floats, frames: Frames, reach: float) -> Section:
+    """Each point (N, 3) m in the cross-section of its nearest station, those farther than `reach` m left out."""
+    distance, nearest = cKDTree(places).query(points, distance_upper_bound=reach)
+    kept = np.flatnonzero(np.isfinite(distance))
+    nearest = nearest[kept]
+    offset = points[kept] - places[nearest]
+    return Section(
+        nearest,
+        np.einsum("ij,ij->i", offset, frames.lateral[nearest]),
+        np.einsum("ij,ij->i", offset, frames.away[nearest]),
+        weight[kept],
+    )
+
+
+def axis_depth(section: Section, path: Ints, radius: float, half: int) -> tuple[Floats, Floats]:
+    """How far the axis lies away from each station, m, and how many points say so: (S,), (S,).
+
+    The mean of away + sqrt(r^2 - u^2) over the points with |u| < 0.8 r, those that disagree by more than three
+    deviations left out. Stations must lie in the middle of the silhouette.
+    """
+    good = np.abs(section.lateral) < 0.8 * radius
+    station, weight = section.station[good], section.weight[good]
+    depth = section.away[good] + np.sqrt(radius**2 - section.lateral[good] ** 2)
+    stations = len(path)
+    for last in (False, True):
+        count = window_sum(np.bincount(station, weights=weight, minlength=stations), path, half)
+        mean = window_sum(np.bincount(station, weights=weight * depth, minlength=stations), path, half) / np.maximum(count, 1e-9)
+        if last or not len(station):
+            break
+        residual = np.abs(depth - mean[station])
+        inside = residual <= max(4.5 * float(np.median(residual)), 1e-9)
+        station, weight, depth = station[inside], weight[inside], depth[inside]
+    return mean, count
+
+
+def circles(section: Section, path: Ints, radius: float | None, half: int, rounds: int = 8) -> tuple[Floats, Floats, Floats]:
+    """The circle through each station's cross-section, pooled over `half` stations on either side.
+
+    Least squares of the distance to the circle by Gauss-Newton, begun from the algebraic fit of Kasa (1976), which
+    alone makes arcs too small. With a radius given only the centre is fitted.
+    Returns centres (S, 2) m as (lateral, away) from the station, radii (S,) m (NaN where fewer than 5 points), and
+    counts of points (S,).
+    """
+    stations, u, w, at = len(path), section.lateral, section.away, section.station
+
+    def pooled(values: Floats) -> Floats:
+        return window_sum(np.bincount(at, weights=section.weight * values, minlength=stations), path, half)
+
+    count = pooled(np.ones_like(u))
+    safe = np.maximum(count, 1e-9)
+    center, found = _kasa(u, w, at, pooled, safe)
+    radii = np.where(np.isfinite(found), found, 0.0) if radius is None else np.full(stations, radius)
+    for _ in range(rounds):
+        du, dw = u - center[at, 0], w - center[at, 1]
+        distance = np.maximum(np.hypot(du, dw), 1e-12)
+        nu, nw, residual = du / distance, dw / distance, distance - radii[at]
+        one = np.ones_like(nu) * (radius is None)
+        rows = (nu, nw, one)
+        matrix = np.stack([pooled(a * b) for a in rows for b in rows], -1).reshape(-1, 3, 3)
+        matrix += 1e-3 * safe[:, None, None] * np.eye(3)
+        step = np.linalg.solve(matrix, np.stack([pooled(a * residual) for a in rows], -1)[..., None])[..., 0]
+        limit = np.maximum(radii, 1e-9) / 2
+        center += np.clip(step[:, :2], -limit[:, None], limit[:, None])
+        radii = radii + np.clip(step[:, 2], -limit, limit)
+    radii[count < 5] = np.nan
+    return center, radii, count
+
+
+def _kasa(u: Floats, w: Floats, at: Ints, pooled: Callable[[Floats], Floats], count: Floats) -> tuple[Floats, Floats]:
+    """Least squares of u^2 + w^2 = 2 a u + 2 b w + c, in coordinates centred on the station's mean."""
+    mean = np.column_stack((pooled(u), pooled(w))) / count[:, None]
+    u, w = u - mean[at, 0], w - mean[at, 1]
+    q = u * u + w * w
+    uu, uw, ww, su, sw, n, uq, wq, sq = map(pooled, (u * u, u * w, w * w, u, w, np.ones_like(u), u * q, w * q, q))
+    matrix = np.stack((uu, uw, su, uw, ww, sw, su, sw, n), -1).reshape(-1, 3, 3)
+    spread = np.maximum(uu + ww, 1e-18)
+    matrix += 1e-6 * spread[:, None, None] * np.diag((1.0, 1.0, 0.0))
+    matrix[n < 5] = np.eye(3)
+    a, b, c = np.linalg.solve(matrix, np.stack((uq, wq, sq), -1)[..., None])[..., 0].T
+    radius = np.sqrt(np.maximum(c + (a * a + b * b) / 4, 0.0))
+    radius[n < 5] = np.nan
+    return np.where(n[:, None] < 5, mean, mean + np.column_stack((a, b)) / 2), radius
