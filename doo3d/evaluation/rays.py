@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..inputs._open3d import open3d
 from ..types import Array, Bools, Floats, Ints
-from ._open3d import open3d
 from .mesh import frames, sweep, tangents
 from .model import Scene, Truth
 

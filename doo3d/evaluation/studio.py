@@ -63,8 +63,8 @@ def make_studio(
 ) -> Studio:
     """A studio with a camera of `size` (width, height) px, at a random distance in m, tilted by up to `tilt` degrees."""
     width, height = size
-    focal = FOCAL.get(width, 0.72 * width) * rng.uniform(0.985, 1.015)
-    centre = (width / 2 + rng.uniform(-6, 6), height / 2 + rng.uniform(-6, 6))
+    focal = round(FOCAL.get(width, 0.72 * width) * rng.uniform(0.985, 1.015), 2)
+    centre = (round(width / 2 + rng.uniform(-6, 6), 2), round(height / 2 + rng.uniform(-6, 6), 2))
     camera = Camera(fx=focal, fy=focal, cx=centre[0], cy=centre[1], width=width, height=height)
     angles = rng.uniform(-1, 1, size=3) * (tilt, 0.6 * tilt, 10.0)
     turn = Rotation.from_euler("xyz", angles, degrees=True).as_matrix() @ np.diag([1.0, -1.0, -1.0])
