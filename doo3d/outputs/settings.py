@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from ..config import Config
 
 _WIDTH = 110  # columns of the comments
-_SIGNS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
+_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _WORDS = {"float": "number", "int": "whole number", "bool": "true or false", "str": "text", "NoneType": "null"}
 
 
@@ -86,7 +86,7 @@ def _kind(field: FieldInfo) -> str:
 
 
 def _bounds(field: FieldInfo) -> str:
-    """Such as "> 0, ≤ 2"; empty where there are none."""
+    """Such as "> 0, <= 2"; empty where there are none."""
     parts = []
     for bound in field.metadata:
         parts += [f"{sign} {getattr(bound, name)}" for name, sign in _SIGNS.items() if hasattr(bound, name)]

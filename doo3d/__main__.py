@@ -1,0 +1,6 @@
+"""`python -m doo3d` is the command `doo3d`."""
+
+from .cli import main
+
+if __name__ == "__main__":
+    main()

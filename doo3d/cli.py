@@ -1,0 +1,235 @@
+"""The commands. Only this module prints and exits; what is heavy is imported inside the commands."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from . import __version__
+from .errors import DooError
+
+if TYPE_CHECKING:
+    from .batch import FrameRecord
+    from .config import Config
+
+SOME_FAILED, NOTHING_DONE = 1, 2  # exit codes
+
+
+class Commands(TyperGroup):
+    """The commands, with what doo3d refuses said in one sentence."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; a DooError ends it with exit code 2 and no traceback."""
+        try:
+            return super().invoke(ctx)
+        except DooError as error:
+            typer.echo(f"doo3d: {error}", err=True)
+            raise typer.Exit(NOTHING_DONE) from None
+
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+evaluate = typer.Typer(no_args_is_help=True, help="How good the detection is, against known truth.", rich_markup_mode=None)
+app.add_typer(evaluate, name="evaluate")
+
+Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d presets) or a YAML file.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
+]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"doo3d {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def doo3d(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """Cables, ropes, hoses and wires as 3-D chains, from RGB-D frames and point clouds.
+
+    \b
+    Examples:
+      doo3d detect sample_clouds/crossing -o out       a folder with color/, depth/, camera_intrinsic.json
+      doo3d detect scan.ply -o out                     one point cloud
+      doo3d detect capture --set merge.chains=2        two cables
+      doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
+      doo3d bench                                      milliseconds per stage on this machine
+
+    Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.png (the chains over the image).
+    """
+
+
+@app.command()
+def detect(
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file (PLY, PCD, XYZ, NPZ).")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the results.")] = Path("out"),
+    config: Preset = "default",
+    overrides: Overrides = None,
+    force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+) -> None:
+    """Find the chains in every frame of INPUT and write them to OUT.
+
+    \b
+    Examples:
+      doo3d detect sample_clouds/crossing -o out
+      doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
+
+    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, nothing was written.
+    """
+    from .inputs import open_capture
+
+    effective = _config(config, overrides)
+    opened = open_capture(capture)
+    from . import batch
+    from .outputs.lines import closing_line
+
+    if not quiet:
+        _say_compiling()
+    names = [entry.name for entry in opened.frames]
+    with _reporting(len(names), max(map(len, names), default=0), quiet) as report:
+        summary = batch.run(opened, out, effective, force=force, report=report)
+    counts = summary.counts()
+    if not summary.succeeded:
+        if len(names) > 1:
+            typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)
+        raise typer.Exit(NOTHING_DONE)
+    if not quiet:
+        typer.echo(closing_line(counts["frames"], summary.failed, counts["chains"], str(out)))
+    if summary.failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def bench(
+    captures: Annotated[
+        list[Path] | None, typer.Argument(metavar="[INPUT]...", help="Captures, the first frame of each; none: one is rendered.")
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, help="How often each frame is run and counted.")] = 20,
+    config: Preset = "default",
+    overrides: Overrides = None,
+) -> None:
+    """Print the milliseconds of each stage, in one process and one thread."""
+    from . import bench as timing
+
+    timing.single_thread()
+    for i, result in enumerate(timing.bench(captures or [], _config(config, overrides), runs)):
+        typer.echo("\n".join([""] * (i > 0) + result.lines()))
+
+
+@app.command()
+def presets() -> None:
+    """List the presets that -c takes by name."""
+    from .config import preset_folder, preset_names
+
+    for name in preset_names():
+        lines = (preset_folder() / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+        about = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
+        typer.echo(f"{name:<12}  {' '.join(about).partition('. ')[0].rstrip('.')}.")
+
+
+@app.command("config")
+def show_config(
+    name: Annotated[str, typer.Argument(help="A preset or a YAML file.")] = "default",
+    overrides: Overrides = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the page of the documentation instead.")] = False,
+) -> None:
+    """Print the effective configuration, each field explained."""
+    from .outputs import settings
+
+    typer.echo(settings.markdown() if markdown else settings.annotated_yaml(_config(name, overrides)), nl=False)
+
+
+@app.command()
+def samples(folder: Annotated[Path, typer.Argument(help="Where to; made when it is not there.")]) -> None:
+    """Render the sample captures and clouds into FOLDER."""
+    from .evaluation.samples import write_samples
+
+    for path in write_samples(folder):
+        typer.echo(path)
+
+
+def main() -> None:
+    """The command `doo3d`."""
+    app(prog_name="doo3d")
+
+
+def _config(name: str, overrides: list[str] | None) -> Config:
+    from .config import load_config, parse_overrides
+
+    return load_config(name, parse_overrides(overrides or []))
+
+
+def _say_compiling() -> None:
+    from .kernels import compiled
+
+    if not compiled():
+        typer.echo("the first run compiles for some seconds ...", err=True)
+
+
+@contextmanager
+def _reporting(total: int, column: int, quiet: bool) -> Iterator[Callable[[FrameRecord], None]]:
+    """What prints a line per frame, with a bar below where there is a terminal and more than one frame."""
+    from .outputs.lines import failure_line, frame_line
+
+    def show(record: FrameRecord, say: Callable[..., None]) -> None:
+        if record.error is not None:
+            say(failure_line(record.name, record.error, column) if total > 1 else f"doo3d: {record.error}", err=True)
+        elif not quiet:
+            line = frame_line(record.name, record.lengths, record.radii, record.occluded, record.units, record.seconds, column)
+            say("\n".join([line, *(f"{'':<{column}}   note: {note}" for note in record.notes)]))
+
+    if quiet or total < 2 or not sys.stderr.isatty():
+        yield lambda record: show(record, typer.echo)
+        return
+    with _bar(total) as (above, step):
+
+        def advance(record: FrameRecord) -> None:
+            show(record, above)
+            step(record)
+
+        yield advance
+
+
+@contextmanager
+def _bar(total: int) -> Iterator[tuple[Callable[..., None], Callable[[FrameRecord], None]]]:
+    """A progress bar on stderr, drawn between frames only; with it, what prints above it and what moves it on."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    tail = TextColumn("{task.fields[chains]} chains, {task.fields[failed]} failed")
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), tail)
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False) as progress:
+        task = progress.add_task("", total=total, chains=0, failed=0, rate="")
+        chains, failed = 0, 0
+
+        def above(text: str, err: bool = False) -> None:
+            if err or sys.stdout.isatty():
+                console.print(text, markup=False, highlight=False, soft_wrap=True)
+            else:
+                typer.echo(text)
+
+        def step(record: FrameRecord) -> None:
+            nonlocal chains, failed
+            chains, failed = chains + len(record.lengths), failed + (record.error is not None)
+            speed = progress.tasks[task].speed
+            rate = f"{speed:.1f} frames/s" if speed else ""
+            progress.update(task, advance=1, refresh=True, rate=rate, chains=chains, failed=failed)
+
+        yield above, step

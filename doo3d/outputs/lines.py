@@ -1,0 +1,44 @@
+"""A run in words: one line per frame, and what became of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def frame_line(
+    name: str,
+    lengths: Sequence[float],
+    radii: Sequence[float],
+    occluded: float | None,
+    units: str,
+    seconds: float,
+    column: int = 0,
+) -> str:
+    """Such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
+
+    Parameters
+    ----------
+    name : of the frame, filled up to `column` characters.
+    lengths, radii : of the chains, m (px in 2-D). occluded : share of all segments; None without chains.
+    units : "m" or "px". seconds : that the frame took.
+    """
+    count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
+    parts = [name.ljust(column), count]
+    if lengths:
+        factor, unit = (1000, "mm") if units == "m" else (1, "px")
+        digits = 3 if units == "m" else 0
+        parts.append(" + ".join(f"{length:.{digits}f}" for length in lengths) + f" {units}")
+        parts.append("radius " + ", ".join(f"{radius * factor:.1f}" for radius in radii) + f" {unit}")
+        parts.append(f"{occluded or 0:.0%}".replace("%", " %") + " occluded")
+    return "   ".join([*parts, f"{seconds * 1000:.0f} ms"])
+
+
+def failure_line(name: str, error: str, column: int = 0) -> str:
+    """Such as "000012   failed: depth/000012.png is cut off"."""
+    return f"{name.ljust(column)}   failed: {error}"
+
+
+def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
+    """What became of a run, and where it is."""
+    number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
+    return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"
