@@ -75,12 +75,14 @@ class SegmentConfig(Section):
     )
     min_depth: float = Field(0.02, gt=0, description="m; nearer readings are dropped, and an object nearer has a wrong unit.")
     max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
+    window: int = Field(2, ge=1, le=10, description="pixels; half-width of the window in which depth readings are compared.")
     edge_tolerance: float = Field(
-        0.006, gt=0, description="m; depth that agrees with too few neighbours to within this is a flying point."
+        0.003, gt=0, description="m per pixel of distance; readings that differ by more do not agree."
     )
     edge_support: int = Field(
-        7, ge=0, le=24, description="neighbours of the 24 in the 5x5 window that must agree in depth; fewer = flying point."
+        7, ge=0, description="neighbours in the window that must agree with a depth reading; fewer = a flying point, which goes."
     )
+    smooth: bool = Field(True, description="replace each depth reading by the mean of itself and the neighbours that agree.")
     min_component: int = Field(30, ge=1, description="pixels (points of a cloud); smaller connected pieces of the mask go.")
 
     @model_validator(mode="after")
@@ -100,7 +102,7 @@ class VoxelizeConfig(Section):
     size: float | None = Field(None, gt=0, description="m, edge of a voxel; null: chosen from point spacing and radius.")
     radius: float | None = Field(None, gt=0, description="m, the object's radius if it is known; null: from the seen width.")
     size_over_radius: float = Field(
-        0.5, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
+        0.6, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
     )
     size_over_spacing: float = Field(1.6, ge=0.5, le=10, description="voxel edge in point spacings at least, when chosen.")
     close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
@@ -124,7 +126,11 @@ class TraverseConfig(Section):
         12.0, ge=0, description="radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."
     )
     smooth: float = Field(1.0, ge=0, description="radii; half-width of the moving mean that takes the voxel steps out of a path.")
-    trim: float = Field(1.0, ge=0, description="radii cut from a path where it meets a junction, whose pull bends it.")
+    min_bridge: float = Field(3.0, ge=0, description="radii; two forks nearer to each other than this are one crossing.")
+    trim: float = Field(1.0, ge=0, description="radii cut at least from a path where it meets a junction, whose pull bends it.")
+    separation: float = Field(
+        2.2, ge=0, description="radii between paths at a junction up to which both are cut, for their surfaces still touch."
+    )
 
 
 class FitConfig(Section):
@@ -157,6 +163,10 @@ class MergeConfig(Section):
     max_cost: float = Field(450.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
     min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
+    strategy: Literal["greedy", "global"] = Field(
+        "global",
+        description="greedy: the paper's rule, the cheapest pair first; global: all connections together, at the least total cost.",
+    )
     rings: bool = Field(False, description="the two ends of one chain may be joined, when nothing else is left to join.")
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from .. import costs
 from ..arcs import tangent_path
 from ..config import FillConfig, MergeConfig
+from ..errors import require
 from ..evidence import Evidence
 from ..geometry import end_directions
 from ..types import Assembly, Chain, Floats
@@ -49,7 +50,7 @@ def merge(
         )  # fmt: skip
         return config.free_space_weight * ends.unit_cost * evidence.free_length(way)
 
-    links = _greedy(cost, free_space, config)
+    links = STRATEGIES[config.strategy](cost, free_space, config)
     result = _assemble(chains, ends, links)
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
     if config.chains is not None:
@@ -87,37 +88,83 @@ def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig) -> Floats
 
 
 Link = tuple[int, int, float]
+Price = Callable[[int, int], float]
 
 
-def _greedy(cost: Floats, free_space: Callable[[int, int], float], config: MergeConfig) -> list[Link]:
+def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     """The paper's rule. Free space only ever adds to a cost, so it is asked for only of the pair that would be next."""
     group = list(range(len(cost) // 2))
     used: set[int] = set()
     links: list[Link] = []
+    rings: list[Link] = []
     heap = [(float(cost[a, b]), int(a), int(b), False) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)]
     heapq.heapify(heap)
-    rings: list[Link] = []
-    left = len(group)
-    while heap and (config.chains is None or left > config.chains or config.rings):
+    while heap:
         price, a, b, known = heapq.heappop(heap)
         if a in used or b in used:
             continue
         if not known:
-            price += free_space(a, b)
+            price += extra(a, b)
             if price <= config.max_cost:
                 heapq.heappush(heap, (price, a, b, True))
             continue
         one, other = group[a // 2], group[b // 2]
         if one == other:
             rings.append((a, b, price))
-        elif config.chains is None or left > config.chains:
+        elif config.chains is None or len(set(group)) > config.chains:
             used |= {a, b}
             links.append((a, b, price))
             group = [one if g == other else g for g in group]
-            left -= 1
-    if config.rings:
-        links += [ring for ring in rings if not used & set(ring[:2])]
-    return links
+    return links + [ring for ring in rings if config.rings and not used & set(ring[:2])]
+
+
+def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
+    """The set of connections with the largest total of (max_cost - cost): every end used once at most, no rings unless wanted.
+
+    A maximum-weight matching of the ends (Edmonds' blossoms, networkx). Free space is asked for only of the pairs that a
+    matching chose, and the matching then made again: as it only adds to a cost, nothing better is missed. A matching
+    that closes a ring is made again without the dearest of the ring's connections. With a number of chains wanted and
+    fewer found, the dearest connections are undone.
+    """
+    nx = require("networkx")
+    prices = {(int(a), int(b)): float(cost[a, b]) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)}
+    top = config.max_cost if np.isfinite(config.max_cost) else 2 * max(prices.values(), default=0.0) + 1
+    known: set[tuple[int, int]] = set()
+    while True:
+        graph = nx.Graph()
+        graph.add_weighted_edges_from((a, b, top - price) for (a, b), price in prices.items() if price < top)
+        pairs = sorted((min(pair), max(pair)) for pair in nx.max_weight_matching(graph))
+        added = {pair: extra(*pair) for pair in pairs if pair not in known}
+        known |= set(added)
+        for pair, price in added.items():
+            prices[pair] += price
+        if any(added.values()):
+            continue
+        ring = _ring(pairs) if not config.rings else None
+        if ring is None:
+            break
+        del prices[max(ring, key=lambda pair: prices[pair])]
+    links = sorted(((a, b, prices[a, b]) for a, b in pairs), key=lambda link: link[2])
+    surplus = len(links) - (len(cost) // 2 - config.chains) if config.chains is not None else 0
+    return links[: len(links) - surplus] if surplus > 0 else links
+
+
+def _ring(pairs: list[tuple[int, int]]) -> list[tuple[int, int]] | None:
+    """The connections of a ring that they close, if they close one."""
+    partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
+    seen: set[int] = set()
+    for start, _ in pairs:
+        ring, e = [], start
+        while e in partner and e not in seen:
+            seen.add(e)
+            ring.append((min(e, partner[e]), max(e, partner[e])))
+            e = partner[e] ^ 1
+        if ring and e == start:
+            return ring
+    return None
+
+
+STRATEGIES: dict[str, Callable[[Floats, Price, MergeConfig], list[Link]]] = {"greedy": _greedy, "global": _global}
 
 
 def _assemble(chains: list[Chain], ends: _Ends, links: list[Link]) -> list[Assembly]:

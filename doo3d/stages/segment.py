@@ -7,10 +7,9 @@ import numpy as np
 
 from ..config import SegmentConfig
 from ..errors import InputError
+from ..kernels.depth import agreement
 from ..segmenters import SEGMENTERS
-from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, Ints, check_mask
-
-_WINDOW = [(dv, du) for dv in range(-2, 3) for du in range(-2, 3) if (dv, du) != (0, 0)]
+from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, check_mask
 
 
 def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
@@ -36,10 +35,11 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
     found = drop_small(found, config.min_component)
     _check_depth(data.depth[found], config)
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
-    solid = ~flying(data.depth, found, v, u, config)
+    support, depth = agreement(data.depth, found, v, u, config.window, config.edge_tolerance)
+    solid = support >= config.edge_support
     pixels = np.column_stack((u[solid], v[solid]))
     return Foreground(
-        points=data.camera.unproject(pixels, data.depth[v[solid], u[solid]]),
+        points=data.camera.unproject(pixels, depth[solid] if config.smooth else data.depth[v[solid], u[solid]]),
         pixels=pixels,
         mask=found,
         depth=data.depth,
@@ -95,25 +95,6 @@ def drop_small(mask: Bools, least: int) -> Bools:
     result = np.zeros_like(mask)
     result[box] = keep[label]
     return result
-
-
-def flying(depth: Array, mask: Bools, v: Ints, u: Ints, config: SegmentConfig) -> Bools:
-    """Which of the pixels (v, u) of the mask hang between surfaces: too few neighbours agree with their depth.
-
-    Neighbours are those of the 5x5 window inside the mask; two pixels away twice the tolerance is allowed.
-    Returns (N,) bool.
-    """
-    if config.edge_support == 0 or not len(v):
-        return np.zeros(len(v), dtype=bool)
-    masked = np.pad(np.where(mask, depth, np.float32(0)), 2)
-    width = masked.shape[1]
-    flat = masked.ravel()
-    at = (v + 2) * width + u + 2
-    here = flat[at]
-    support = np.zeros(len(at), dtype=np.int16)
-    for dv, du in _WINDOW:
-        support += np.abs(flat[at + (dv * width + du)] - here) < config.edge_tolerance * max(abs(dv), abs(du)) / 2
-    return np.asarray(support < config.edge_support)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:

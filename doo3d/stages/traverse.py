@@ -50,6 +50,16 @@ class _Graph:
         """The branches that end at a node; a loop counts twice."""
         return [branch for branch in self.branches for end in (branch.a, branch.b) if end == node]
 
+    def contract(self, bridge: _Branch) -> None:
+        """Make one node in the middle of a bridge out of the two at its ends."""
+        self.branches.remove(bridge)
+        self.places[bridge.a] = (self.places[bridge.a] + self.places[bridge.b]) / 2
+        del self.places[bridge.b]
+        for branch in [branch for branch in self.branches if bridge.b in (branch.a, branch.b)]:
+            self.branches.remove(branch)
+            ends = (bridge.a if end == bridge.b else end for end in (branch.a, branch.b))
+            self.add(*ends, branch.points)
+
     def dissolve(self, node: int) -> None:
         """Turn a node that is no junction any more into a part of the branch that runs through it."""
         here = self.at(node)
@@ -83,10 +93,9 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     paths = [Path(moving_mean(ring, half, closed=True), closed=True) for ring in rings if steps(ring, True).sum() >= least]
     for branch in graph.branches:
         if not _is_ring(graph, branch):
-            points = moving_mean(graph.whole(branch), half)
-            points = _trim(points, branch, config.trim * skeleton.radius)
+            points = _trim(graph, branch, config, skeleton.radius)
             if len(points) > 1:
-                paths.append(Path(points))
+                paths.append(Path(moving_mean(points, half)))
     return paths
 
 
@@ -113,17 +122,24 @@ def _build(skeleton: Skeleton) -> tuple[_Graph, list[Floats]]:
 
 
 def _simplify(graph: _Graph, config: TraverseConfig, radius: float) -> None:
-    """Drop spurs and small loops, the shortest first; what was a junction only because of them becomes a path again."""
+    """Drop spurs and small loops, the shortest first; what was a junction only because of them becomes a path again.
+
+    A crossing thins to two forks with a short bridge between them: then the forks become one junction.
+    """
     for node in list(graph.places):
         graph.dissolve(node)
     while True:
         candidates = [branch for branch in graph.branches if _droppable(graph, branch, config, radius)]
-        if not candidates:
+        if candidates:
+            victim = min(candidates, key=lambda branch: branch.length)
+            graph.branches.remove(victim)
+            for node in {victim.a, victim.b} - {FREE}:
+                graph.dissolve(node)
+            continue
+        bridges = [b for b in graph.branches if FREE != b.a != b.b != FREE and b.length < config.min_bridge * radius]
+        if not bridges:
             return
-        victim = min(candidates, key=lambda branch: branch.length)
-        graph.branches.remove(victim)
-        for node in {victim.a, victim.b} - {FREE}:
-            graph.dissolve(node)
+        graph.contract(min(bridges, key=lambda branch: branch.length))
 
 
 def _droppable(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> bool:
@@ -141,13 +157,41 @@ def _droppable(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: f
     return any(branch.length + twin.length < config.min_loop * radius for twin in twins)
 
 
-def _trim(points: Floats, branch: _Branch, trim: float) -> Floats:
-    """The path without `trim` m at the ends that meet a junction; empty when nothing is left."""
+def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> Floats:
+    """The branch without the ends that a junction pulls out of shape: at least `trim` radii, and on until it is
+    `separation` radii from every other branch there, where the surfaces of two strands no longer touch; of one end at
+    most 0.4 of the branch. Empty when nothing is left.
+    """
+    points = graph.whole(branch)
     along = arc_length(points)
-    low = trim if branch.a != FREE else 0.0
-    high = along[-1] - (trim if branch.b != FREE else 0.0)
-    if high <= low:
+    cut = [0.0, 0.0]
+    for end, node in enumerate((branch.a, branch.b)):
+        if node == FREE:
+            continue
+        inwards = points if end == 0 else points[::-1]
+        away = along if end == 0 else along[-1] - along[::-1]
+        apart = _apart(graph, branch, node, end, inwards)
+        near = np.flatnonzero(apart > config.separation * radius)
+        clear = float(away[near[0]]) if len(near) else float(along[-1])
+        cut[end] = max(config.trim * radius, min(clear, 0.4 * float(along[-1])))
+    if cut[0] + cut[1] >= along[-1]:
         return points[:0]
-    inner = points[(along > low) & (along < high)]
+    low, high = cut[0], float(along[-1]) - cut[1]
     ends = resample(points, np.array([low, high]))
-    return np.concatenate((ends[:1], inner, ends[1:]))
+    return np.concatenate((ends[:1], points[(along > low) & (along < high)], ends[1:]))
+
+
+def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats) -> Floats:
+    """How far each point of a branch is from the nearest one of the other branches at a node: (P,) m."""
+    result = np.full(len(points), np.inf)
+    for other in graph.branches:
+        for side, at in enumerate((other.a, other.b)):
+            if at != node or (other is branch and side == end):
+                continue
+            whole = graph.whole(other)
+            if side == 1:
+                whole = whole[::-1]
+            whole = whole[: len(whole) // 2 + 1] if other.a == other.b else whole
+            distance = np.linalg.norm(points[:, None] - whole[None], axis=2).min(axis=1)
+            result = np.minimum(result, distance)
+    return result
