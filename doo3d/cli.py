@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .errors import DooError
+from .errors import ConfigError, DooError
 
 if TYPE_CHECKING:
     from .batch import FrameRecord
@@ -162,6 +162,35 @@ def samples(folder: Annotated[Path, typer.Argument(help="Where to; made when it 
 
     for path in write_samples(folder):
         typer.echo(path)
+
+
+@evaluate.command("samples")
+def evaluate_samples(
+    folder: Annotated[Path, typer.Argument(help="Captures and clouds with their truth beside them, such as sample_clouds.")],
+    config: Preset = "default",
+    overrides: Overrides = None,
+) -> None:
+    """Detect in all captures below FOLDER and score against their truth."""
+    from .evaluation import table
+
+    typer.echo(table.format_table(table.evaluate_captures(folder, _config(config, overrides))))
+
+
+@evaluate.command("scenes")
+def evaluate_scenes(
+    families: Annotated[str, typer.Option(help="Comma-separated families of scenes, or all.")] = "all",
+    seeds: Annotated[int, typer.Option(min=1, help="Scenes of each family.")] = 10,
+    config: Preset = "default",
+    overrides: Overrides = None,
+) -> None:
+    """Render scenes of known truth, detect in them and score."""
+    from .evaluation import table
+    from .evaluation.scenes import FAMILIES
+
+    chosen = list(FAMILIES) if families == "all" else [name.strip() for name in families.split(",")]
+    if unknown := [name for name in chosen if name not in FAMILIES]:
+        raise ConfigError(f"--families {unknown[0]}: there are {', '.join(FAMILIES)}")
+    typer.echo(table.format_table(table.evaluate_scenes(chosen, range(seeds), _config(config, overrides))))
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ from .palette import DARK, LIGHT, Rgb
 from .view import View
 
 _SEEN, _HIDDEN, _EDGE = 0.50, 0.18, 0.66  # how opaque: ribbon, ribbon where occluded, dark edge
-_DASH = (7.0, 5.0)  # px at unit size: drawn, left out
+_DASH = (7.0, 7.0)  # px at unit size: drawn, left out
 
 
 @dataclass(frozen=True)
@@ -89,11 +89,10 @@ class Strand:
     def _joints(self, canvas: Canvas, run: slice) -> None:
         points = self.points[run]
         spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-        radius = min(1.5 * self.unit, 0.15 * spacing)
-        if radius < 0.6 * self.unit or self.hidden[run.start]:
+        radius = min(1.4 * self.unit, 0.12 * spacing)
+        if radius < 0.5 * self.unit or self.hidden[run.start]:
             return
         for point in points:
-            canvas.disc(point, radius + 0.6 * self.unit, DARK, 0.7)
             canvas.disc(point, radius, LIGHT, 1.0)
 
     def ends(self, canvas: Canvas) -> None:

@@ -1,0 +1,176 @@
+"""The picture: what is drawn where, by its pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d.types import Camera, Chain, Cloud, Detection, Frame
+from doo3d.viz import draw
+from doo3d.viz.overlay import caption_lines
+from doo3d.viz.palette import chain_color
+from doo3d.viz.view import SIZE, depth_picture, view_of
+
+CAMERA = Camera(600, 600, 320, 240, 640, 480)
+
+
+def frame(color: int | None = 128) -> Frame:
+    picture = None if color is None else np.full((480, 640, 3), color, np.uint8)
+    return Frame(picture, np.full((480, 640), 0.6, np.float32), CAMERA)
+
+
+def straight(
+    y: float = 0.0, z: float = 0.6, segments: int = 40, radius: float = 0.006, occluded=None, turn: bool = False
+) -> Chain:
+    """A chain of 10 mm segments through the middle of the view, level or (turned) upright."""
+    t = (np.arange(segments + 1) - segments / 2) * 0.01
+    joints = np.column_stack((np.zeros_like(t), t, np.full_like(t, z))) if turn else np.column_stack((t, t * 0 + y, t * 0 + z))
+    return Chain(joints, 0.01, radius, occluded=np.zeros(0, bool) if occluded is None else occluded)
+
+
+def changed(picture, before: int = 128):
+    return (np.abs(picture.astype(int) - before) > 8).any(axis=2)
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1920, 1080), (320, 240)])
+def test_size_type_and_the_given_image_untouched(size):
+    width, height = size
+    camera = Camera(width, width, width / 2, height / 2, width, height)
+    color = np.full((height, width, 3), 128, np.uint8)
+    picture = draw(Frame(color, np.full((height, width), 0.6, np.float32), camera), Detection((straight(),)))
+    assert picture.shape == (height, width, 3)
+    assert picture.dtype == np.uint8
+    assert (color == 128).all()
+    assert changed(picture).any()
+
+
+def test_the_ribbon_is_as_wide_as_the_object():
+    drawn = changed(draw(frame(), Detection((straight(radius=0.02),))))
+    column = drawn[:, 320]  # 0.02 m of 600 px at 0.6 m: 20 px each side, and the edge
+    assert 40 <= column.sum() <= 46
+    assert abs(np.flatnonzero(column).mean() - 240) < 1
+
+
+def test_the_center_line_has_the_chains_color():
+    picture = draw(frame(), Detection((straight(),)))
+    between_joints = picture[240, 325]
+    assert np.abs(between_joints.astype(int) - chain_color(0)).max() < 40
+
+
+@pytest.mark.parametrize("ground", [0, 255, 128])
+def test_legible_on_any_ground(ground):
+    picture = draw(frame(ground), Detection((straight(),)))
+    patch = picture[230:251, 300:340].astype(int).mean(axis=2)
+    assert patch.max() - patch.min() > 90
+
+
+def test_occluded_segments_are_dashed():
+    hidden = np.zeros(40, dtype=bool)
+    hidden[15:25] = True
+    picture = draw(frame(), Detection((straight(occluded=hidden),)))
+    left_out = np.abs(picture[240].astype(int) - 128).max(axis=1) < 40  # the faint ribbon alone
+    assert (np.diff(left_out[275:365].astype(int)) == 1).sum() >= 4
+    assert not left_out[140:250].any()
+    assert not left_out[390:500].any()
+
+
+def test_start_is_a_disc_and_end_a_ring():
+    picture = draw(frame(), Detection((straight(),)))
+    assert np.abs(picture[240, 120].astype(int) - chain_color(0)).max() < 12
+    assert np.abs(picture[240, 520].astype(int) - 128).max() < 12
+
+
+def test_a_closed_chain_has_no_end():
+    turn = 2 * np.pi * np.arange(41) / 40
+    ring = 0.1 * np.column_stack((np.cos(turn), np.sin(turn), turn * 0 + 6))
+    step = float(np.linalg.norm(ring[1] - ring[0]))
+    opened = draw(frame(), Detection((Chain(ring, step, 0.004),)))
+    closed = draw(frame(), Detection((Chain(ring, step, 0.004, closed=True),)))
+    assert not np.array_equal(opened, closed)
+    assert np.abs(closed[240, 420].astype(int) - chain_color(0)).max() < 12
+
+
+@pytest.mark.parametrize("above", [0, 1])
+def test_of_two_that_cross_the_nearer_is_on_top(above):
+    depths = [0.6, 0.6]
+    depths[above] = 0.5
+    level, upright = straight(z=depths[0], radius=0.01), straight(z=depths[1], radius=0.01, turn=True)
+    picture = draw(frame(), Detection((level, upright)))
+    middle = picture[236:245, 316:325].astype(int)
+    near = [np.abs(middle - chain_color(i)).max(axis=2).min() for i in range(2)]
+    assert near[above] < near[1 - above]
+
+
+def test_chains_outside_and_behind_the_camera_do_not_matter():
+    behind = straight(z=-0.5)
+    outside = straight(y=50.0)
+    assert np.array_equal(draw(frame(), Detection((behind, outside)))[100:], draw(frame(), Detection((behind, behind)))[100:])
+
+
+def test_no_chains_and_no_color():
+    picture = draw(frame(None), Detection(()))
+    assert picture.shape == (480, 640, 3)
+
+
+def test_two_dimensional_chains_on_an_image():
+    joints = np.column_stack((np.arange(20, 121, 10.0), np.full(11, 50.0)))
+    image = np.full((100, 300, 3), 128, np.uint8)
+    found = Detection((Chain(joints, 10.0, 5.0),), mode="2d", coordinates="image")
+    picture = draw(image, found)
+    assert np.abs(picture[50, 20].astype(int) - chain_color(0)).max() < 12
+    assert caption_lines(found) == ["100 px   r 5.0 px"]
+
+
+def test_caption():
+    hidden = np.zeros(40, dtype=bool)
+    hidden[:5] = True
+    assert caption_lines(Detection((straight(occluded=hidden), straight()))) == [
+        "0.400 m   r 6.0 mm   12% occluded",
+        "0.400 m   r 6.0 mm",
+    ]
+
+
+def test_many_chains_and_a_small_image():
+    chains = tuple(straight(y=0.01 * i) for i in range(20))
+    assert draw(frame(), Detection(chains)).shape == (480, 640, 3)
+    tiny = Camera(10, 10, 8, 6, 16, 12)
+    assert draw(Frame(None, np.ones((12, 16), np.float32), tiny), Detection(chains)).shape == (12, 16, 3)
+
+
+def test_colors_differ():
+    colors = [chain_color(i) for i in range(24)]
+    assert len(set(colors)) == 24
+
+
+@pytest.mark.parametrize("viewpoint", [None, np.zeros(3), np.array([0.5, 0.2, -0.1])])
+@pytest.mark.parametrize("colored", [True, False])
+def test_a_cloud_is_shown_whole_with_its_chain_on_it(viewpoint, colored):
+    rng = np.random.default_rng(0)
+    chain = straight(z=0.6)
+    points = chain.joints[rng.integers(0, 41, 4000)] + rng.normal(0, 0.003, (4000, 3))
+    colors = np.full((4000, 3), 250, np.uint8) if colored else None
+    cloud = Cloud(points, colors, viewpoint=viewpoint)
+    view = view_of(cloud)
+    at = view.project(points)
+    assert view.image.shape == (SIZE[1], SIZE[0], 3)
+    assert ((at > 0) & (at < SIZE)).all(axis=1).mean() > 0.98
+    assert np.ptp(at[:, 0]) > 0.6 * SIZE[0]
+    shown = draw(cloud, Detection((chain,), coordinates="cloud"))
+    start, end = view.project(chain.joints[[0, -1]])
+    assert np.abs(shown[round(start[1]), round(start[0])].astype(int) - chain_color(0)).max() < 12
+    assert np.isfinite(end).all()
+
+
+@pytest.mark.parametrize("points", [np.zeros((1, 3)), np.ones((50, 3)), np.outer(np.arange(9), (0, 0, 0.1))])
+@pytest.mark.parametrize("viewpoint", [None, np.zeros(3)])
+def test_clouds_without_spread(points, viewpoint):
+    assert draw(Cloud(points, viewpoint=viewpoint), Detection(())).shape == (SIZE[1], SIZE[0], 3)
+
+
+def test_depth_picture():
+    depth = np.full((20, 20), 1.0, np.float32)
+    depth[:10] = 0.5
+    depth[0, 0] = 0
+    picture = depth_picture(depth)
+    assert picture[5, 5].sum() > picture[15, 5].sum() > picture[0, 0].sum()
+    assert depth_picture(np.zeros((4, 4), np.float32)).shape == (4, 4, 3)
