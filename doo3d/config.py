@@ -82,7 +82,9 @@ class SegmentConfig(Section):
     edge_support: int = Field(
         7, ge=0, description="neighbours in the window that must agree with a depth reading; fewer = a flying point, which goes."
     )
-    smooth: bool = Field(True, description="replace each depth reading by the mean of itself and the neighbours that agree.")
+    smooth: bool = Field(
+        True, description="find the voxels from the mean of each depth reading and the neighbours that agree (not the axis)."
+    )
     min_component: int = Field(30, ge=1, description="pixels (points of a cloud); smaller connected pieces of the mask go.")
 
     @model_validator(mode="after")
@@ -189,6 +191,9 @@ class RefineConfig(Section):
     spacing: float = Field(0.4, gt=0, le=2, description="radii between the places where the axis is estimated.")
     pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
     smooth: float = Field(1.5, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
+    depth_weight: float = Field(
+        0.15, gt=0, le=1, description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways."
+    )
     prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
     reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")
     extend: float = Field(6.0, ge=0, description="radii by which an end may be carried on to the last surface point.")

@@ -58,40 +58,40 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What the mask says at S stations: lateral offset of its middle, width, in px; weight 0..1, how far to believe it."""
+    """What the mask says at S stations: lateral offset of its middle, m, half its width, m; weight 0..1, how far to believe it."""
 
     offset: Floats
-    width: Floats
+    radius: Floats
     weight: Floats
 
 
-def silhouette(
-    places: Floats, lateral: Floats, path: Ints, mask_pixels: Ints, camera: Camera, reach: Floats, half: int
-) -> Silhouette:
+def silhouette(places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera, reach: float, half: int) -> Silhouette:
     """Middle and width of the mask across each station.
 
     Every pixel of the mask goes to the nearest station in the image. Their number over the length of the
-    station's piece is the width, without bias from the pixel grid; the mean of their offsets is the middle.
+    station's piece is the width, without bias from the pixel grid; the mean of their offsets is the middle. A metre
+    sideways is a number of pixels that depends on the place in the image as well as on the depth.
 
-    mask_pixels : (N, 2) int, (u, v). reach : (S,) px, pixels farther from a station do not belong to it.
+    mask_pixels : (N, 2) int, (u, v). reach : m, pixels farther from a station do not belong to it.
     """
     pixels = camera.project(places)
-    ahead = camera.project(places + 1e-4 * lateral) - pixels
-    across = unit(ahead)
+    step = 1e-4
+    along = unit(camera.project(places + step * frames.tangent) - pixels)
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    scale = np.einsum("ij,ij->i", camera.project(places + step * frames.lateral) - pixels, across) / step  # px per m, signed
+    scale = np.where(np.abs(scale) > 1e-6, scale, 1e-6)
     thinned = mask_pixels[_every(mask_pixels, -(-len(mask_pixels) // PIXELS))]
     share = len(mask_pixels) / max(1, len(thinned))
-    length = _lengths(pixels, path)
     distance, nearest = cKDTree(pixels).query(thinned)
-    kept = distance < reach[nearest]
+    kept = distance < reach * np.abs(scale[nearest])
     nearest, thinned = nearest[kept], thinned[kept]
     offset = np.einsum("ij,ij->i", thinned - pixels[nearest], across[nearest])
     count = window_sum(np.bincount(nearest, minlength=len(places)) * share, path, half)
     total = window_sum(np.bincount(nearest, weights=offset, minlength=len(places)) * share, path, half)
-    run = window_sum(length, path, half)
-    width = count / np.maximum(run, 1e-9)
-    usual = np.median(width[width > 0]) if (width > 0).any() else 1.0
-    weight = np.exp(-(((width / usual - 1) / 0.3) ** 2)) * (width > 0)
-    return Silhouette(total / np.maximum(count, 1e-9), width, weight)
+    radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
+    usual = np.median(radius[radius > 0]) if (radius > 0).any() else 1.0
+    weight = np.exp(-(((radius / usual - 1) / 0.3) ** 2)) * (radius > 0)
+    return Silhouette(total / np.maximum(count, 1e-9) / scale, radius, weight)
 
 
 def _every(pixels: Ints, step: int) -> Bools:

@@ -183,7 +183,8 @@ class Cloud:
 class Foreground:
     """What surely is the object.
 
-    points : (N, D) m (pixels in 2-D), one per seen surface point.
+    points : (N, D) m (pixels in 2-D), one per seen surface point, as measured.
+    steady : (N, D) m, the same with their noise averaged away, at the price of detail; None where they are the same.
     pixels : (N, 2) int, the (u, v) each point was seen at; None for clouds.
     mask : (H, W) bool, the pixels of the object, with depth or without; None for clouds.
     depth : (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
@@ -193,6 +194,7 @@ class Foreground:
     """
 
     points: Floats
+    steady: Floats | None = None
     pixels: Ints | None = None
     mask: Bools | None = None
     depth: Array | None = None
@@ -201,7 +203,8 @@ class Foreground:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _set(self, points=self.points, pixels=self.pixels, mask=self.mask, depth=self.depth, viewpoint=self.viewpoint)
+        for name in ("points", "steady", "pixels", "mask", "depth", "viewpoint"):
+            _set(self, **{name: getattr(self, name)})
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,12 @@ class _Stations:
     closed: list[bool]
     radii: Floats
     half: int
+    spacing: float
+
+    def inside(self, end: int, inwards: int, distance: float) -> Floats:
+        """The place `distance` m along the path from its end."""
+        path = self.of(int(self.path[end]))
+        return self.places[min(max(end + inwards * max(1, round(distance / self.spacing)), path.start), path.stop - 1)]
 
     def of(self, number: int) -> slice:
         return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
@@ -46,8 +52,9 @@ def refine(
     """
     if not paths:
         return []
-    stations = _lay(paths, grid.radius, config, segment_length)
     radius = grid.radius
+    stations = _lay(paths, radius, config, segment_length)
+    stations = _lay(_extended(paths, stations, radius, config, foreground, grid.size), radius, config, segment_length)
     for _ in range(config.rounds):
         radius = _to_axis(stations, radius, config, foreground, grid)
     if config.rounds == 0:
@@ -55,7 +62,7 @@ def refine(
     tree = cKDTree(grid.centroids)
     chains = []
     for p in range(len(paths)):
-        chain = _chain(stations, p, radius, config, segment_length, grid, tree)
+        chain = _chain(stations, p, radius, config, segment_length, foreground, grid)
         if chain is not None:
             chains.append(_flag(chain, paths[p], stations, p, config, tree, grid, evidence))
     return sorted((_directed(chain, foreground) for chain in chains), key=lambda chain: -chain.length)
@@ -77,8 +84,28 @@ def _lay(paths: list[Path], radius: float, config: RefineConfig, segment_length:
     half = round(config.pool * radius / spacing)
     return _Stations(
         np.concatenate(places), np.concatenate(numbers), np.concatenate(filled), [path.closed for path in paths],
-        np.full(size, radius), half,
+        np.full(size, radius), half, spacing,
     )  # fmt: skip
+
+
+def _extended(
+    paths: list[Path], stations: _Stations, radius: float, config: RefineConfig, foreground: Foreground, size: float
+) -> list[Path]:
+    """The paths carried on straight at their free ends as far as the surface goes."""
+    result = []
+    for p, path in enumerate(paths):
+        part = stations.of(p)
+        points, filled = path.points, path.filled
+        for end, inwards in () if path.closed else ((part.start, 1), (part.stop - 1, -1)):
+            along, _ = _ahead(stations, end, inwards, radius, config, foreground, size)
+            if len(along) and along[-1] > 0:
+                tip = stations.places[end]
+                tip = tip + along[-1] * unit(tip - stations.inside(end, inwards, 2 * radius))
+                points = np.concatenate(([tip], points) if inwards == 1 else (points, [tip]))
+                if filled is not None:
+                    filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
+        result.append(Path(points, path.closed, filled))
+    return result
 
 
 def _to_axis(stations: _Stations, radius: float, config: RefineConfig, foreground: Foreground, grid: VoxelGrid) -> float:
@@ -116,24 +143,20 @@ def _from_image(
     """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
     camera, mask = foreground.camera, foreground.mask
     assert camera is not None and mask is not None
-    scale = np.maximum(stations.places[:, 2], 1e-6) / camera.fx
     v, u = np.nonzero(mask)
-    seen = silhouette(
-        stations.places, frames.lateral, stations.path, np.column_stack((u, v)), camera,
-        config.reach * radius / scale, stations.half,
-    )  # fmt: skip
-    measured = seen.width * scale / 2
-    usable = ~stations.filled & (seen.width > 0)
+    pixels = np.column_stack((u, v))
+    seen = silhouette(stations.places, frames, stations.path, pixels, camera, config.reach * radius, stations.half)
+    usable = ~stations.filled & (seen.radius > 0)
     if usable.any():
-        radius = float(np.median(measured[usable]))
-    stations.radii = _along(measured, (seen.weight > 0.5) & usable, radius, stations)
-    sideways = stations.places + (seen.offset * scale)[:, None] * frames.lateral
+        radius = float(np.median(seen.radius[usable]))
+    stations.radii = _along(seen.radius, (seen.weight > 0.5) & usable, radius, stations)
+    sideways = stations.places + seen.offset[:, None] * frames.lateral
     moved = np.where((seen.weight > 0.1)[:, None], sideways, stations.places)
     section = _sections(moved, frames, grid, config.reach * radius)
     depth, count = axis_depth(section, stations.path, radius, stations.half)
     usual = float(np.median(count[count > 0])) if (count > 0).any() else 1.0
     away_weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
-    away_weight *= np.where(stations.filled, 0.3, 1.0)
+    away_weight *= np.where(stations.filled, 0.3, 1.0) * config.depth_weight
     lateral_weight = seen.weight * np.where(stations.filled, 0.3, 1.0)
     return radius, moved + (np.where(away_weight > 0, depth, 0.0))[:, None] * frames.away, lateral_weight, away_weight
 
@@ -173,46 +196,55 @@ def _along(measured: Floats, good: Bools, radius: float, stations: _Stations) ->
 
 
 def _chain(
-    stations: _Stations, p: int, radius: float, config: RefineConfig, length: float, grid: VoxelGrid, tree: cKDTree
+    stations: _Stations, p: int, radius: float, config: RefineConfig, length: float, foreground: Foreground, grid: VoxelGrid
 ) -> Chain | None:
     part = stations.of(p)
     axis, radii = stations.places[part], stations.radii[part]
     if stations.closed[p]:
         joints = equal_ring(axis, length)
     else:
-        first = _end_shift(axis[::-1], stations, part.start, radius, config, grid, tree)
-        last = _end_shift(axis, stations, part.stop - 1, radius, config, grid, tree)
-        joints = equal_segments(_carried(_carried(axis, last)[::-1], first)[::-1], length)
+        first = _wall(*_ahead(stations, part.start, 1, radius, config, foreground, grid.size), radius)
+        last = _wall(*_ahead(stations, part.stop - 1, -1, radius, config, foreground, grid.size), radius)
+        joints = equal_segments(_carried(_carried(_bulged(axis, length), last)[::-1], first)[::-1], length)
     if len(joints) < 2:
         return None
     along = cKDTree(axis).query(joints)[1]
     return Chain(joints, length, radius, radii[along], closed=stations.closed[p])
 
 
-def _end_shift(
-    axis: Floats, stations: _Stations, end: int, radius: float, config: RefineConfig, grid: VoxelGrid, tree: cKDTree
-) -> float:
-    """How far the surface goes on beyond the last point of the axis (negative: ends before it), m.
+def _ahead(
+    stations: _Stations, end: int, inwards: int, radius: float, config: RefineConfig, foreground: Foreground, size: float
+) -> tuple[Floats, Floats]:
+    """The surface along the tangent at a free end, up to the first empty stretch of a radius.
 
-    Surface points near the end tangent count, up to the first empty stretch of a radius; those nearer to another part
-    of any path do not.
+    end : the end's station. inwards : 1 where the path goes on to higher stations, -1 to lower. What lies nearer to
+    another part of any path does not count. Returns how far ahead of the end each point is, ascending, and how far
+    from the tangent, (N,) and (N,) m.
     """
-    if not config.extend:
-        return 0.0
-    heading = unit(axis[-1] - axis[-min(len(axis), 2 + round(2 * radius / max(float(steps(axis[-2:])[0]), 1e-9)))])
-    index = np.array(tree.query_ball_point(axis[-1], config.extend * radius), dtype=np.int64)
-    if not len(index):
-        return 0.0
-    offset = grid.centroids[index] - axis[-1]
-    along = offset @ heading
-    aside = np.linalg.norm(offset - along[:, None] * heading, axis=1)
-    own = np.abs(cKDTree(stations.places).query(grid.centroids[index])[1] - end) <= 3 * stations.half + 3
-    reached = np.sort(along[(aside < 1.6 * radius) & (along > -config.extend * radius) & own])
-    if not len(reached):
-        return 0.0
-    gap = np.flatnonzero((np.diff(reached) > max(radius, 2 * grid.size)) & (reached[1:] > 0))
-    last = reached[gap[0]] if len(gap) else reached[-1]
-    return float(last + grid.size / 2)
+    tip = stations.places[end]
+    reach = config.extend * radius
+    points = foreground.points[(np.abs(foreground.points - tip) < reach).all(axis=1)]
+    if not reach or not len(points):
+        return np.zeros(0), np.zeros(0)
+    heading = unit(tip - stations.inside(end, inwards, 2 * radius))
+    along = (points - tip) @ heading
+    aside = np.linalg.norm(points - tip - along[:, None] * heading, axis=1)
+    near = aside < 1.6 * radius
+    own = np.abs(cKDTree(stations.places).query(points[near])[1] - end) <= 3 * stations.half + 3
+    along, aside = along[near][own], aside[near][own]
+    order = np.argsort(along)
+    along, aside = along[order], aside[order]
+    gap = np.flatnonzero((np.diff(along) > max(radius, 2 * size)) & (along[1:] > 0))
+    return (along[: gap[0] + 1], aside[: gap[0] + 1]) if len(gap) else (along, aside)
+
+
+def _wall(along: Floats, aside: Floats, radius: float) -> float:
+    """Where the axis ends: where the surface stops being a radius away from it, m ahead of the end.
+
+    For a flat end that is the end, for a round one less than half a radius beyond the middle of the ball.
+    """
+    wall = along[aside > 0.9 * radius]
+    return float(wall[-min(3, len(wall))]) if len(wall) else 0.0
 
 
 def _carried(axis: Floats, shift: float) -> Floats:
@@ -222,6 +254,19 @@ def _carried(axis: Floats, shift: float) -> Floats:
     along = arc_length(axis)
     keep = max(along[-1] + shift, along[1])
     return np.concatenate((axis[along < keep], resample(axis, np.array([keep]))))
+
+
+def _bulged(points: Floats, length: float) -> Floats:
+    """The curve moved outwards by length^2 / 12 of its curvature, so that chords of `length` lie about it and not inside.
+
+    The sagitta of a chord is length^2 / 8R, two thirds of it the mean distance of the chord from the arc. Bends of less than
+    two segments' radius are left as they are.
+    """
+    spacing = float(np.median(steps(points)))
+    bend = np.zeros_like(points)
+    bend[1:-1] = (points[2:] - 2 * points[1:-1] + points[:-2]) / spacing**2
+    curvature = np.linalg.norm(bend, axis=1, keepdims=True)
+    return points - length**2 / 12 * bend / np.maximum(1.0, 2 * length * curvature)
 
 
 def equal_segments(points: Floats, length: float) -> Floats:

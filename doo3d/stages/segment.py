@@ -39,7 +39,8 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
     solid = support >= config.edge_support
     pixels = np.column_stack((u[solid], v[solid]))
     return Foreground(
-        points=data.camera.unproject(pixels, depth[solid] if config.smooth else data.depth[v[solid], u[solid]]),
+        points=data.camera.unproject(pixels, data.depth[v[solid], u[solid]]),
+        steady=data.camera.unproject(pixels, depth[solid]) if config.smooth else None,
         pixels=pixels,
         mask=found,
         depth=data.depth,

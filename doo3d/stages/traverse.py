@@ -158,8 +158,8 @@ def _droppable(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: f
 
 
 def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> Floats:
-    """The branch without the ends that a junction pulls out of shape: at least `trim` radii, and on until it is
-    `separation` radii from every other branch there, where the surfaces of two strands no longer touch; of one end at
+    """The branch without its ends: `trim` radii of a free one, which thinning draws into a corner of the surface; of one
+    that a junction pulls out of shape at least as much, and on until it is `separation` radii from every other branch there, where the surfaces of two strands no longer touch; of one end at
     most 0.4 of the branch. Empty when nothing is left.
     """
     points = graph.whole(branch)
@@ -167,6 +167,7 @@ def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float)
     cut = [0.0, 0.0]
     for end, node in enumerate((branch.a, branch.b)):
         if node == FREE:
+            cut[end] = min(config.trim * radius, 0.2 * float(along[-1]))
             continue
         inwards = points if end == 0 else points[::-1]
         away = along if end == 0 else along[-1] - along[::-1]

@@ -21,6 +21,8 @@ KEY_LIMIT = 2**62
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """The occupied voxels with the centroids of their points; pieces of fewer than `min_component` voxels dropped.
 
+    A point is in the voxel of its steady place, where there is one, and counts in the centroid as measured.
+
     Raises
     ------
     InputError : the grid would hold more than `max_voxels`.
@@ -33,8 +35,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     radius = config.radius or seen_radius(foreground, spacing)
     size = config.size or max(config.size_over_radius * radius, config.size_over_spacing * spacing)
     margin = config.close + 1
-    origin = (np.floor(points.min(axis=0) / size) - margin) * size
-    cells = np.floor((points - origin) / size)
+    steady = points if foreground.steady is None else foreground.steady
+    origin = (np.floor(steady.min(axis=0) / size) - margin) * size
+    cells = np.floor((steady - origin) / size)
     shape = cells.max(axis=0) + margin + 2
     if math.prod(shape.tolist()) > KEY_LIMIT:
         raise InputError(_too_large(math.prod(shape.tolist()), KEY_LIMIT, size))
