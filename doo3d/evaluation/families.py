@@ -160,16 +160,25 @@ def joined(curves: list[Floats]) -> tuple[Floats, Ints]:
 
 
 def planar_curve(
-    rng: Generator, studio: Studio, radius: float, length: float, count: tuple[int, int], space: float | None = None
+    rng: Generator,
+    studio: Studio,
+    radius: float,
+    length: float,
+    count: tuple[int, int],
+    space: float | None = None,
+    min_angle: float = 32.0,
 ) -> Floats | None:
-    """(P, 2) m: a curve in view that crosses itself between count[0] and count[1] times and keeps clear elsewhere."""
+    """(P, 2) m: a curve in view that crosses itself between count[0] and count[1] times and keeps clear elsewhere.
+
+    space : m between the axes of strands that do not cross; None: `clearance`. min_angle : degrees between crossing strands.
+    """
     view = np.array(studio.view())
     for curve in random_curves(rng, CANDIDATES, length, max(6.5 * radius, 0.025)):
         flat = turned_flat(curve, rng.uniform(-0.35, 0.35))
         slack = view - np.ptp(flat, axis=0)
         if (slack < 0).any():
             continue
-        found = tidy(*joined([flat]), clearance(radius) if space is None else space)
+        found = tidy(*joined([flat]), clearance(radius) if space is None else space, np.radians(min_angle))
         if found is None or not count[0] <= len(found.first) <= count[1]:
             continue
         flat = flat + rng.uniform(-0.4, 0.4, size=2) * slack

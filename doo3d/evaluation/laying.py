@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
-from scipy.sparse import coo_matrix, csr_matrix, vstack
+from scipy.sparse import csr_matrix, vstack
 from scipy.spatial import cKDTree
 
 from ..types import Bools, Floats, Ints
@@ -34,17 +34,35 @@ def heights(points: Floats, strand: Ints, crossings: Crossings, over: Bools, rad
     """
     if len(crossings.first) == 0:
         return np.full(len(points), radius)
+    contact, apart = _contacts(points, strand, crossings, over, radius)
+    bend = _second_difference(strand)
+    most = np.full(bend.shape[0], STEP**2 / (VERTICAL_BEND * radius))
+    limits: Any = vstack((contact, bend, -bend))
+    found = linprog(np.ones(len(points)), limits, np.concatenate((-apart, most, most)), bounds=(radius, None), method="highs")
+    return np.asarray(found.x) if found.status == 0 else None
+
+
+def _contacts(points: Floats, strand: Ints, crossings: Crossings, over: Bools, radius: float) -> tuple[csr_matrix, Floats]:
+    """Rows that give lower minus upper height, and (Q,) m that the upper has to be above: near pairs, thin crossings."""
     i, j, gap = near_pairs(points, strand, CONTACT * radius, 6 * radius)
     nearest = np.maximum(np.abs(i[:, None] - crossings.first), np.abs(j[:, None] - crossings.second)).argmin(axis=1)
     upper, lower = np.where(over[nearest], i, j), np.where(over[nearest], j, i)
     apart = np.sqrt((CONTACT * radius) ** 2 - gap**2)
-    rows, n = np.arange(len(i)), len(points)
-    contact = coo_matrix((np.r_[-np.ones(len(i)), np.ones(len(i))], (np.r_[rows, rows], np.r_[upper, lower])), (len(i), n))
-    bend = _second_difference(strand)
-    most = np.full(bend.shape[0], STEP**2 / (VERTICAL_BEND * radius))
-    limits: Any = vstack((contact, bend, -bend))
-    found = linprog(np.ones(n), limits, np.concatenate((-apart, most, most)), bounds=(radius, None), method="highs")
-    return np.asarray(found.x) if found.status == 0 else None
+    rows, ones = np.arange(len(i)), np.ones(len(i))
+    contact = csr_matrix((np.r_[-ones, ones], (np.r_[rows, rows], np.r_[upper, lower])), (len(i), len(points)))
+    if radius >= STEP:
+        return contact, apart
+    # a cable thinner than the steps is missed by pairs of points: hold it apart where the lines themselves cross
+    top = np.where(over, crossings.first, crossings.second)
+    bottom = np.where(over, crossings.second, crossings.first)
+    exact = _between(bottom, len(points)) - _between(top, len(points))
+    return vstack((contact, exact)).tocsr(), np.r_[apart, np.full(len(top), CONTACT * radius)]
+
+
+def _between(index: Floats, count: int) -> csr_matrix:
+    """(Q, count): rows that interpolate at fractional indices."""
+    whole, part, rows = index.astype(int), index % 1, np.arange(len(index))
+    return csr_matrix((np.r_[1 - part, part], (np.r_[rows, rows], np.r_[whole, whole + 1])), (len(index), count))
 
 
 def _second_difference(strand: Ints) -> csr_matrix:

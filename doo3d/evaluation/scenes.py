@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.random import Generator
 
-from . import families
+from . import families, hard, knots, tubes
 from .model import Scene
 
 Builder = Callable[[Generator, tuple[int, int]], "Scene | None"]
@@ -21,7 +24,15 @@ FAMILIES: dict[str, Builder] = {
     "occluded": families.occluded,
     "air": families.air,
     "several": families.several,
+    "clutter": hard.clutter,
+    "tangle": hard.tangle,
+    "hairpin": hard.hairpin,
+    "shiny": hard.shiny,
+    "thin": hard.thin,
+    "far": hard.far,
+    "knots": knots.knots,
 }
+TUBES = "tubes"  # the family whose scenes come from a file
 ATTEMPTS = 400  # draws of a scene before a family is given up
 
 
@@ -35,7 +46,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
 
     Parameters
     ----------
-    family : a key of FAMILIES.
+    family : a key of FAMILIES, or "tubes:" and the path of a tube configuration.
     seed : 0 or more.
     size : (width, height) px of the image.
 
@@ -44,17 +55,14 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     ValueError : no such family.
     RuntimeError : no scene of this family fits an image of this size.
     """
-    if family not in FAMILIES:
-        raise ValueError(f"no scene family {family!r}: there are {', '.join(FAMILIES)}")
-    rng = family_rng(family, seed)
+    family, _, path = family.partition(":")
+    if family not in FAMILIES and not (family == TUBES and path):
+        raise ValueError(f"no scene family {family!r}: there are {', '.join(FAMILIES)} and {TUBES}:FILE")
+    builder = partial(tubes.tubes, path) if family == TUBES else FAMILIES[family]
+    rng = family_rng(family + Path(path).stem, seed)
     for _ in range(ATTEMPTS):
-        scene = FAMILIES[family](rng, size)
+        scene = builder(rng, size)
         if scene is not None:
-            return replace_name(scene, family, seed)
+            name = f"{family}_{Path(path).stem + '_' if path else ''}{seed:03d}"
+            return replace(scene, name=name, family=family, seed=seed)
     raise RuntimeError(f"scene family {family!r}, seed {seed}: nothing fits an image of {size[0]}x{size[1]}")
-
-
-def replace_name(scene: Scene, family: str, seed: int) -> Scene:
-    """The scene under its family's name and seed."""
-    values = {**vars(scene), "name": f"{family}_{seed:03d}", "family": family, "seed": seed}
-    return Scene(**values)

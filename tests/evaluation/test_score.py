@@ -5,24 +5,15 @@ import pytest
 
 from doo3d.evaluation.model import Truth
 from doo3d.evaluation.score import score
+from doo3d.geometry import equal_chords
 from doo3d.types import Chain
 
-RADIUS, SEGMENT = 0.004, 0.01
+RADIUS = 0.004
 
 
-def _even(points, length=SEGMENT):
-    """A chain of equal segments along a polyline."""
-    joints, at, k = [points[0]], points[0], 0
-    while True:
-        far = np.linalg.norm(points[k:] - at, axis=1) >= length
-        if not far.any():
-            return Chain(np.array(joints), length, RADIUS)
-        k += int(np.argmax(far))
-        a, d = points[k - 1] - at, points[k] - points[k - 1]
-        b, c = a @ d, a @ a - length**2
-        t = (-b + np.sqrt(max(b * b - (d @ d) * c, 0))) / (d @ d)
-        at = points[k - 1] + t * d
-        joints.append(at)
+def even(points, length=0.01, radius=0.004):
+    """A chain of equal segments along a line (P, 3)."""
+    return Chain(equal_chords(points, length)[0], length, radius)
 
 
 def _dense(points):
@@ -58,7 +49,7 @@ TRUTHS = {"wave": _truth(_wave(), (300, 360), (700, 730)), "loop": _truth(_loop(
 @pytest.mark.parametrize("turned", [False, True])
 def test_the_truth_itself_scores_in_full(name, segment, turned):
     truth = TRUTHS[name]
-    got = score([_even(truth.axis[::-1] if turned else truth.axis, segment)], [truth])
+    got = score([even(truth.axis[::-1] if turned else truth.axis, segment)], [truth])
     assert got.correct, got.reasons
     assert (got.occlusions, got.occlusions_correct) == (2, 2)
     assert got.connections > 0
@@ -76,14 +67,14 @@ def test_the_truth_itself_scores_in_full(name, segment, turned):
 def test_noise_does_not_break_the_order(name):
     truth, rng = TRUTHS[name], np.random.default_rng(0)
     rough = truth.axis[::8] + rng.normal(0, 0.0005, truth.axis[::8].shape)
-    got = score([_even(_dense(rough), 0.005)], [truth])
+    got = score([even(_dense(rough), 0.005)], [truth])
     assert got.correct, got.reasons
     assert got.occlusions_correct == 2
 
 
 def test_offset_is_measured():
     truth = TRUTHS["wave"]
-    got = score([_even(truth.axis + np.array([0, 0, 0.002]), 0.002)], [truth])
+    got = score([even(truth.axis + np.array([0, 0, 0.002]), 0.002)], [truth])
     assert got.correct
     assert got.rms_seen == pytest.approx(2.0, abs=0.02)
     assert got.rms_hidden == pytest.approx(2.0, abs=0.02)
@@ -91,7 +82,7 @@ def test_offset_is_measured():
 
 def test_two_radii_beside_is_off():
     truth = TRUTHS["wave"]
-    got = score([_even(truth.axis + np.array([0, 0, 2 * RADIUS]), 0.002)], [truth])
+    got = score([even(truth.axis + np.array([0, 0, 2 * RADIUS]), 0.002)], [truth])
     assert not got.correct
     assert got.off > 0.7  # all but the hidden parts, where more is allowed
     assert got.rms_seen == pytest.approx(8.0, abs=0.1)
@@ -103,7 +94,7 @@ def test_inner_part_reversed_is_two_wrong_connections():
     for truth in TRUTHS.values():
         a, b = len(truth.axis) // 3, 2 * len(truth.axis) // 3
         order = np.concatenate((truth.axis[:a], truth.axis[a:b][::-1], truth.axis[b:]))
-        got = score([_even(_dense(order))], [truth])
+        got = score([even(_dense(order))], [truth])
         assert not got.correct
         assert got.connections_wrong == 2
 
@@ -115,19 +106,19 @@ def test_swapped_at_a_crossing():
     a, b = np.unravel_index(np.where(apart, gap, 1).argmin(), gap.shape)
     a, b = min(a, b), max(a, b)
     whole = np.concatenate((truth.axis[:a], truth.axis[a:b][::-1], truth.axis[b:]))
-    got = score([_even(_dense(whole))], [truth])
+    got = score([even(_dense(whole))], [truth])
     assert not got.correct
     assert got.connections_wrong == 2
     assert got.coverage > 0.94
     short = np.concatenate((truth.axis[:a], truth.axis[b:]))
-    got = score([_even(_dense(short))], [truth])
+    got = score([even(_dense(short))], [truth])
     assert got.connections_wrong == 1
     assert got.coverage < 0.7
 
 
 def test_cut_in_two_at_an_occlusion():
     truth = TRUTHS["wave"]
-    got = score([_even(truth.axis[:302]), _even(truth.axis[358:])], [truth])
+    got = score([even(truth.axis[:302]), even(truth.axis[358:])], [truth])
     assert not got.correct
     assert (got.occlusions, got.occlusions_correct) == (2, 1)
     assert got.connections_wrong == 0
@@ -136,17 +127,17 @@ def test_cut_in_two_at_an_occlusion():
 
 def test_cut_short():
     truth = TRUTHS["wave"]
-    got = score([_even(truth.axis[: int(0.8 * len(truth.axis))])], [truth])
+    got = score([even(truth.axis[: int(0.8 * len(truth.axis))])], [truth])
     assert not got.correct
     assert got.coverage == pytest.approx(0.8, abs=0.02)
     assert got.end_error > 30
-    assert score([_even(truth.axis[: int(0.97 * len(truth.axis))])], [truth]).correct
+    assert score([even(truth.axis[: int(0.97 * len(truth.axis))])], [truth]).correct
 
 
 def test_extra_chain_and_missing_chain():
     truth = TRUTHS["wave"]
     extra = Chain(np.array([[0.0, 0.3, 0.6], [0.01, 0.3, 0.6], [0.02, 0.3, 0.6]]), 0.01, RADIUS)
-    got = score([_even(truth.axis), extra], [truth])
+    got = score([even(truth.axis), extra], [truth])
     assert not got.correct
     assert got.off == 1
     assert got.rms_seen < 0.4
@@ -161,7 +152,7 @@ def test_a_hidden_part_may_stray_a_fifth_of_the_run():
     for bulge, good in ((0.015, True), (0.03, False)):
         path = axis.copy()
         path[400:600, 1] += bulge * np.sin(np.linspace(0, np.pi, 200))
-        got = score([_even(path)], [truth])
+        got = score([even(path)], [truth])
         assert got.occlusions_correct == good
         assert got.correct == good
         assert got.rms_hidden > 1000 * bulge / 3
@@ -171,10 +162,10 @@ def test_two_cables_swapped_where_they_cross():
     x = np.linspace(-0.2, 0.2, 801)
     one, other = np.column_stack((x, x, np.full(801, 0.6))), np.column_stack((x, -x, np.full(801, 0.608)))
     truths = [_truth(one), _truth(other, (385, 416))]
-    right = score([_even(other), _even(one[::-1])], truths)
+    right = score([even(other), even(one[::-1])], truths)
     assert right.correct
     assert right.occlusions_correct == 1
-    swapped = [_even(_dense(np.concatenate((one[:395], other[405:])))), _even(_dense(np.concatenate((other[:395], one[405:]))))]
+    swapped = [even(_dense(np.concatenate((one[:395], other[405:])))), even(_dense(np.concatenate((other[:395], one[405:]))))]
     got = score(swapped, truths)
     assert not got.correct
     assert got.connections_wrong == 2
@@ -200,4 +191,4 @@ def test_ring_scores_in_full_wherever_it_starts():
 
 def test_nothing_there_and_nothing_found_is_correct():
     assert score([], []).correct
-    assert not score([_even(_wave())], []).correct
+    assert not score([even(_wave())], []).correct
