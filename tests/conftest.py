@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+
+from doo3d.cli import main
 
 WIDTH, HEIGHT, FOCAL = 320, 240, 400.0
 MATRIX = [FOCAL, 0, 0, 0, FOCAL, 0, WIDTH / 2, HEIGHT / 2, 1]
@@ -59,3 +63,37 @@ def capture(tmp_path: Path) -> Callable[..., Path]:
         return folder
 
     return make
+
+
+@pytest.fixture
+def doo3d(monkeypatch, capfd, tmp_path):
+    """A function that runs the command line in an empty folder: (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["doo3d", *map(str, args)])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capfd.readouterr()
+        return ended.value.code or 0, said.out, said.err
+
+    return run
+
+
+@pytest.fixture
+def refused(doo3d, tmp_path):
+    """A function that runs `detect`, which is to end with exit code 2, one sentence, and nothing written; the sentence."""
+
+    def run(*args) -> str:
+        before = sorted(os.listdir(tmp_path))
+        code, out, err = doo3d("detect", *args)
+        assert code == 2
+        assert out == ""
+        assert sorted(os.listdir(tmp_path)) == before
+        lines = [line for line in err.splitlines() if "compiles" not in line]
+        assert len(lines) == 1, err
+        assert lines[0].startswith("doo3d: ")
+        return lines[0]
+
+    return run

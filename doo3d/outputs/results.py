@@ -71,7 +71,7 @@ class ResultsFolder:
                 writer(kind)(self.path / f"{name}{SUFFIXES[kind]}", detection, data)
             self._written = True
         except OSError as error:
-            self._undo()
+            self._undo(name)
             raise InputError(f"{self.path}: cannot be written to ({error.strerror or error})") from None
 
     def drop(self, name: str) -> None:
@@ -106,10 +106,11 @@ class ResultsFolder:
         write_text(self.path / MANIFEST, dumps(self._head | {"finished": False, "counts": {}, "frames": []}))
         self._started = True
 
-    def _undo(self) -> None:
-        """Take back a folder that was just made and in which not one frame is whole."""
-        if self._made and not self._written:
-            with contextlib.suppress(OSError):
+    def _undo(self, name: str) -> None:
+        """Take back a frame that was not written whole, and a folder that was just made and holds none that is."""
+        with contextlib.suppress(OSError):
+            _remove(self.path, [name])
+            if self._made and not self._written:
                 for file in self.path.iterdir():
                     file.unlink()
                 for place in self._made:

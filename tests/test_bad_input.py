@@ -1,0 +1,124 @@
+"""Bad input from the shell: one sentence that says what, where and what to do, exit code 2, nothing written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+
+def put(path: Path, image) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
+
+
+def test_empty_mask(refused, capture):
+    folder = capture(mask=True)
+    put(folder / "mask" / "000000.png", np.zeros((240, 320), np.uint8))
+    assert "mask" in refused(folder)
+
+
+def test_no_depth_in_the_mask(refused, capture):
+    folder = capture(mask=True)
+    mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_UNCHANGED)
+    depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED)
+    put(folder / "depth" / "000000.png", np.where(mask > 0, 0, depth).astype(np.uint16))
+    assert "depth" in refused(folder)
+
+
+@pytest.mark.parametrize("mask", [False, True])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -0.5, 0.0])
+def test_depth_that_is_none_everywhere(refused, capture, value, mask):
+    folder = capture(mask=mask)
+    (folder / "depth" / "000000.png").unlink()
+    put(folder / "depth" / "000000.tiff", np.full((240, 320), value, np.float32))
+    assert "depth" in refused(folder)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -0.5])
+def test_depth_that_is_none_in_places_is_fine(doo3d, capture, value):
+    folder = capture()
+    depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+    depth[::7, ::5] = value
+    (folder / "depth" / "000000.png").unlink()
+    put(folder / "depth" / "000000.tiff", depth)
+    assert doo3d("detect", folder)[0] == 0
+
+
+@pytest.mark.parametrize("scale", [0.001, 1, 1e6, 1e9])
+@pytest.mark.parametrize("mask", [False, True])
+def test_depth_in_the_wrong_unit(refused, capture, scale, mask):
+    assert "depth_scale" in refused(capture(intrinsics={"depth_scale": scale}, mask=mask))
+
+
+def test_depth_and_colour_of_different_sizes(refused, capture):
+    folder = capture()
+    put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
+    assert "640x480" in refused(folder)
+
+
+def test_no_intrinsics(refused, capture):
+    folder = capture()
+    (folder / "camera_intrinsic.json").unlink()
+    assert "camera_intrinsic.json" in refused(folder)
+
+
+def test_truncated_png(refused, capture):
+    folder = capture()
+    path = folder / "depth" / "000000.png"
+    path.write_bytes(path.read_bytes()[:-40])
+    assert "000000.png: is cut off" in refused(folder)
+
+
+def test_truncated_ply(refused):
+    header = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    Path("a.ply").write_text(header + "0 0 1\n" * 4)
+    assert "a.ply: is cut off" in refused("a.ply")
+
+
+def test_folder_without_frames(refused, capture):
+    assert "no depth images" in refused(capture(frames=0))
+
+
+@pytest.mark.parametrize("name", ["nowhere", "."])
+def test_no_capture(refused, name):
+    refused(name)
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--set", "merge.chain=2"], "did you mean merge.chains"),
+        (["--set", "merge.chains=0"], "greater than or equal to 1, got 0"),
+        (["--set", "merge.chains"], "expected key=value"),
+        (["-c", "paper_4d"], "no preset 'paper_4d'"),
+        (["-c", "nowhere.yaml"], "nowhere.yaml"),
+    ],
+)
+def test_settings_that_cannot_be(refused, capture, args, words):
+    assert words in refused(capture(), *args)
+
+
+def cloud(points) -> str:
+    np.savez("cloud.npz", points=points)
+    return "cloud.npz"
+
+
+@pytest.mark.parametrize("points", [np.ones((1, 3)), np.ones((5000, 3))], ids=["one point", "coincident"])
+def test_clouds_without_extent(refused, tmp_path, points):
+    assert "point" in refused(cloud(points))
+
+
+def test_a_million_points_in_a_plane_end_soon(doo3d):
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 3))
+    points[:, 2] = 1.0
+    code, _, err = doo3d("detect", cloud(points))
+    assert code in (0, 2)
+    assert "fault" not in err
+
+
+def test_wrong_usage_is_exit_code_2(doo3d):
+    assert doo3d("detect")[0] == 2
+    assert doo3d("detct")[0] == 2

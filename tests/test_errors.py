@@ -1,0 +1,31 @@
+"""Errors: one family, and a missing package names the line that installs it."""
+
+from __future__ import annotations
+
+import pytest
+
+import doo3d
+from doo3d.errors import ConfigError, DooError, InputError, MissingDependency, require
+
+
+def test_one_family():
+    assert all(issubclass(kind, DooError) for kind in (ConfigError, InputError, MissingDependency))
+    assert doo3d.DooError is DooError
+
+
+def test_what_is_there_is_imported():
+    assert require("json.decoder").JSONDecoder
+
+
+@pytest.mark.parametrize(("extra", "line"), [(None, "pip install no_such_package_x"), ("view", r"pip install 'doo3d\[view\]'")])
+def test_what_is_missing_names_the_pip_line(extra, line):
+    with pytest.raises(MissingDependency, match=line):
+        require("no_such_package_x.part", extra)
+
+
+def test_public_names():
+    for name in doo3d.__all__:
+        assert getattr(doo3d, name)
+        assert name in dir(doo3d)
+    with pytest.raises(AttributeError, match="nothing_such"):
+        _ = doo3d.nothing_such
