@@ -73,6 +73,9 @@ class SegmentConfig(Section):
         description="m; what is wider than this on all sides is not the object (a table, a gripper). "
         "Not applied to masks that the caller gives.",
     )
+    max_ratio: float = Field(
+        2.5, gt=1, description="what is wider on all sides than this many times the usual width goes too; likewise."
+    )
     min_depth: float = Field(0.02, gt=0, description="m; nearer readings are dropped, and an object nearer has a wrong unit.")
     max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
     window: int = Field(2, ge=1, le=10, description="pixels; half-width of the window in which depth readings are compared.")
@@ -85,7 +88,7 @@ class SegmentConfig(Section):
     smooth: bool = Field(
         True, description="find the voxels from the mean of each depth reading and the neighbours that agree (not the axis)."
     )
-    min_component: int = Field(30, ge=1, description="pixels (points of a cloud); smaller connected pieces of the mask go.")
+    min_component: int = Field(30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed.")
 
     @model_validator(mode="after")
     def _needs(self) -> SegmentConfig:

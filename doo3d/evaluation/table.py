@@ -38,11 +38,14 @@ class Row:
 def render_scenes(
     families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
 ) -> Iterator[tuple[str, Rendered]]:
-    """(family, rendered scene) of every family and seed, one at a time; make a list of them to try several configs."""
+    """(family, rendered scene) of every family and seed, one at a time; make a list of them to try several configs.
+
+    Of a family that is read from a file, the file's name is the family.
+    """
     seeds = list(seeds)
     for family in families:
         for seed in seeds:
-            yield family, render(make_scene(family, seed, size), sensor)
+            yield family.rpartition("/")[2], render(make_scene(family, seed, size), sensor)
 
 
 def evaluate_scenes(
@@ -142,44 +145,50 @@ def _hsv_range(color: Color) -> HsvRange:
     return HsvRange(low=((hue - HUE) % 180, SATURATION, VALUE), high=((hue + HUE) % 180, 255, 255))
 
 
-HEAD = (
-    f"{'':14s} {'frames correct':>18s} {'occlusions correct':>20s} {'connections correct':>24s} "
-    f"{'RMS seen':>9s} {'hidden':>7s} {'radius':>7s} {'ends':>6s} {'time':>7s}"
+COLUMNS = (
+    ("frames correct", "", 18),
+    ("occlusions correct", "", 20),
+    ("connections correct", "", 24),
+    ("RMS seen", "mm", 9),
+    ("hidden", "mm", 7),
+    ("radius", "ratio", 7),
+    ("ends", "mm", 6),
+    ("time", "ms", 7),
 )
-UNITS = f"{'':14s} {'':18s} {'':20s} {'':24s} {'mm':>9s} {'mm':>7s} {'ratio':>7s} {'mm':>6s} {'ms':>7s}"
 
 
 def format_table(rows: Sequence[Row]) -> str:
     """Per family and in all: counts by the paper's strict rule; medians over frames of distances, radius and time."""
     families = list(dict.fromkeys(row.family for row in rows))
-    lines = [HEAD, UNITS]
-    lines += [_line(family, [row for row in rows if row.family == family]) for family in families]
+    wide = max(map(len, [*families, "all"]))
+    lines = [" ".join([" " * wide, *(f"{column[k]:>{column[2]}s}" for column in COLUMNS)]) for k in (0, 1)]
+    lines += [_line(family, wide, [row for row in rows if row.family == family]) for family in families]
     if len(families) > 1:
-        lines += ["-" * len(HEAD), _line("all", rows)]
+        lines += ["-" * len(lines[0]), _line("all", wide, rows)]
     return "\n".join(lines)
 
 
-def _line(name: str, rows: Sequence[Row]) -> str:
+def _line(name: str, wide: int, rows: Sequence[Row]) -> str:
     scores = [row.score for row in rows]
     occlusions = sum(item.occlusions for item in scores)
     connections = sum(item.connections for item in scores)
-    parts = (
-        _share(sum(item.correct for item in scores), len(scores), 1, 18),
-        _share(sum(item.occlusions_correct for item in scores), occlusions, 1, 20),
-        _share(connections - sum(item.connections_wrong for item in scores), connections, 2, 24),
-        _median([item.rms_seen for item in scores], 2, 9),
-        _median([item.rms_hidden for item in scores], 2, 7),
-        _median([item.radius_ratio for item in scores], 2, 7),
-        _median([item.end_error for item in scores], 1, 6),
-        _median([1e3 * row.seconds for row in rows], 0, 7),
+    cells = (
+        _share(sum(item.correct for item in scores), len(scores), 1),
+        _share(sum(item.occlusions_correct for item in scores), occlusions, 1),
+        _share(connections - sum(item.connections_wrong for item in scores), connections, 2),
+        _median([item.rms_seen for item in scores], 2),
+        _median([item.rms_hidden for item in scores], 2),
+        _median([item.radius_ratio for item in scores], 2),
+        _median([item.end_error for item in scores], 1),
+        _median([1e3 * row.seconds for row in rows], 0),
     )
-    return f"{name:14s} " + " ".join(parts)
+    return " ".join([f"{name:{wide}s}", *(f"{cell:>{column[2]}s}" for cell, column in zip(cells, COLUMNS, strict=True))])
 
 
-def _share(good: int, total: int, digits: int, width: int) -> str:
-    return f"{f'{good}/{total} {100 * good / total:.{digits}f} %' if total else '-':>{width}s}"
+def _share(good: int, total: int, digits: int) -> str:
+    return f"{good}/{total} {100 * good / total:.{digits}f} %" if total else "-"
 
 
-def _median(values: list[float], digits: int, width: int) -> str:
+def _median(values: list[float], digits: int) -> str:
     known = [value for value in values if np.isfinite(value)]
-    return f"{f'{np.median(known):.{digits}f}' if known else '-':>{width}s}"
+    return f"{np.median(known):.{digits}f}" if known else "-"

@@ -9,6 +9,7 @@ from ..config import SegmentConfig
 from ..errors import InputError
 from ..kernels.depth import agreement
 from ..segmenters import SEGMENTERS
+from ..silhouette import bounding_box, ridge_radius
 from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, check_mask
 
 
@@ -30,9 +31,9 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
     found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[config.method](data, config, seed)
     if given and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
-    if not given:
+    found = tidy(found, config.min_component)
+    if not given and found.any():
         found = drop_wide(found, data, config)
-    found = drop_small(found, config.min_component)
     _check_depth(data.depth[found], config)
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     support, depth = agreement(data.depth, found, v, u, config.window, config.edge_tolerance)
@@ -74,28 +75,39 @@ def _check_depth(depth: Array, config: SegmentConfig) -> None:
 
 
 def drop_wide(mask: Bools, frame: Frame, config: SegmentConfig) -> Bools:
-    """The mask (H, W) without what is wider than `max_width` m on all sides, edges of it included."""
+    """The mask (H, W) without what is wider on all sides than `max_width` m, or than `max_ratio` times the usual width.
+
+    The usual width is the median along the middle lines of the mask, so what is long and thin decides it.
+    """
     inside = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
-    meters = inside * frame.depth / frame.camera.fx
-    core = meters > config.max_width / 2
+    usual = ridge_radius(inside, frame.depth / frame.camera.fx)
+    limit = min(config.max_width / 2, config.max_ratio * usual) if usual else config.max_width / 2
+    core = inside * frame.depth > limit * frame.camera.fx
     if not core.any():
         return mask
-    reach = 1.5 * float(np.median(inside[core]))
+    reach = 1.5 * limit * frame.camera.fx / float(np.median(frame.depth[core]))
     return np.asarray(mask & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach))
 
 
-def drop_small(mask: Bools, least: int) -> Bools:
-    """The mask (H, W) without 8-connected pieces of fewer than `least` pixels."""
+def tidy(mask: Bools, least: int) -> Bools:
+    """The mask (H, W) without 8-connected pieces, and without 4-connected holes, of fewer than `least` pixels."""
     if least <= 1 or not mask.any():
         return mask
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    box = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
-    _, label, stats, _ = cv2.connectedComponentsWithStats(mask[box].astype(np.uint8), connectivity=8, ltype=cv2.CV_32S)
+    box = bounding_box(mask)
+    part = mask[box]
+    part = part & _large(part, least, 8)
+    part = ~(~part & (_large(~np.pad(part, 1), least, 4)[1:-1, 1:-1]))
+    result = np.zeros_like(mask)
+    result[box] = part
+    return result
+
+
+def _large(mask: Bools, least: int, connectivity: int) -> Bools:
+    """(H, W) bool, the pixels of the mask whose connected piece has at least `least` of them."""
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=connectivity, ltype=cv2.CV_32S)
     keep = stats[:, cv2.CC_STAT_AREA] >= least
     keep[0] = False
-    result = np.zeros_like(mask)
-    result[box] = keep[label]
-    return result
+    return np.asarray(keep[label])
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:

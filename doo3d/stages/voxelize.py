@@ -12,7 +12,8 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import components
-from ..types import Floats, Foreground, Ints, VoxelGrid
+from ..silhouette import bounding_box, ridge_radius
+from ..types import Array, Bools, Camera, Floats, Foreground, Ints, VoxelGrid
 
 KEY_LIMIT = 2**62
 """Voxel keys are 64-bit; the box must have fewer voxels than this."""
@@ -101,7 +102,7 @@ def close(keys: Ints, shape: Floats, times: int) -> Ints:
     return np.union1d(keys, original) if times else original
 
 
-def _has(keys: Ints, wanted: Ints) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _has(keys: Ints, wanted: Ints) -> Bools:
     at = np.searchsorted(keys, wanted)
     at[at == len(keys)] = 0
     return np.asarray(keys[at] == wanted)
@@ -125,23 +126,15 @@ def point_spacing(foreground: Foreground) -> float:
 def seen_radius(foreground: Foreground, spacing: float) -> float:
     """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
-        return max(_mask_radius(foreground), spacing)
+        return max(_mask_radius(foreground.mask, foreground.depth, foreground.camera), spacing)
     return max(_cloud_radius(foreground.points, spacing), spacing)
 
 
-def _mask_radius(foreground: Foreground) -> float:
+def _mask_radius(mask: Bools, depth: Array, camera: Camera) -> float:
     """Median over the ridge of the mask's distance transform, times depth over focal length."""
-    assert foreground.mask is not None and foreground.depth is not None and foreground.camera is not None
-    mask, depth = foreground.mask, foreground.depth
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    box = (slice(max(rows[0] - 1, 0), rows[-1] + 2), slice(max(columns[0] - 1, 0), columns[-1] + 2))
-    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)
-    ridge = (inside > 0) & (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3)
-    ridge = ridge[1:-1, 1:-1] & (depth[box] > 0)
-    if not ridge.any():
-        return 0.0
-    half = (inside[1:-1, 1:-1][ridge] - 0.5) * depth[box][ridge] / foreground.camera.fx
-    return float(np.median(half))
+    box = bounding_box(mask)
+    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    return ridge_radius(inside, depth[box] / camera.fx)
 
 
 def _cloud_radius(points: Floats, spacing: float) -> float:
