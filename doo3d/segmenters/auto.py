@@ -21,7 +21,8 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         seen = cv2.morphologyEx((depth > 0).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
         if not seen.any():
             return False
-        inside = cv2.distanceTransform(seen, cv2.DIST_L2, 3) * 4 / data.camera.fx * np.minimum(depth, config.max_depth)
+        inside = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
+        inside *= 4 / data.camera.fx * np.minimum(depth, config.max_depth)
         return bool(np.mean(inside[depth > 0] > config.max_width / 2) > SHARE)
     points = data.points[:: max(1, len(data.points) // 20_000)]
     seeds = points[:: max(1, len(points) // 200)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from ..config import SegmentConfig
@@ -9,6 +10,10 @@ from ..types import Array, Bools, Cloud, Floats, Frame
 
 SAMPLE = 3000
 """Points that RANSAC counts inliers on: the share of a plane is known to one percent from that many."""
+
+
+SURE, LIKELY = 3.5, 2.0
+"""Deviations of the plane's noise."""
 
 
 def fit_plane(points: Floats, distance: float, iterations: int, seed: int) -> tuple[Floats, float, float]:
@@ -64,12 +69,23 @@ def height(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
 
 
 def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
-    """Pixels or points in front of the dominant plane by more than `plane_distance` and than 3.5 deviations of its noise."""
+    """Pixels or points in front of the dominant plane by more than `plane_distance`, beyond the noise of the plane.
+
+    Surely beyond is 3.5 deviations. In an image what is 2 deviations in front belongs to it where it touches such pixels, so
+    that the flanks of a thin object are not lost.
+    """
     points = subsample(data)
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
     normal, offset, noise = fit_plane(points, config.plane_distance, config.plane_iterations, seed)
-    return np.asarray(height(data, normal, offset) > max(config.plane_distance, 3.5 * noise))
+    above = height(data, normal, offset)
+    sure = np.asarray(above > max(config.plane_distance, SURE * noise))
+    if isinstance(data, Cloud):
+        return sure
+    _, label = cv2.connectedComponents((above > max(config.plane_distance, LIKELY * noise)).astype(np.uint8))
+    holds = np.zeros(int(label.max()) + 1, dtype=bool)
+    holds[label[sure]] = True
+    return np.asarray(holds[label])
 
 
 def subsample(data: Frame | Cloud) -> Floats:
