@@ -92,8 +92,10 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth]) -> FrameScore:
 
 def _reasons(chains: int, objects: int, matched: int, wrong: int, coverage: list[float], off: list[float]) -> tuple[str, ...]:
     reasons = []
-    if chains != objects or matched != objects:
+    if chains != objects:
         reasons.append(f"{chains} chains for {objects} objects")
+    if matched < min(chains, objects):
+        reasons.append(f"{objects - matched} objects without a chain")
     if wrong:
         reasons.append(f"{wrong} wrong connections")
     if min(coverage, default=1.0) < COVERED:
