@@ -40,7 +40,7 @@ class Turn:
     @property
     def end(self) -> Floats:
         """(D,) where the arc ends."""
-        return self.at(np.array([self.angle]))[0]
+        return np.asarray(self.at(np.array([self.angle]))[0])
 
     @property
     def heading(self) -> Floats:
@@ -113,7 +113,7 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
     b = (cosine * (way @ d1) - way @ d2) / sine2
     if a <= 0 or b <= 0:
         return None
-    return min(a, b) / math.tan(float(angle(d1, -d2)) / 2)
+    return float(min(a, b)) / math.tan(float(angle(d1, -d2)) / 2)
 
 
 def tangent_path(

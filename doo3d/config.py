@@ -79,16 +79,16 @@ class SegmentConfig(Section):
     min_depth: float = Field(0.02, gt=0, description="m; nearer readings are dropped, and an object nearer has a wrong unit.")
     max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
     window: int = Field(2, ge=1, le=10, description="pixels; half-width of the window in which depth readings are compared.")
-    edge_tolerance: float = Field(
-        0.003, gt=0, description="m per pixel of distance; readings that differ by more do not agree."
-    )
+    edge_tolerance: float = Field(0.003, gt=0, description="m per pixel of distance; readings that differ by more do not agree.")
     edge_support: int = Field(
         7, ge=0, description="neighbours in the window that must agree with a depth reading; fewer = a flying point, which goes."
     )
     smooth: bool = Field(
         True, description="find the voxels from the mean of each depth reading and the neighbours that agree (not the axis)."
     )
-    min_component: int = Field(30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed.")
+    min_component: int = Field(
+        30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed."
+    )
 
     @model_validator(mode="after")
     def _needs(self) -> SegmentConfig:
@@ -170,7 +170,7 @@ class MergeConfig(Section):
     min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
     strategy: Literal["greedy", "global"] = Field(
         "global",
-        description="greedy: the paper's rule, the cheapest pair first; global: all connections together, at the least total cost.",
+        description="greedy: the paper's rule, the cheapest pair first; global: all connections together at the least cost.",
     )
     rings: bool = Field(False, description="the two ends of one chain may be joined, when nothing else is left to join.")
 
@@ -195,7 +195,10 @@ class RefineConfig(Section):
     pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
     smooth: float = Field(1.5, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
     depth_weight: float = Field(
-        0.15, gt=0, le=1, description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways."
+        0.15,
+        gt=0,
+        le=1,
+        description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways.",
     )
     prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
     reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")

@@ -48,7 +48,7 @@ class Evidence:
     def classify(self, points: Floats) -> Ints:
         """What is said about points (N, 3) m in the camera frame: (N,) of `Seen`."""
         pixels = self.camera.project(points)
-        inside = np.isfinite(pixels).all(axis=1)
+        inside = np.asarray(np.isfinite(pixels).all(axis=1))
         inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (self.camera.width - 0.5, self.camera.height - 0.5))).all(1)
         result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
         u, v = np.rint(pixels[inside]).astype(np.int64).T

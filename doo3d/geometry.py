@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -50,40 +49,6 @@ def densify(points: Floats, spacing: float) -> Floats:
     """The polyline (P, D) as points at equal arc length, `spacing` apart or a little less; ends kept."""
     total = float(arc_length(points)[-1])
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
-
-
-def equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
-    """Walk along the polyline laying chords of exactly `length`, the first from its first point.
-
-    Returns (N + 1, D) joints, and (N + 1,) the arc length of the polyline at which each lies.
-    """
-    rows = [tuple(row) for row in points.tolist()]
-    along = arc_length(points).tolist()
-    joints, at = [rows[0]], [0.0]
-    i, here = 1, rows[0]
-    while i < len(rows):
-        if math.dist(joints[-1], rows[i]) < length:
-            here = rows[i]
-            i += 1
-            continue
-        joint = _exit(joints[-1], here, rows[i], length)
-        joints.append(joint)
-        at.append(along[i] - math.dist(joint, rows[i]))
-        here = joint
-    return np.array(joints), np.array(at)
-
-
-def _exit(center: Sequence[float], a: Sequence[float], b: Sequence[float], radius: float) -> tuple[float, ...]:
-    """Where a -> b (a inside, b outside) leaves the sphere, put on it exactly."""
-    along = [q - p for p, q in zip(a, b, strict=True)]
-    offset = [p - c for p, c in zip(a, center, strict=True)]
-    aa = sum(v * v for v in along)
-    half = sum(v * w for v, w in zip(along, offset, strict=True))
-    inside = max(0.0, radius * radius - sum(w * w for w in offset))
-    part = min(1.0, (math.sqrt(half * half + aa * inside) - half) / aa)
-    point = [w + part * v for v, w in zip(along, offset, strict=True)]
-    norm = math.sqrt(sum(v * v for v in point))
-    return tuple(c + v * radius / norm for c, v in zip(center, point, strict=True))
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:

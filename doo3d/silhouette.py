@@ -5,13 +5,22 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .types import Array, Bools
+from .types import Array, Bools, Ints
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
     """Rows and columns of the smallest box that holds the mask (H, W), which must not be empty."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return slice(y, y + height), slice(x, x + width)
+
+
+def mask_pixels(mask: Bools) -> Ints:
+    """(N, 2) the (u, v) of the pixels of the mask (H, W)."""
+    if not mask.any():
+        return np.zeros((0, 2), dtype=np.int64)
+    rows, columns = bounding_box(mask)
+    v, u = np.nonzero(mask[rows, columns])
+    return np.column_stack((u + columns.start, v + rows.start))
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from .geometry import perpendicular, unit
-from .types import Bools, Camera, Floats, Ints
+from .types import Array, Bools, Camera, Floats, Ints
 
 PIXELS = 12_000
 """Pixels of the mask that the width is measured on; more are thinned out evenly."""
@@ -33,8 +33,8 @@ def frames_towards(places: Floats, tangent: Floats, viewpoint: Floats | None) ->
     """Axes at places (S, 3) with tangents (S, 3); without a viewpoint, any that turn little from one to the next."""
     if viewpoint is not None:
         lateral = unit(np.cross(places - viewpoint, tangent))
-        for i in np.flatnonzero(~lateral.any(axis=1)):
-            lateral[i] = perpendicular(tangent[i])
+        for bad in np.flatnonzero(~lateral.any(axis=1)):
+            lateral[bad] = perpendicular(tangent[bad])
     else:
         lateral = np.empty_like(tangent)
         previous = perpendicular(tangent[0])
@@ -45,7 +45,7 @@ def frames_towards(places: Floats, tangent: Floats, viewpoint: Floats | None) ->
     return Frames(tangent, lateral, np.cross(tangent, lateral))
 
 
-def window_sum(values: Floats, path: Ints, half: int) -> Floats:
+def window_sum(values: Array, path: Ints, half: int) -> Floats:
     """Sums of (S,) or (S, C) values over `half` stations on either side, within each path: path (S,) is its number."""
     total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
     index = np.arange(len(values))
@@ -58,14 +58,16 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What the mask says at S stations: lateral offset of its middle, m, half its width, m; weight 0..1, how far to believe it."""
+    """What the mask says at S stations: how far its middle lies aside, m, half its width, m, and how far to believe it, 0..1."""
 
     offset: Floats
     radius: Floats
     weight: Floats
 
 
-def silhouette(places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera, reach: float, half: int) -> Silhouette:
+def silhouette(
+    places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera, reach: float, half: int
+) -> Silhouette:
     """Middle and width of the mask across each station.
 
     Every pixel of the mask goes to the nearest station in the image. Their number over the length of the

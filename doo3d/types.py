@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from .errors import InputError
 
 Array = NDArray[Any]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Floats = NDArray[np.floating[Any]]
+Ints = NDArray[np.integer[Any]]
 Bools = NDArray[np.bool_]
 
 SCHEMA = "doo3d/detection/1"

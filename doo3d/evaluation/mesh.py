@@ -32,7 +32,7 @@ def tangents(points: Floats, closed: bool = False) -> Floats:
     if closed:
         difference = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     else:
-        difference = np.gradient(points, axis=0)
+        difference = np.asarray(np.gradient(points, axis=0))
     return np.asarray(difference / np.linalg.norm(difference, axis=1, keepdims=True))
 
 

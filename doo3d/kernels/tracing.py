@@ -65,7 +65,7 @@ def trace(table):  # type: ignore[no-untyped-def]
     branches = 0
     for kind in range(3):  # from clusters, from tips, and what is left: loops
         for s in range(count):
-            if kind == 0 and cluster[s] < 0 or kind == 1 and degree[s] > 1:
+            if (kind == 0 and cluster[s] < 0) or (kind == 1 and degree[s] > 1):
                 continue
             for m in range(26 if kind == 0 else 1):
                 first = table[s, m] if kind == 0 else s
@@ -73,19 +73,18 @@ def trace(table):  # type: ignore[no-untyped-def]
                     continue
                 start = cluster[s] if kind == 0 else (-1 if kind == 1 else -2)
                 end = np.int64(-1)
-                i = np.int64(first)
-                came = s
+                i, came = int(first), int(s)
                 while True:
                     visited[i] = True
                     order[size] = i
                     size += 1
-                    following = np.int64(-1)
+                    following = -1
                     for n in range(26):
                         j = table[i, n]
                         if j < 0:
                             continue
                         if not visited[j]:
-                            following = j
+                            following = int(j)
                         elif cluster[j] >= 0 and not (j == came or (size - 1 == bounds[branches] and cluster[j] == start)):
                             end = cluster[j]
                     if following < 0 or end >= 0:

@@ -8,8 +8,8 @@ import numpy as np
 from ..config import SegmentConfig
 from ..types import Array, Bools, Cloud, Floats, Frame
 
-SAMPLE = 3000
-"""Points that RANSAC counts inliers on: the share of a plane is known to one percent from that many."""
+SAMPLE = 2000
+"""Points that RANSAC counts inliers on: the share of a plane is known to about one percent from that many."""
 
 
 SURE, LIKELY = 3.5, 2.0
@@ -65,7 +65,7 @@ def height(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
     np.subtract(np.float32(offset), ray, out=ray)
     ray *= np.float32(np.sign(offset))
     ray[data.depth <= 0] = 0
-    return ray
+    return np.asarray(ray)
 
 
 def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arcs import tangent_path
 from ..config import FillConfig
-from ..geometry import equal_chords
+from ..kernels.walking import walk
 from ..types import Assembly, Path
 
 
@@ -30,7 +30,7 @@ def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
         way = tangent_path(
             start, heading[0], end, heading[1], length / 20, config.radius, config.max_deviation, config.side == "inside"
         )
-        joints = equal_chords(way, length)[0][1:]
+        joints = walk(way, length)[0][1:]
         if len(joints) and np.linalg.norm(joints[-1] - end) < 1e-9 * length:
             joints = joints[:-1]
         last = assembly.closed and i == len(assembly.pieces) - 1

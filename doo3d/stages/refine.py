@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ..config import RefineConfig
 from ..evidence import Evidence, Seen
-from ..geometry import arc_length, equal_chords, resample, smooth_fit, steps, tangents, unit
+from ..geometry import arc_length, resample, smooth_fit, steps, tangents, unit
+from ..kernels.walking import walk
+from ..silhouette import mask_pixels
 from ..surface import Frames, Section, axis_depth, circles, frames_towards, sections, silhouette, window_sum
 from ..types import Bools, Chain, Floats, Foreground, Ints, Path, VoxelGrid
 
@@ -29,10 +32,16 @@ class _Stations:
     half: int
     spacing: float
 
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Of the places; they must not move any more."""
+        return cKDTree(self.places)
+
     def inside(self, end: int, inwards: int, distance: float) -> Floats:
         """The place `distance` m along the path from its end."""
         path = self.of(int(self.path[end]))
-        return self.places[min(max(end + inwards * max(1, round(distance / self.spacing)), path.start), path.stop - 1)]
+        at = end + inwards * max(1, round(distance / self.spacing))
+        return np.asarray(self.places[min(max(at, path.start), path.stop - 1)])
 
     def of(self, number: int) -> slice:
         return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
@@ -142,10 +151,9 @@ def _from_image(
 ) -> _Estimate:
     """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
     camera, mask = foreground.camera, foreground.mask
-    assert camera is not None and mask is not None
-    v, u = np.nonzero(mask)
-    pixels = np.column_stack((u, v))
-    seen = silhouette(stations.places, frames, stations.path, pixels, camera, config.reach * radius, stations.half)
+    assert camera is not None
+    assert mask is not None
+    seen = silhouette(stations.places, frames, stations.path, mask_pixels(mask), camera, config.reach * radius, stations.half)
     usable = ~stations.filled & (seen.radius > 0)
     if usable.any():
         radius = float(np.median(seen.radius[usable]))
@@ -230,7 +238,7 @@ def _ahead(
     along = (points - tip) @ heading
     aside = np.linalg.norm(points - tip - along[:, None] * heading, axis=1)
     near = aside < 1.6 * radius
-    own = np.abs(cKDTree(stations.places).query(points[near])[1] - end) <= 3 * stations.half + 3
+    own = np.abs(stations.tree.query(points[near])[1] - end) <= 3 * stations.half + 3
     along, aside = along[near][own], aside[near][own]
     order = np.argsort(along)
     along, aside = along[order], aside[order]
@@ -266,7 +274,7 @@ def _bulged(points: Floats, length: float) -> Floats:
     bend = np.zeros_like(points)
     bend[1:-1] = (points[2:] - 2 * points[1:-1] + points[:-2]) / spacing**2
     curvature = np.linalg.norm(bend, axis=1, keepdims=True)
-    return points - length**2 / 12 * bend / np.maximum(1.0, 2 * length * curvature)
+    return np.asarray(points - length**2 / 12 * bend / np.maximum(1.0, 2 * length * curvature))
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
@@ -283,15 +291,15 @@ def equal_segments(points: Floats, length: float) -> Floats:
     longer = np.concatenate(([before], points, [after]))
     along = arc_length(longer) - length
     start, count = 0.0, 0
-    for _ in range(5):
-        joints, at = equal_chords(np.concatenate((resample(longer, np.array([start + length])), longer[along > start])), length)
+    for _ in range(4):
+        joints, at = walk(np.concatenate((resample(longer, np.array([start + length])), longer[along > start])), length)
         at += start
         if count == 0:
             last = int(np.searchsorted(at, total, side="right")) - 1
             count = max(1, round(last + (total - at[last]) / length))
         count = min(count, len(joints) - 1)
         start = float(np.clip(start - (start + at[count] - total) / 2, -length / 2, length / 2))
-    return joints[: count + 1]
+    return np.asarray(joints[: count + 1])
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
@@ -307,12 +315,12 @@ def equal_ring(points: Floats, length: float) -> Floats:
     low, high = 0.5 * length, 1.5 * length
     for _ in range(60):
         chord = (low + high) / 2
-        joints, _ = equal_chords(loop, chord)
+        joints, _ = walk(loop, chord)
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
-    joints = equal_chords(loop, low)[0][: count + 1]
+    joints = walk(loop, low)[0][: count + 1]
     joints[-1] = joints[0]
     middle = joints[:-1].mean(axis=0)
-    return middle + (joints - middle) * (length / low)
+    return np.asarray(middle + (joints - middle) * (length / low))
 
 
 def _flag(

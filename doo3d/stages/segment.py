@@ -79,14 +79,18 @@ def drop_wide(mask: Bools, frame: Frame, config: SegmentConfig) -> Bools:
 
     The usual width is the median along the middle lines of the mask, so what is long and thin decides it.
     """
-    inside = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3)
-    usual = ridge_radius(inside, frame.depth / frame.camera.fx)
+    box = bounding_box(mask)
+    part, depth = mask[box], frame.depth[box]
+    inside = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
+    usual = ridge_radius(inside, depth / frame.camera.fx)
     limit = min(config.max_width / 2, config.max_ratio * usual) if usual else config.max_width / 2
-    core = inside * frame.depth > limit * frame.camera.fx
+    core = inside * depth > limit * frame.camera.fx
     if not core.any():
         return mask
-    reach = 1.5 * limit * frame.camera.fx / float(np.median(frame.depth[core]))
-    return np.asarray(mask & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach))
+    reach = 1.5 * limit * frame.camera.fx / float(np.median(depth[core]))
+    result = np.zeros_like(mask)
+    result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach)
+    return result
 
 
 def tidy(mask: Bools, least: int) -> Bools:
@@ -94,11 +98,11 @@ def tidy(mask: Bools, least: int) -> Bools:
     if least <= 1 or not mask.any():
         return mask
     box = bounding_box(mask)
-    part = mask[box]
-    part = part & _large(part, least, 8)
-    part = ~(~part & (_large(~np.pad(part, 1), least, 4)[1:-1, 1:-1]))
     result = np.zeros_like(mask)
-    result[box] = part
+    result[box] = _large(mask[box], least, 8)
+    if result.any():
+        box = bounding_box(result)
+        result[box] = ~_large(~np.pad(result[box], 1), least, 4)[1:-1, 1:-1]
     return result
 
 

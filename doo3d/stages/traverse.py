@@ -57,8 +57,8 @@ class _Graph:
         del self.places[bridge.b]
         for branch in [branch for branch in self.branches if bridge.b in (branch.a, branch.b)]:
             self.branches.remove(branch)
-            ends = (bridge.a if end == bridge.b else end for end in (branch.a, branch.b))
-            self.add(*ends, branch.points)
+            a, b = (bridge.a if end == bridge.b else end for end in (branch.a, branch.b))
+            self.add(a, b, branch.points)
 
     def dissolve(self, node: int) -> None:
         """Turn a node that is no junction any more into a part of the branch that runs through it."""
@@ -129,9 +129,9 @@ def _simplify(graph: _Graph, config: TraverseConfig, radius: float) -> None:
     for node in list(graph.places):
         graph.dissolve(node)
     while True:
-        candidates = [branch for branch in graph.branches if _droppable(graph, branch, config, radius)]
+        candidates = _droppable(graph, config, radius)
         if candidates:
-            victim = min(candidates, key=lambda branch: branch.length)
+            victim = candidates[0]
             graph.branches.remove(victim)
             for node in {victim.a, victim.b} - {FREE}:
                 graph.dissolve(node)
@@ -142,25 +142,29 @@ def _simplify(graph: _Graph, config: TraverseConfig, radius: float) -> None:
         graph.contract(min(bridges, key=lambda branch: branch.length))
 
 
-def _droppable(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> bool:
-    if (branch.a == FREE) != (branch.b == FREE):
-        return branch.length < config.min_branch * radius
-    if branch.a == FREE:
-        return False
-    if branch.a == branch.b:
-        return branch.length < config.min_loop * radius and len(graph.at(branch.a)) > 2
-    twins = [
-        other
-        for other in graph.branches
-        if other is not branch and {other.a, other.b} == {branch.a, branch.b} and other.length <= branch.length
-    ]
-    return any(branch.length + twin.length < config.min_loop * radius for twin in twins)
+def _droppable(graph: _Graph, config: TraverseConfig, radius: float) -> list[_Branch]:
+    """Spurs, small loops, and of two branches between the same nodes that enclose little the longer one."""
+    result = []
+    shortest: dict[tuple[int, int], _Branch] = {}
+    for branch in sorted(graph.branches, key=lambda branch: branch.length):
+        if (branch.a == FREE) != (branch.b == FREE):
+            drop = branch.length < config.min_branch * radius
+        elif branch.a == branch.b:
+            drop = branch.a != FREE and branch.length < config.min_loop * radius and len(graph.at(branch.a)) > 2
+        else:
+            twin = shortest.setdefault((min(branch.a, branch.b), max(branch.a, branch.b)), branch)
+            drop = twin is not branch and twin.length + branch.length < config.min_loop * radius
+        if drop:
+            result.append(branch)
+    return result
 
 
 def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> Floats:
-    """The branch without its ends: `trim` radii of a free one, which thinning draws into a corner of the surface; of one
-    that a junction pulls out of shape at least as much, and on until it is `separation` radii from every other branch there, where the surfaces of two strands no longer touch; of one end at
-    most 0.4 of the branch. Empty when nothing is left.
+    """The branch without its ends. Empty when nothing is left.
+
+    `trim` radii of a free end go, which thinning draws into a corner of the surface. Of an end that a junction pulls out
+    of shape as much goes, and on until it is `separation` radii from every other branch there, where the surfaces of
+    two strands no longer touch; but at most 0.4 of the branch.
     """
     points = graph.whole(branch)
     along = arc_length(points)

@@ -117,7 +117,7 @@ def _dashes(points: Floats, unit: float) -> list[Floats]:
     drawn, left = _DASH[0] * unit, _DASH[1] * unit
     count = max(1, round((at[-1] + left) / (drawn + left)))
     stretch = at[-1] / (count * drawn + (count - 1) * left) if at[-1] > 0 else 1.0
-    pieces = []
+    pieces: list[Floats] = []
     for i in range(count):
         begin = i * (drawn + left) * stretch
         end = begin + drawn * stretch
