@@ -15,10 +15,10 @@ from typing import Any
 
 from .config import Config
 from .errors import DooError
-from .inputs import Capture, Entry
+from .inputs import Capture, Entry, Shot
 from .outputs.results import ResultsFolder
 from .pipeline import detect
-from .types import Array, Cloud, Detection, Frame
+from .types import Array, Bools, Cloud, Detection, Frame
 
 OK, FAILED = "ok", "failed"
 
@@ -145,7 +145,7 @@ def process(entry: Entry, config: Config) -> tuple[FrameRecord, tuple[Detection,
     record = FrameRecord(entry.name, str(entry.source), entry.timestamp, FAILED, 0.0)
     try:
         shot = entry.load()
-        detection = replace(detect(shot.data, config, shot.mask), frame=entry.name, timestamp=entry.timestamp)
+        detection = replace(detect(shot.data, config, chosen_mask(shot, config)), frame=entry.name, timestamp=entry.timestamp)
     except DooError as error:
         return replace(record, error=str(error), seconds=time.perf_counter() - start), None
     except Exception as error:
@@ -162,6 +162,11 @@ def process(entry: Entry, config: Config) -> tuple[FrameRecord, tuple[Detection,
         notes=detection.notes,
     )
     return done, (detection, shot.data)
+
+
+def chosen_mask(shot: Shot, config: Config) -> Bools | None:
+    """The capture's own mask, unless the config names another way to tell the object."""
+    return shot.mask if config.segment.method in ("auto", "mask") else None
 
 
 def _unexpected(error: Exception) -> str:

@@ -61,13 +61,14 @@ def measure(name: str, shot: Shot, config: Config, runs: int) -> Timing:
     """
     import numpy as np
 
+    from .batch import chosen_mask
     from .pipeline import detect
     from .types import Cloud, Frame
 
     seconds: list[dict[str, float]] = []
     for _ in range(WARM_UP + runs):
         start = time.perf_counter()
-        detection = detect(shot.data, config, shot.mask)
+        detection = detect(shot.data, config, chosen_mask(shot, config))
         seconds.append(detection.seconds | {"total": time.perf_counter() - start})
     stages = {}
     for stage in seconds[-1]:

@@ -77,6 +77,15 @@ def test_masks_reach_the_detection(capture, tmp_path, found):
     assert mask.any()
 
 
+@pytest.mark.parametrize(("method", "used"), [("auto", True), ("mask", True), ("plane", False), ("everything", False)])
+def test_a_named_way_of_segmenting_goes_before_the_folders_masks(capture, tmp_path, found, method, used):
+    given = []
+    inner = found["do"]
+    found["do"] = lambda data, config, mask: (given.append(mask), inner(data, config, mask))[1]
+    batch.run(open_capture(capture(mask=True)), tmp_path / "out", load_config("default", {"segment.method": method}))
+    assert (given[0] is not None) == used
+
+
 def test_one_bad_frame_does_not_stop_the_others(capture, tmp_path):
     folder, out = capture(frames=3), tmp_path / "out"
     bad(folder, "000000")
