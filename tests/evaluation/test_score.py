@@ -5,7 +5,7 @@ import pytest
 
 from doo3d.evaluation.model import Truth
 from doo3d.evaluation.score import score
-from doo3d.geometry import equal_chords
+from doo3d.kernels.walking import walk
 from doo3d.types import Chain
 
 RADIUS = 0.004
@@ -13,7 +13,7 @@ RADIUS = 0.004
 
 def even(points, length=0.01, radius=0.004):
     """A chain of equal segments along a line (P, 3)."""
-    return Chain(equal_chords(points, length)[0], length, radius)
+    return Chain(walk(points, length)[0], length, radius)
 
 
 def _dense(points):
