@@ -12,7 +12,7 @@ from doo3d.evaluation.renderer import render
 from doo3d.evaluation.scenes import make_scene
 from doo3d.evaluation.table import _hsv_range, evaluate_captures, evaluate_rendered, evaluate_scenes, format_table
 from doo3d.evaluation.truthfile import read_truth
-from doo3d.geometry import equal_chords
+from doo3d.kernels.walking import walk
 from doo3d.types import Chain, Detection
 
 SAMPLES = Path(__file__).parents[2] / "sample_clouds"
@@ -21,7 +21,7 @@ SMALL = (640, 480)
 
 def even(points, length=0.01, radius=0.004):
     """A chain of equal segments along a line (P, 3)."""
-    return Chain(equal_chords(points, length)[0], length, radius)
+    return Chain(walk(points, length)[0], length, radius)
 
 
 @pytest.fixture
