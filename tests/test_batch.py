@@ -199,6 +199,17 @@ def test_out_is_a_file(capture, tmp_path):
             batch.run(open_capture(capture(f"c{len(os.listdir(tmp_path))}")), out, Config())
 
 
+@pytest.mark.parametrize("inside", [".", "depth", "color"])
+def test_the_input_is_never_written_over(capture, inside):
+    folder = capture()
+    before = (folder / "depth" / "000000.png").read_bytes()
+    with pytest.raises(InputError, match="belongs to the input"):
+        batch.run(open_capture(folder), folder / inside, Config(), force=True)
+    assert (folder / "depth" / "000000.png").read_bytes() == before
+    for _ in range(2):  # a new folder inside is fine, again and again
+        batch.run(open_capture(folder), folder / "results", Config())
+
+
 def test_no_permission_is_said_before_the_work(capture, tmp_path, monkeypatch, found):
     monkeypatch.setattr(results.os, "access", lambda *args: False)
     found["do"] = None

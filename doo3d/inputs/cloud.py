@@ -45,7 +45,8 @@ def _kind(path: Path) -> str | None:
         head = file.read(_HEAD)
     if re.match(rb"ply\s", head):
         return "ply"
-    if head.startswith(b"# .PCD") or re.match(rb"(#.*\s+)*VERSION[^\n]*\s+FIELDS\s", head):
+    stated = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
+    if head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", stated):
         return "pcd"
     if head.startswith(b"PK\x03\x04") and b".npy" in head:
         return "npz"

@@ -52,6 +52,8 @@ class ResultsFolder:
         _check_names(path, names)
         _check_place(path)
         old = _read_manifest(path)
+        if old is None and path.is_dir() and Path(source["path"]) in (path.resolve(), *path.resolve().parents):
+            raise InputError(f"{path}: belongs to the input, results there could overwrite it: give another folder with -o")
         other = _difference(path, old, self._head)
         if other and not force:
             raise InputError(f"{path}: {other}: give another folder with -o, or --force to write there nevertheless")

@@ -9,7 +9,7 @@ from ..types import Array, Chain, Cloud, Detection, Frame
 from .canvas import Canvas
 from .palette import DARK, LIGHT, chain_color
 from .strand import Strand, crossings
-from .view import view_of
+from .view import flat_view, view_of
 
 _UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _CAPTIONS = 8  # chains that have a line of their own in the caption
@@ -33,6 +33,8 @@ def draw(data: Frame | Cloud | Array, detection: Detection) -> Array:
     (H, W, 3) uint8 RGB, of the frame's size.
     """
     view = view_of(data)
+    if detection.mode == "2d":
+        view = flat_view(view.image)
     height, width = view.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / _UNIT)
     strands = [Strand.of(chain, view, chain_color(i), unit) for i, chain in enumerate(detection.chains)]

@@ -38,7 +38,7 @@ def view_of(data: Frame | Cloud | Array) -> View:
         return _camera_view(image, data.camera)
     if isinstance(data, Cloud):
         return _cloud_view(data)
-    return _flat_view(np.asarray(data))
+    return flat_view(np.asarray(data))
 
 
 def depth_picture(depth: Array) -> Array:
@@ -53,7 +53,9 @@ def depth_picture(depth: Array) -> Array:
     return np.asarray(picture)
 
 
-def _flat_view(image: Array) -> View:
+def flat_view(image: Array) -> View:
+    """The view of an image in its own pixels, for chains in 2-D."""
+
     def one(points: Floats) -> Floats:
         return np.ones(len(points))
 
@@ -71,6 +73,8 @@ def _camera_view(image: Array, camera: Camera) -> View:
 def _cloud_view(cloud: Cloud) -> View:
     """From the viewpoint in perspective where it is known, else along the axis of least spread in parallel."""
     width, height = SIZE
+    if not len(cloud.points):
+        return _camera_view(np.full((height, width, 3), 30, np.uint8), Camera(width, width, width / 2, height / 2, width, height))
     center = cloud.points.mean(axis=0)
     if cloud.viewpoint is None:
         axes = _spread_axes(cloud.points - center)

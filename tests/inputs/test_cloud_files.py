@@ -70,6 +70,18 @@ def test_xyz_separators(tmp_path, points, line):
     assert cloud.colors is None
 
 
+def test_a_comment_of_many_marks_takes_no_time(tmp_path):
+    path = tmp_path / "a.xyz"
+    path.write_text("#" + " #" * 1500 + "\n0.1 0.2 0.3\n")
+    assert read(path).points.tolist() == [[0.1, 0.2, 0.3]]
+
+
+def test_pcd_without_its_comment(tmp_path, points):
+    path = write(tmp_path / "a.pcd", points)
+    path.write_bytes(path.read_bytes().partition(b"\n")[2])
+    assert len(read(path.rename(tmp_path / "scan")).points) == COUNT
+
+
 def test_xyz_with_colours_and_with_normals(tmp_path, points, colors):
     path = tmp_path / "a.xyz"
     np.savetxt(path, np.hstack([points, colors]))

@@ -119,6 +119,7 @@ def test_two_dimensional_chains_on_an_image():
     picture = draw(image, found)
     assert np.abs(picture[50, 20].astype(int) - chain_color(0)).max() < 12
     assert caption_lines(found) == ["100 px   r 5.0 px"]
+    assert np.abs(draw(frame(), found)[50, 20].astype(int) - chain_color(0)).max() < 12
 
 
 def test_caption():
@@ -161,7 +162,7 @@ def test_a_cloud_is_shown_whole_with_its_chain_on_it(viewpoint, colored):
     assert np.isfinite(end).all()
 
 
-@pytest.mark.parametrize("points", [np.zeros((1, 3)), np.ones((50, 3)), np.outer(np.arange(9), (0, 0, 0.1))])
+@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((1, 3)), np.ones((50, 3)), np.outer(np.arange(9), (0, 0, 0.1))])
 @pytest.mark.parametrize("viewpoint", [None, np.zeros(3)])
 def test_clouds_without_spread(points, viewpoint):
     assert draw(Cloud(points, viewpoint=viewpoint), Detection(())).shape == (SIZE[1], SIZE[0], 3)
