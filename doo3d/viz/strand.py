@@ -80,11 +80,24 @@ class Strand:
 
     def _center(self, canvas: Canvas, run: slice) -> None:
         points = self.points[run]
-        pieces = _dashes(points, self.unit) if self.hidden[run.start] else [points]
-        for piece in pieces:
+        if self.hidden[run.start]:
+            dark = bright = _dashes(points, self.unit)
+        else:
+            dark, bright = [points], [self._into_neighbours(run)]
+        for piece in dark:
             canvas.line(piece, DARK, 0.7, 3.4 * self.unit)
-        for piece in pieces:
+        for piece in bright:
             canvas.line(piece, self.color, 1.0, 2.0 * self.unit)
+
+    def _into_neighbours(self, run: slice) -> Floats:
+        """The points of a run and half a segment more on both sides, so that no dark cap shows where runs meet."""
+        points = [self.points[run]]
+        for joint, beyond in ((run.start, run.start - 1), (run.stop - 1, run.stop)):
+            if 0 <= beyond < len(self.points) and not self.hidden[min(joint, beyond)]:
+                middle = (self.points[joint] + self.points[beyond])[None] / 2
+                points = [middle, *points] if beyond < joint else [*points, middle]
+        whole = np.concatenate(points)
+        return np.asarray(whole[np.isfinite(whole).all(axis=1)])
 
     def _joints(self, canvas: Canvas, run: slice) -> None:
         points = self.points[run]
