@@ -16,7 +16,7 @@ LAYERS = [
     {"types"},
     {"config"},
     {"geometry"},
-    {"arcs", "costs", "evidence", "kernels", "segmenters", "silhouette", "surface"},
+    {"arcs", "cells", "costs", "evidence", "kernels", "segmenters", "silhouette", "surface"},
     {"stages"},
     {"pipeline"},
     {"batch"},
