@@ -83,8 +83,17 @@ class SegmentConfig(Section):
     edge_support: int = Field(
         7, ge=0, description="neighbours in the window that must agree with a depth reading; fewer = a flying point, which goes."
     )
+    cloud_window: float = Field(
+        2.0,
+        gt=0,
+        le=10,
+        description="point spacings; neighbours in a cloud are those in three cells of this size on either axis.",
+    )
+    cloud_support: float = Field(
+        0.15, ge=0, lt=1, description="share of the usual number of neighbours that a point of a cloud must have, or it goes."
+    )
     smooth: bool = Field(
-        True, description="find the voxels from the mean of each depth reading and the neighbours that agree (not the axis)."
+        True, description="find the voxels from the mean of each reading and the neighbours that agree (not the axis)."
     )
     min_component: int = Field(
         30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed."

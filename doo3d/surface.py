@@ -14,10 +14,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from .geometry import perpendicular, unit
-from .types import Array, Bools, Camera, Floats, Ints
+from .types import Array, Camera, Floats, Ints
 
-PIXELS = 12_000
-"""Pixels of the mask that the width is measured on; more are thinned out evenly."""
+ENOUGH = 12_000
+"""Pixels of the mask, and points, that suffice to measure on; more are thinned out evenly."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +82,12 @@ def silhouette(
     across = np.column_stack((-along[:, 1], along[:, 0]))
     scale = np.einsum("ij,ij->i", camera.project(places + step * frames.lateral) - pixels, across) / step  # px per m, signed
     scale = np.where(np.abs(scale) > 1e-6, scale, 1e-6)
-    thinned = mask_pixels[_every(mask_pixels, -(-len(mask_pixels) // PIXELS))]
-    share = len(mask_pixels) / max(1, len(thinned))
-    distance, nearest = cKDTree(pixels).query(thinned)
+    some = thinned(mask_pixels)
+    share = len(mask_pixels) / max(1, len(some))
+    distance, nearest = cKDTree(pixels).query(some)
     kept = distance < reach * np.abs(scale[nearest])
-    nearest, thinned = nearest[kept], thinned[kept]
-    offset = np.einsum("ij,ij->i", thinned - pixels[nearest], across[nearest])
+    nearest, some = nearest[kept], some[kept]
+    offset = np.einsum("ij,ij->i", some - pixels[nearest], across[nearest])
     count = window_sum(np.bincount(nearest, minlength=len(places)) * share, path, half)
     total = window_sum(np.bincount(nearest, weights=offset, minlength=len(places)) * share, path, half)
     radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
@@ -96,11 +96,10 @@ def silhouette(
     return Silhouette(total / np.maximum(count, 1e-9) / scale, radius, weight)
 
 
-def _every(pixels: Ints, step: int) -> Bools:
-    """A scattered 1 / step of the pixels, the same for the same pixels."""
-    if step <= 1:
-        return np.ones(len(pixels), dtype=bool)
-    return np.asarray((pixels[:, 0] * 7919 + pixels[:, 1] * 104729) % step == 0)
+def thinned(rows: Array) -> Array:
+    """About ENOUGH of the rows (N, C), scattered evenly, always the same ones."""
+    step = -(-len(rows) // ENOUGH)
+    return rows if step <= 1 else rows[(np.arange(len(rows)) * 7919) % step == 0]
 
 
 def _lengths(pixels: Floats, path: Ints) -> Floats:
@@ -113,16 +112,15 @@ def _lengths(pixels: Floats, path: Ints) -> Floats:
 class Section:
     """Surface points in the cross-sections of the stations they belong to.
 
-    station : (N,) int. lateral, away : (N,) m from the station. weight : (N,), points that stand behind each.
+    station : (N,) int. lateral, away : (N,) m from the station.
     """
 
     station: Ints
     lateral: Floats
     away: Floats
-    weight: Floats
 
 
-def sections(points: Floats, weight: Floats, places: Floats, frames: Frames, reach: float) -> Section:
+def sections(points: Floats, places: Floats, frames: Frames, reach: float) -> Section:
     """Each point (N, 3) m in the cross-section of its nearest station, those farther than `reach` m left out."""
     distance, nearest = cKDTree(places).query(points, distance_upper_bound=reach)
     kept = np.flatnonzero(np.isfinite(distance))
@@ -132,7 +130,6 @@ def sections(points: Floats, weight: Floats, places: Floats, frames: Frames, rea
         nearest,
         np.einsum("ij,ij->i", offset, frames.lateral[nearest]),
         np.einsum("ij,ij->i", offset, frames.away[nearest]),
-        weight[kept],
     )
 
 
@@ -143,18 +140,53 @@ def axis_depth(section: Section, path: Ints, radius: float, half: int) -> tuple[
     deviations left out. Stations must lie in the middle of the silhouette.
     """
     good = np.abs(section.lateral) < 0.8 * radius
-    station, weight = section.station[good], section.weight[good]
+    station = section.station[good]
     depth = section.away[good] + np.sqrt(radius**2 - section.lateral[good] ** 2)
     stations = len(path)
     for last in (False, True):
-        count = window_sum(np.bincount(station, weights=weight, minlength=stations), path, half)
-        mean = window_sum(np.bincount(station, weights=weight * depth, minlength=stations), path, half) / np.maximum(count, 1e-9)
+        count = window_sum(np.bincount(station, minlength=stations), path, half)
+        mean = window_sum(np.bincount(station, weights=depth, minlength=stations), path, half) / np.maximum(count, 1e-9)
         if last or not len(station):
             break
         residual = np.abs(depth - mean[station])
         inside = residual <= max(4.5 * float(np.median(residual)), 1e-9)
-        station, weight, depth = station[inside], weight[inside], depth[inside]
+        station, depth = station[inside], depth[inside]
     return mean, count
+
+
+def shell(section: Section, path: Ints, half: int) -> tuple[Floats, Floats, Floats]:
+    """Middle and radius of a half shell from how its points spread sideways, pooled over `half` stations on either side.
+
+    Points that one view sees lie evenly over the width, so their lateral places have the variance r^2 / 3.
+    Returns the lateral middle (S,) m, radii (S,) m, and counts (S,).
+    """
+
+    def pooled(values: Floats) -> Floats:
+        return window_sum(np.bincount(section.station, weights=values, minlength=len(path)), path, half)
+
+    count = pooled(np.ones_like(section.lateral))
+    safe = np.maximum(count, 1e-9)
+    middle = pooled(section.lateral) / safe
+    variance = pooled((section.lateral - middle[section.station]) ** 2) / safe
+    return middle, np.where(count >= 5, np.sqrt(3 * variance), np.nan), count
+
+
+def faces(section: Section, path: Ints, places: Floats, frames: Frames, half: int, viewpoint: Floats) -> bool:
+    """Whether the points look like the half shells that are seen from `viewpoint`.
+
+    Then the circle through each cross-section has its middle behind the points, as seen from there; the points of a
+    whole tube have it in their middle.
+    """
+    center, radii, count = circles(section, path, None, half)
+    mean = np.zeros_like(center)
+    for column, values in enumerate((section.lateral, section.away)):
+        sums = np.bincount(section.station, weights=values, minlength=len(path))
+        mean[:, column] = window_sum(sums, path, half) / np.maximum(count, 1e-9)
+    good = (count >= 5) & np.isfinite(radii)
+    behind = (center - mean)[good] / np.maximum(radii[good], 1e-9)[:, None]
+    depth = behind[:, :1] * frames.lateral[good] + behind[:, 1:] * frames.away[good]
+    ray = unit(places[good] - viewpoint)
+    return bool(good.any()) and float(np.median(np.einsum("ij,ij->i", depth, ray))) > 0.4
 
 
 def circles(section: Section, path: Ints, radius: float | None, half: int, rounds: int = 8) -> tuple[Floats, Floats, Floats]:
@@ -168,7 +200,7 @@ def circles(section: Section, path: Ints, radius: float | None, half: int, round
     stations, u, w, at = len(path), section.lateral, section.away, section.station
 
     def pooled(values: Floats) -> Floats:
-        return window_sum(np.bincount(at, weights=section.weight * values, minlength=stations), path, half)
+        return window_sum(np.bincount(at, weights=values, minlength=stations), path, half)
 
     count = pooled(np.ones_like(u))
     safe = np.maximum(count, 1e-9)

@@ -24,8 +24,8 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         inside = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
         inside *= 4 / data.camera.fx * np.minimum(depth, config.max_depth)
         return bool(np.mean(inside[depth > 0] > config.max_width / 2) > SHARE)
-    points = data.points[:: max(1, len(data.points) // 20_000)]
-    seeds = points[:: max(1, len(points) // 200)]
+    points = data.points[:: max(1, len(data.points) // 8000)]
+    seeds = points[:: max(1, len(points) // 80)]
     near = cKDTree(points).query_ball_point(seeds, config.max_width)
     spread = [np.linalg.eigvalsh(np.cov(points[index].T)) for index in near if len(index) > 8]
     return bool(spread) and float(np.mean([values[1] > 0.35 * values[2] for values in spread])) > SHARE

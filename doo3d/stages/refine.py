@@ -13,7 +13,18 @@ from ..evidence import Evidence, Seen
 from ..geometry import arc_length, resample, smooth_fit, steps, tangents, unit
 from ..kernels.walking import walk
 from ..silhouette import mask_pixels
-from ..surface import Frames, Section, axis_depth, circles, frames_towards, sections, silhouette, window_sum
+from ..surface import (
+    Frames,
+    axis_depth,
+    circles,
+    faces,
+    frames_towards,
+    sections,
+    shell,
+    silhouette,
+    thinned,
+    window_sum,
+)
 from ..types import Bools, Chain, Floats, Foreground, Ints, Path, VoxelGrid
 
 WRAP = 40
@@ -64,8 +75,10 @@ def refine(
     radius = grid.radius
     stations = _lay(paths, radius, config, segment_length)
     stations = _lay(_extended(paths, stations, radius, config, foreground, grid.size), radius, config, segment_length)
+    foreground = _with_viewpoint(foreground, stations, radius, config)
+    points = thinned(foreground.points)
     for _ in range(config.rounds):
-        radius = _to_axis(stations, radius, config, foreground, grid)
+        radius = _to_axis(stations, radius, config, foreground, points)
     if config.rounds == 0:
         stations.radii[:] = radius
     tree = cKDTree(grid.centroids)
@@ -97,6 +110,17 @@ def _lay(paths: list[Path], radius: float, config: RefineConfig, segment_length:
     )  # fmt: skip
 
 
+def _with_viewpoint(foreground: Foreground, stations: _Stations, radius: float, config: RefineConfig) -> Foreground:
+    """The foreground; a cloud that does not say where its sensor stood and looks as seen from its origin was seen from there."""
+    if foreground.viewpoint is not None:
+        return foreground
+    frames = frames_towards(stations.places, stations.tangents(), None)
+    section = sections(thinned(foreground.points), stations.places, frames, config.reach * radius)
+    origin = np.zeros(3)
+    seen_from_origin = faces(section, stations.path, stations.places, frames, stations.half, origin)
+    return replace(foreground, viewpoint=origin) if seen_from_origin else foreground
+
+
 def _extended(
     paths: list[Path], stations: _Stations, radius: float, config: RefineConfig, foreground: Foreground, size: float
 ) -> list[Path]:
@@ -117,13 +141,15 @@ def _extended(
     return result
 
 
-def _to_axis(stations: _Stations, radius: float, config: RefineConfig, foreground: Foreground, grid: VoxelGrid) -> float:
+def _to_axis(stations: _Stations, radius: float, config: RefineConfig, foreground: Foreground, points: Floats) -> float:
     """Move the stations to the axis, one round; returns the object's radius, m."""
     frames = frames_towards(stations.places, stations.tangents(), foreground.viewpoint)
     if foreground.camera is not None and foreground.mask is not None:
-        radius, target, lateral_weight, away_weight = _from_image(stations, frames, radius, config, foreground, grid)
+        radius, target, lateral_weight, away_weight = _from_image(stations, frames, radius, config, foreground, points)
+    elif foreground.viewpoint is not None:
+        radius, target, lateral_weight, away_weight = _from_shell(stations, frames, radius, config, points)
     else:
-        radius, target, lateral_weight, away_weight = _from_circles(stations, frames, radius, config, grid)
+        radius, target, lateral_weight, away_weight = _from_circles(stations, frames, radius, config, points)
     weight = np.einsum("s,si,sj->sij", lateral_weight, frames.lateral, frames.lateral)
     weight += np.einsum("s,si,sj->sij", away_weight, frames.away, frames.away)
     weight += config.prior * np.eye(3)
@@ -147,7 +173,7 @@ _Estimate = tuple[float, Floats, Floats, Floats]
 
 
 def _from_image(
-    stations: _Stations, frames: Frames, radius: float, config: RefineConfig, foreground: Foreground, grid: VoxelGrid
+    stations: _Stations, frames: Frames, radius: float, config: RefineConfig, foreground: Foreground, points: Floats
 ) -> _Estimate:
     """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
     camera, mask = foreground.camera, foreground.mask
@@ -160,7 +186,7 @@ def _from_image(
     stations.radii = _along(seen.radius, (seen.weight > 0.5) & usable, radius, stations)
     sideways = stations.places + seen.offset[:, None] * frames.lateral
     moved = np.where((seen.weight > 0.1)[:, None], sideways, stations.places)
-    section = _sections(moved, frames, grid, config.reach * radius)
+    section = sections(points, moved, frames, config.reach * radius)
     depth, count = axis_depth(section, stations.path, radius, stations.half)
     usual = float(np.median(count[count > 0])) if (count > 0).any() else 1.0
     away_weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
@@ -169,9 +195,27 @@ def _from_image(
     return radius, moved + (np.where(away_weight > 0, depth, 0.0))[:, None] * frames.away, lateral_weight, away_weight
 
 
-def _from_circles(stations: _Stations, frames: Frames, radius: float, config: RefineConfig, grid: VoxelGrid) -> _Estimate:
+def _from_shell(stations: _Stations, frames: Frames, radius: float, config: RefineConfig, points: Floats) -> _Estimate:
+    """Sideways from the middle of the points, in depth from them; the radius from their spread: clouds of one view."""
+    section = sections(points, stations.places, frames, config.reach * radius)
+    middle, radii, count = shell(section, stations.path, stations.half)
+    usable = np.isfinite(radii) & ~stations.filled
+    if usable.any():
+        radius = float(np.median(radii[usable]))
+    stations.radii = _along(radii, usable & (np.abs(radii / radius - 1) < 0.4), radius, stations)
+    usual = float(np.median(count[count > 0])) if (count > 0).any() else 1.0
+    weight = np.minimum(1.0, count / usual) * (count >= 5) * np.where(stations.filled, 0.3, 1.0)
+    width = np.where(np.isfinite(radii), radii, 0.0) / radius
+    lateral_weight = weight * np.exp(-(((width - 1) / 0.3) ** 2))
+    moved = stations.places + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * frames.lateral
+    depth, seen = axis_depth(sections(points, moved, frames, config.reach * radius), stations.path, radius, stations.half)
+    away_weight = weight * (seen > 0.1 * usual) * config.depth_weight
+    return radius, moved + np.where(away_weight > 0, depth, 0.0)[:, None] * frames.away, lateral_weight, away_weight
+
+
+def _from_circles(stations: _Stations, frames: Frames, radius: float, config: RefineConfig, points: Floats) -> _Estimate:
     """Both ways from the circle through the cross-section, for clouds."""
-    section = _sections(stations.places, frames, grid, config.reach * radius)
+    section = sections(points, stations.places, frames, config.reach * radius)
     _, radii, count = circles(section, stations.path, None, stations.half)
     usable = np.isfinite(radii) & ~stations.filled & (radii < 3 * radius) & (radii > radius / 3)
     if usable.any():
@@ -183,10 +227,6 @@ def _from_circles(stations: _Stations, frames: Frames, radius: float, config: Re
     weight *= np.linalg.norm(center, axis=1) < config.reach * radius
     offset = center[:, :1] * frames.lateral + center[:, 1:] * frames.away
     return radius, stations.places + np.where(weight[:, None] > 0, offset, 0.0), weight, weight
-
-
-def _sections(places: Floats, frames: Frames, grid: VoxelGrid, reach: float) -> Section:
-    return sections(grid.centroids, grid.counts.astype(float), places, frames, reach)
 
 
 def _along(measured: Floats, good: Bools, radius: float, stations: _Stations) -> Floats:

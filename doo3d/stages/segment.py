@@ -5,9 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ..cells import pack, spacing
 from ..config import SegmentConfig
 from ..errors import InputError
 from ..kernels.depth import agreement
+from ..kernels.thinning import neighbours
 from ..segmenters import SEGMENTERS
 from ..silhouette import bounding_box, ridge_radius
 from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, check_mask
@@ -28,13 +30,15 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
     given = mask is not None
+    if not given:
+        _check_depth(data.depth, config, "frame")
     found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[config.method](data, config, seed)
     if given and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
     found = tidy(found, config.min_component)
     if not given and found.any():
         found = drop_wide(found, data, config)
-    _check_depth(data.depth[found], config)
+    _check_depth(data.depth[found], config, "object")
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     support, depth = agreement(data.depth, found, v, u, config.window, config.edge_tolerance)
     solid = support >= config.edge_support
@@ -60,16 +64,18 @@ def _nothing(config: SegmentConfig) -> str:
     return f"segment ({config.method}): nothing in this frame is told from the rest; {hint}"
 
 
-def _check_depth(depth: Array, config: SegmentConfig) -> None:
+def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
     if not depth.size:
         return
     seen = depth[depth > 0]
     if not seen.size:
-        raise InputError(f"no depth at any of the {depth.size} pixels of the object: is the depth aligned to the mask?")
-    middle = float(np.median(seen))
+        raise InputError(
+            f"no depth at any of the {depth.size} pixels of the {what}: is the depth aligned to the mask, and in metres?"
+        )
+    middle = float(np.median(seen[:: max(1, seen.size // 10_000)]))
     if not config.min_depth <= middle <= config.max_depth:
         raise InputError(
-            f"the object is {middle:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
+            f"the {what} is {middle:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
             "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth"
         )
 
@@ -128,7 +134,30 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         raise InputError("the mask is empty: no point of it says object")
     kept = points[found]
     kept = kept[~lone(kept)]
-    return Foreground(points=kept, viewpoint=cloud.viewpoint, notes=() if len(kept) else (_nothing(config),))
+    support, mean = neighbourhood(kept, config.cloud_window)
+    solid = support >= config.cloud_support * np.median(support) if len(kept) else np.zeros(0, dtype=bool)
+    return Foreground(
+        points=kept[solid],
+        steady=mean[solid] if config.smooth else None,
+        viewpoint=cloud.viewpoint,
+        notes=() if len(kept) else (_nothing(config),),
+    )
+
+
+def neighbourhood(points: Floats, window: float) -> tuple[Floats, Floats]:
+    """How many points of a cloud lie about each, and their mean.
+
+    Neighbours are those in the same cell and the 26 round it, cells of `window` point spacings. Returns (N,) and (N, 3) m.
+    """
+    if not len(points):
+        return np.zeros(0), points
+    size = window * spacing(points)
+    cells = pack(points, points.min(axis=0) - size, size, 1)
+    if isinstance(cells, float):
+        return np.ones(len(points)), points
+    sums = cells.sums(np.column_stack((points, np.ones(len(points)))))
+    sums = sums + np.vstack((sums, np.zeros(4)))[neighbours(cells.coords)].sum(axis=1)
+    return sums[cells.cell, 3], sums[cells.cell, :3] / sums[cells.cell, 3:]
 
 
 def lone(points: Floats) -> Bools:
