@@ -7,22 +7,34 @@ import math
 import numpy as np
 
 from ..config import FitConfig
-from ..types import Chain, Path
+from ..geometry import steps
+from ..types import Chain, Floats, Path
 
 
 def fit(paths: list[Path], config: FitConfig) -> list[Chain]:
     """Chains of segments of exactly `segment_length`; a turn of more than `max_turn` degrees ends a chain.
 
     A closed path that makes one chain is walked back to its first point and gives a closed chain, whose last
-    joint is then less than a segment from the first.
+    joint is then less than a segment from the first. Steps longer than a segment are divided: the algorithm lays at
+    most one segment at each point and would fall behind.
     """
     chains: list[Chain] = []
     for path in paths:
-        rows = [tuple(row) for row in path.points.tolist()]
-        found = traverse_contour(rows + rows[:1] if path.closed else rows, config.segment_length, config.max_turn)
+        points = np.concatenate((path.points, path.points[:1])) if path.closed else path.points
+        rows = [tuple(row) for row in _divided(points, config.segment_length).tolist()]
+        found = traverse_contour(rows, config.segment_length, config.max_turn)
         closed = path.closed and len(found) == 1
         chains += [Chain(np.array(joints), config.segment_length, closed=closed) for joints in found]
     return chains
+
+
+def _divided(points: Floats, length: float) -> Floats:
+    """The polyline (P, D) with points added so that no step is longer than `length`."""
+    parts = np.maximum(1, np.ceil(steps(points) / length)).astype(int)
+    if (parts == 1).all():
+        return points
+    at = np.concatenate([*(i + np.arange(count) / count for i, count in enumerate(parts)), [len(parts)]])
+    return np.column_stack([np.interp(at, np.arange(len(points)), column) for column in points.T])
 
 
 def traverse_contour(points: list[tuple[float, ...]], length: float, max_turn: float) -> list[list[tuple[float, ...]]]:
