@@ -202,7 +202,7 @@ class RefineConfig(Section):
     rounds: int = Field(2, ge=0, le=10, description="times the axis is estimated from the surface; 0: stay on the surface.")
     spacing: float = Field(0.4, gt=0, le=2, description="radii between the places where the axis is estimated.")
     pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
-    smooth: float = Field(1.5, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
+    smooth: float = Field(1.2, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
     depth_weight: float = Field(
         0.15,
         gt=0,
