@@ -204,7 +204,7 @@ class RefineConfig(Section):
     pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
     smooth: float = Field(1.2, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
     depth_weight: float = Field(
-        0.15,
+        0.06,
         gt=0,
         le=1,
         description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways.",
