@@ -14,11 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import angle, perpendicular, unit
+from .geometry import TINY, angle, perpendicular, unit
 from .types import Array, Floats
 
 ROUNDS = 200
 CONVERGED = 1e-13
+BISECTIONS = 3
+"""Of the step of sqrt 2 in which a radius is searched for: to 5 percent."""
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,22 @@ def turn_towards(start: Floats, direction: Floats, target: Floats, radius: float
 
 
 def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool = False) -> tuple[Turn, Turn] | None:
-    """Arc + line + arc of one radius between two ends, found by aiming each arc at the end of the other in turn.
+    """Arc + line + arc of one radius between two ends.
 
     e1, e2 : (D,) ends. d1, d2 : (D,) unit, pointing out of either chain. Returns the arc at e1 and the arc at e2, both
-    pointing into the gap; the line lies between their ends. None where no member of this radius exists.
+    pointing into the gap; the line lies between their ends. None where no member of this radius is found.
+    """
+    found = _aimed(e1, d1, e2, d2, radius, inside)
+    if found is None:
+        other = _aimed(e2, d2, e1, d1, radius, inside)
+        found = (other[1], other[0]) if other else None
+    return found if found or inside else _cornered(e1, d1, e2, d2, radius)
+
+
+def _aimed(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool) -> tuple[Turn, Turn] | None:
+    """The member of the family found by aiming each arc at the end of the other in turn.
+
+    It finds turns of any angle, but not members whose first arc reaches round the end that it is aimed at first.
     """
     scale = float(np.linalg.norm(e2 - e1))
     target = e2
@@ -92,9 +106,45 @@ def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, insid
         target = second.end
         if moved <= CONVERGED * scale:
             break
-    if moved > 1e-6 * scale or first is None or second is None:
+    if moved > 1e-6 * scale or first is None or second is None or first.heading @ second.heading > 1e-9 - 1:
         return None
     return (first, second) if (second.end - first.end) @ first.heading >= -1e-9 * scale else None
+
+
+def _cornered(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float) -> tuple[Turn, Turn] | None:
+    """The member of the family found by its two corners, where the end lines meet the line, in turn with its direction.
+
+    A corner lies r tan(turn / 2) ahead of its end. It finds members with large arcs, but no turns of nearly 180 degrees.
+    """
+    way = e2 - e1
+    scale = math.sqrt(float(way @ way))
+    line, length, ahead = way / scale, scale, 0.0
+    moved = math.inf
+    for _ in range(ROUNDS):
+        cosine1, cosine2 = float(d1 @ line), -float(d2 @ line)
+        if min(cosine1, cosine2) < -0.999:
+            return None
+        ahead1 = radius * math.sqrt(max(0.0, 1 - cosine1) / (1 + cosine1))
+        ahead2 = radius * math.sqrt(max(0.0, 1 - cosine2) / (1 + cosine2))
+        between = way + ahead2 * d2 - ahead1 * d1
+        length, ahead = math.sqrt(float(between @ between)), ahead1 + ahead2
+        if length <= TINY * scale:
+            return None
+        before, line = line, between / length
+        moved = math.sqrt(float((line - before) @ (line - before)))
+        if moved <= CONVERGED:
+            break
+    if moved > 1e-10 or length < ahead - 1e-9 * scale:
+        return None
+    return _bent(e1, d1, line, radius), _bent(e2, d2, -line, radius)
+
+
+def _bent(start: Floats, direction: Floats, heading: Floats, radius: float) -> Turn:
+    """The arc from `start` that turns from one unit direction to another."""
+    across = heading - float(heading @ direction) * direction
+    if not across.any():
+        return Turn(start, direction, perpendicular(direction), 0.0, radius)
+    return Turn(start, direction, unit(across), float(angle(direction, heading)), radius)
 
 
 def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
@@ -167,12 +217,28 @@ def _turns(
 def _largest(
     e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, deviation: float, inside: bool
 ) -> tuple[Turn, Turn] | None:
-    """The member with the largest radius of radius, radius / sqrt 2, radius / 2, ... that exists and keeps its direction."""
-    for _ in range(40):
+    """The member with about the largest radius up to `radius` that exists and keeps its direction."""
+
+    def member(radius: float) -> tuple[Turn, Turn] | None:
         turns = connect(e1, d1, e2, d2, radius, inside)
-        if turns is not None:
-            line = turns[1].end - turns[0].end
-            if not line.any() or float(angle(line, e2 - e1)) <= deviation:
-                return turns
+        if turns is None:
+            return None
+        line = turns[1].end - turns[0].end
+        none = np.linalg.norm(line) <= 1e-9 * np.linalg.norm(e2 - e1)
+        return turns if none or float(angle(line, e2 - e1)) <= deviation else None
+
+    found = member(radius)
+    if found is not None:
+        return found
+    for _ in range(40):
         radius /= math.sqrt(2)
-    return None
+        found = member(radius)
+        if found is not None:
+            break
+    step = 2**0.25
+    for _ in range(BISECTIONS):
+        larger = member(radius * step)
+        if larger is not None:
+            found, radius = larger, radius * step
+        step = math.sqrt(step)
+    return found

@@ -164,17 +164,17 @@ class PruneConfig(Section):
 class MergeConfig(Section):
     """Which chain ends belong together: the paper's equations 1 to 5."""
 
-    chains: int | None = Field(1, ge=1, description="the wanted number of chains; null: decide from the data.")
+    chains: int | None = Field(None, ge=1, description="the wanted number of chains; null: decide from the data.")
     distance_weight: float = Field(1.0, ge=0, description="w_e, per millimetre (per pixel in 2-D).")
     direction_weight: float = Field(100.0, ge=0, description="w_d, per radian.")
     curvature_weight: float = Field(100.0, ge=0, description="w_c, per radian.")
     free_space_weight: float = Field(
-        20.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
+        10.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
     )
     direction_length: float = Field(
         8.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
     )
-    max_cost: float = Field(450.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
+    max_cost: float = Field(500.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
     min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
     strategy: Literal["greedy", "global"] = Field(
@@ -223,7 +223,10 @@ class EvidenceConfig(Section):
     """What the camera says about a place."""
 
     margin: float = Field(
-        0.012, gt=0, description="m; depth measured this much behind a place says that the camera saw through it."
+        0.004, gt=0, description="m; depth measured this much behind a place, at least, says that the camera saw through it."
+    )
+    margin_radii: float = Field(
+        1.2, ge=0, description="radii; and this much: what lies on a table hides it, and is two radii thick."
     )
 
 

@@ -39,11 +39,11 @@ class Evidence:
     margin: float
 
     @staticmethod
-    def of(foreground: Foreground, config: EvidenceConfig) -> Evidence | None:
-        """What the frame of a foreground says; None for clouds, which have no camera."""
+    def of(foreground: Foreground, config: EvidenceConfig, radius: float) -> Evidence | None:
+        """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
         if foreground.camera is None or foreground.depth is None or foreground.mask is None:
             return None
-        return Evidence(foreground.depth, foreground.mask, foreground.camera, config.margin)
+        return Evidence(foreground.depth, foreground.mask, foreground.camera, max(config.margin, config.margin_radii * radius))
 
     def classify(self, points: Floats) -> Ints:
         """What is said about points (N, 3) m in the camera frame: (N,) of `Seen`."""

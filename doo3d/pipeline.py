@@ -58,9 +58,9 @@ def run_stages(data: Frame | Cloud, config: Config, mask: Array | None = None) -
     """
     clock = _Clock()
     foreground = segment(data, config.segment, mask, config.seed)
-    evidence = Evidence.of(foreground, config.evidence)
     clock("segment")
     grid = voxelize(foreground, config.voxelize)
+    evidence = Evidence.of(foreground, config.evidence, grid.radius)
     clock("voxelize")
     skeleton = thin(grid, config.thin)
     clock("thin")
