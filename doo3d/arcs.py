@@ -79,13 +79,20 @@ def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, insid
     """Arc + line + arc of one radius between two ends.
 
     e1, e2 : (D,) ends. d1, d2 : (D,) unit, pointing out of either chain. Returns the arc at e1 and the arc at e2, both
-    pointing into the gap; the line lies between their ends. None where no member of this radius is found.
+    pointing into the gap; the line lies between their ends. None where no member of this radius is found,
+    the shorter one where both orders of looking for it find different ones.
     """
-    found = _aimed(e1, d1, e2, d2, radius, inside)
-    if found is None:
-        other = _aimed(e2, d2, e1, d1, radius, inside)
-        found = (other[1], other[0]) if other else None
-    return found if found or inside else _cornered(e1, d1, e2, d2, radius)
+    there, back = _aimed(e1, d1, e2, d2, radius, inside), _aimed(e2, d2, e1, d1, radius, inside)
+    if there and back:
+        return there if _length(there) <= _length(back) * (1 + 1e-9) else back[::-1]
+    if there or back:
+        return there or (back and back[::-1])
+    return None if inside else _cornered(e1, d1, e2, d2, radius)
+
+
+def _length(turns: tuple[Turn, Turn]) -> float:
+    first, second = turns
+    return first.radius * (first.angle + second.angle) + float(np.linalg.norm(second.end - first.end))
 
 
 def _aimed(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool) -> tuple[Turn, Turn] | None:
