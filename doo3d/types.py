@@ -140,6 +140,28 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Image:
+    """One photograph, for the 2-D mode: pixels are the only unit.
+
+    color : (H, W, 3) uint8 RGB, or (H, W) uint8 grey, which becomes that. name, timestamp : as the capture calls it; seconds.
+
+    Raises InputError on construction when the shape or type is another.
+    """
+
+    color: Array
+    name: str = "image"
+    timestamp: float | None = None
+
+    def __post_init__(self) -> None:
+        color = np.asarray(self.color)
+        if color.ndim == 2:
+            color = np.repeat(color[:, :, None], 3, axis=2)
+        if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or color.size == 0:
+            raise InputError(f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB")
+        _set(self, color=color)
+
+
+@dataclass(frozen=True)
 class Cloud:
     """One point cloud.
 
