@@ -20,7 +20,7 @@ def unit(vectors: Array) -> Floats:
 
 
 def angle(a: Array, b: Array) -> Floats:
-    """Angle between (..., D) and (..., D), radians in [0, pi]; 0 where one is zero.
+    """Angle between (..., D) and (..., D), radians in [0, pi]; pi / 2 where one is zero.
 
     By the half-angle form of Kahan, exact near 0 and pi where arccos loses digits.
     """

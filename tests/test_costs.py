@@ -1,0 +1,70 @@
+"""The paper's equations 1 to 3, against the formulas as they stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d import costs
+from doo3d.geometry import unit
+
+ENDS = 8
+
+
+def ends(dim):
+    random = np.random.default_rng(dim)
+    return random.normal(size=(ENDS, dim)), unit(random.normal(size=(ENDS, dim)))
+
+
+def between(a, b):
+    return np.arccos(a @ b / (np.linalg.norm(a) * np.linalg.norm(b)))
+
+
+pairs = [(i, j) for i in range(ENDS) for j in range(ENDS) if i != j]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_literally(dim):
+    points, directions = ends(dim)
+    distance, turn, bend = costs.euclidean(points), costs.direction(directions), costs.curvature(points, directions)
+    for i, j in pairs:
+        s1, s2 = directions[i], directions[j]
+        assert distance[i, j] == pytest.approx(np.linalg.norm(points[i] - points[j]))
+        assert turn[i, j] == pytest.approx(abs(between(-s1, s2)))
+        s21, s12 = points[j] - points[i], points[i] - points[j]
+        assert bend[i, j] == pytest.approx(max(abs(between(s1, s21)), abs(between(s2, s12))))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_either_end_may_come_first(dim):
+    points, directions = ends(dim)
+    for cost in (costs.euclidean(points), costs.direction(directions), costs.curvature(points, directions)):
+        assert cost.shape == (ENDS, ENDS)
+        np.testing.assert_allclose(cost, cost.T)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_known_pairs(dim):
+    x, y = np.eye(dim)[:2]
+    points = np.array([0 * x, 2 * x, 2 * x + y])
+    facing = np.array([x, -x, x])
+    assert costs.direction(facing)[0, 1] == 0
+    assert costs.curvature(points, facing)[0, 1] == 0
+    assert costs.direction(facing)[0, 2] == pytest.approx(np.pi)
+    assert costs.curvature(points, facing)[0, 2] == pytest.approx(np.pi - np.arctan(0.5))
+    assert costs.curvature(points, -facing)[0, 1] == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_ends_that_coincide_need_no_bend(dim):
+    points, directions = np.zeros((2, dim)), np.array([np.eye(dim)[0], np.eye(dim)[1]])
+    assert costs.curvature(points, directions)[0, 1] == 0
+    assert costs.direction(directions)[0, 1] == pytest.approx(np.pi / 2)
+    assert costs.euclidean(points)[0, 1] == 0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_exact_where_arccos_is_not(dim):
+    """Directions 1e-9 radians apart: the cosine is 1 to the last digit."""
+    x, y = np.eye(dim)[:2]
+    assert costs.direction(unit(np.array([x, -x + 1e-9 * y])))[0, 1] == pytest.approx(1e-9, rel=1e-3)
