@@ -1,0 +1,170 @@
+"""Voxels: where the points are, how many, holes closed, and what does not fit refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_closing
+from stages.drawn import CAMERA, frame_of, line, surface, wave
+
+from doo3d.config import SegmentConfig, VoxelizeConfig
+from doo3d.errors import InputError
+from doo3d.stages.segment import segment
+from doo3d.stages.voxelize import voxelize
+from doo3d.types import Foreground
+
+dims = pytest.mark.parametrize("dim", [2, 3])
+
+
+def grid_of(points, **settings):
+    return voxelize(
+        Foreground(np.asarray(points, dtype=float)),
+        VoxelizeConfig(**({"size": 1.0, "radius": 2.0, "min_component": 1} | settings)),
+    )
+
+
+def cells_of(solid):
+    """Four points in each set cell of a bool array, and not on any border."""
+    cells = np.argwhere(solid)
+    around = np.random.default_rng(0).uniform(0.1, 0.9, (4, len(cells), solid.ndim))
+    return (cells + around).reshape(-1, solid.ndim)
+
+
+def back(grid, shape):
+    """The grid as a bool array like the one that `cells_of` took."""
+    found = np.zeros(shape, dtype=bool)
+    found[tuple(np.rint(grid.coords + grid.origin / grid.size).astype(int).T)] = True
+    return found
+
+
+@dims
+@pytest.mark.parametrize("size", [0.7, 3.0])
+def test_centroids_and_counts(dim, size):
+    points = np.random.default_rng(dim).normal(scale=4, size=(500, dim))
+    grid = grid_of(points, size=size, close=0)
+    cell = np.floor(points / size)
+    expected = {tuple(c): points[(cell == c).all(axis=1)] for c in np.unique(cell, axis=0)}
+    assert len(grid.coords) == len(expected)
+    assert grid.counts.sum() == 500
+    place = np.rint(grid.coords + grid.origin / size)
+    for c, centroid, count in zip(place, grid.centroids, grid.counts, strict=True):
+        np.testing.assert_allclose(centroid, expected[tuple(c)].mean(axis=0))
+        assert count == len(expected[tuple(c)])
+    assert grid.size == size
+    assert (grid.coords >= 1).all()
+    assert (np.diff(np.ravel_multi_index(tuple(grid.coords.T), tuple(grid.coords.max(axis=0) + 1))) > 0).all()
+
+
+@dims
+@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
+def test_closing_is_that_of_morphology(dim, times, seed):
+    solid = np.zeros([16] * dim, dtype=bool)
+    solid[(slice(4, -4),) * dim] = np.random.default_rng(seed).random([8] * dim) < 0.4
+    expected = binary_closing(solid, np.ones([2 * times + 1] * dim)) | solid
+    assert expected.sum() > solid.sum()
+    np.testing.assert_array_equal(back(grid_of(cells_of(solid), close=times), solid.shape), expected)
+
+
+@dims
+def test_closing_fills_a_hole_and_leaves_a_box(dim):
+    solid = np.zeros([12] * dim, dtype=bool)
+    solid[(slice(3, 9),) * dim] = True
+    np.testing.assert_array_equal(back(grid_of(cells_of(solid), close=1), solid.shape), solid)
+    holed = solid.copy()
+    holed[(5,) * dim] = False
+    grid = grid_of(cells_of(holed), close=1)
+    np.testing.assert_array_equal(back(grid, solid.shape), solid)
+    (added,) = np.flatnonzero(grid.counts == 0)
+    near = np.abs(grid.coords - grid.coords[added]).max(axis=1) == 1
+    np.testing.assert_allclose(grid.centroids[added], grid.centroids[near].mean(axis=0))
+
+
+@dims
+def test_small_pieces_go(dim):
+    solid = np.zeros([20] * dim, dtype=bool)
+    solid[(slice(2, 12), *[3] * (dim - 1))] = True
+    solid[(slice(15, 18), *[15] * (dim - 1))] = True
+    for least, count in ((3, 13), (4, 10), (11, 0)):
+        assert len(grid_of(cells_of(solid), min_component=least).coords) == count
+
+
+@dims
+def test_empty_in_empty_out(dim):
+    grid = voxelize(Foreground(np.zeros((0, dim))), VoxelizeConfig())
+    assert grid.coords.shape == grid.centroids.shape == (0, dim)
+    assert grid.counts.shape == (0,)
+
+
+@dims
+@pytest.mark.parametrize("count", [1, 7])
+@pytest.mark.parametrize("size", [None, 0.01])
+def test_one_place(dim, count, size):
+    grid = voxelize(Foreground(np.tile(np.arange(1.0, dim + 1), (count, 1))), VoxelizeConfig(size=size, min_component=1))
+    assert grid.counts.tolist() == [count]
+    np.testing.assert_allclose(grid.centroids, [np.arange(1.0, dim + 1)])
+    assert np.isfinite(grid.size)
+    assert np.isfinite(grid.radius)
+
+
+def test_a_grid_too_large_is_refused_with_the_number():
+    points = cells_of(np.ones((6, 6, 6), dtype=bool))
+    assert len(grid_of(points, max_voxels=216).coords) == 216
+    with pytest.raises(InputError, match=r"216 voxels.*limit is 215.*voxelize\.size"):
+        grid_of(np.concatenate((points, points)), max_voxels=215, close=0)
+
+
+def test_a_box_that_no_number_can_count_is_refused():
+    with pytest.raises(InputError, match=r"voxels of 1e-06 m.*voxelize\.size"):
+        grid_of([[0, 0, 0], [1e3, 1e3, 1e3]], size=1e-6)
+
+
+def test_a_far_point_costs_nothing():
+    near = cells_of(np.ones((5, 5, 5), dtype=bool))
+    grid = grid_of(np.concatenate((near, [[3e4, 3e4, 3e4]])))
+    assert len(grid.coords) == 126
+
+
+def test_a_million_points_in_a_plane_are_handled_or_refused():
+    points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
+    grid = voxelize(Foreground(points), VoxelizeConfig())
+    assert 0 < len(grid.coords) <= VoxelizeConfig().max_voxels
+    with pytest.raises(InputError, match="limit is 1000"):
+        voxelize(Foreground(points), VoxelizeConfig(size=0.01, max_voxels=1000))
+
+
+@pytest.mark.parametrize("shift", [(0, 0, 0), (-3, 2, 7)])
+def test_the_order_of_points_does_not_matter(shift):
+    points = surface(wave(), 0.004) + np.array(shift)
+    one = grid_of(points, size=0.003)
+    other = grid_of(np.random.default_rng(0).permutation(points), size=0.003)
+    np.testing.assert_array_equal(other.coords, one.coords)
+    np.testing.assert_array_equal(other.counts, one.counts)
+    np.testing.assert_allclose(other.centroids, one.centroids, atol=1e-12)
+
+
+def test_steady_places_choose_the_voxel_and_measured_ones_its_centroid():
+    steady = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
+    measured = steady + np.array([[0, 0, 0.9], [0, 0, 0.1], [0, 0, -0.4]])
+    config = VoxelizeConfig(size=1.0, min_component=1)
+    grid = voxelize(Foreground(measured, steady=steady), config)
+    assert grid.counts.tolist() == [2, 1]
+    np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 1.0], [5.5, 0.5, 0.1]])
+
+
+@pytest.mark.parametrize("radius", [0.001, 0.004, 0.02])
+@pytest.mark.parametrize("view", ["whole", "half", "image"])
+def test_the_radius_is_about_right_before_there_is_a_chain(radius, view):
+    axis = line([-0.15, 0.02, 0.5], [0.15, -0.03, 0.55])
+    if view == "image":
+        frame, mask = frame_of(axis, radius=radius)
+        foreground = segment(frame, SegmentConfig(), mask)
+    else:
+        foreground = Foreground(surface(axis, radius, None if view == "whole" else np.zeros(3), spacing=radius / 4))
+    grid = voxelize(foreground, VoxelizeConfig())
+    assert grid.radius == pytest.approx(radius, rel=0.35)
+    assert grid.size <= 2.5 * max(radius, 0.55 / CAMERA.fx)
+
+
+def test_a_known_radius_is_taken():
+    assert grid_of(surface(wave(), 0.004), size=None, radius=0.007).radius == 0.007
