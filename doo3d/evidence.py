@@ -60,6 +60,10 @@ class Evidence:
         result[inside] = said
         return result
 
+    def masked(self, points: Floats) -> Bools:
+        """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""
+        return np.asarray(self.classify(points) == Seen.MASKED)
+
     def free_length(self, path: Floats) -> float:
         """Length, m, of the part of a path (P, 3) that runs where the camera saw through."""
         if len(path) < 2:

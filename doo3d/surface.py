@@ -45,6 +45,11 @@ def frames_towards(places: Floats, tangent: Floats, viewpoint: Floats | None) ->
     return Frames(tangent, lateral, np.cross(tangent, lateral))
 
 
+def flat_frames(tangent: Floats) -> Frames:
+    """Axes at stations in an image, from tangents (S, 2); there is no away."""
+    return Frames(tangent, np.column_stack((-tangent[:, 1], tangent[:, 0])), np.zeros_like(tangent))
+
+
 def window_sum(values: Array, path: Ints, half: int) -> Floats:
     """Sums of (S,) or (S, C) values over `half` stations on either side, within each path: path (S,) is its number."""
     total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
@@ -58,15 +63,14 @@ def window_sum(values: Array, path: Ints, half: int) -> Floats:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What the mask says at S stations: how far its middle lies aside, m, half its width, m, and how far to believe it, 0..1."""
+    """What the mask says at S stations: how far its middle lies aside, m, and half its width, m (px in 2-D)."""
 
     offset: Floats
     radius: Floats
-    weight: Floats
 
 
 def silhouette(
-    places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera, reach: float, half: int
+    places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera | None, reach: Floats, half: int
 ) -> Silhouette:
     """Middle and width of the mask across each station.
 
@@ -74,26 +78,32 @@ def silhouette(
     station's piece is the width, without bias from the pixel grid; the mean of their offsets is the middle. A metre
     sideways is a number of pixels that depends on the place in the image as well as on the depth.
 
-    mask_pixels : (N, 2) int, (u, v). reach : m, pixels farther from a station do not belong to it.
+    mask_pixels : (N, 2) int, (u, v). camera : None where the places are pixels. reach : (S,) m, pixels farther from a
+    station do not belong to it.
     """
-    pixels = camera.project(places)
-    step = 1e-4
-    along = unit(camera.project(places + step * frames.tangent) - pixels)
-    across = np.column_stack((-along[:, 1], along[:, 0]))
-    scale = np.einsum("ij,ij->i", camera.project(places + step * frames.lateral) - pixels, across) / step  # px per m, signed
-    scale = np.where(np.abs(scale) > 1e-6, scale, 1e-6)
+    pixels, across, scale = _in_image(places, frames, camera)
     some = thinned(mask_pixels)
     share = len(mask_pixels) / max(1, len(some))
     distance, nearest = cKDTree(pixels).query(some)
-    kept = distance < reach * np.abs(scale[nearest])
+    kept = distance < (reach * np.abs(scale))[nearest]
     nearest, some = nearest[kept], some[kept]
     offset = np.einsum("ij,ij->i", some - pixels[nearest], across[nearest])
     count = window_sum(np.bincount(nearest, minlength=len(places)) * share, path, half)
     total = window_sum(np.bincount(nearest, weights=offset, minlength=len(places)) * share, path, half)
     radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
-    usual = np.median(radius[radius > 0]) if (radius > 0).any() else 1.0
-    weight = np.exp(-(((radius / usual - 1) / 0.3) ** 2)) * (radius > 0)
-    return Silhouette(total / np.maximum(count, 1e-9) / scale, radius, weight)
+    return Silhouette(total / np.maximum(count, 1e-9) / scale, radius)
+
+
+def _in_image(places: Floats, frames: Frames, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
+    """Stations in the image: (S, 2) px, (S, 2) unit across the path, (S,) px per unit of `frames.lateral` along that, signed."""
+    if camera is None:
+        return places, frames.lateral, np.ones(len(places))
+    step = 1e-4
+    pixels = camera.project(places)
+    along = unit(camera.project(places + step * frames.tangent) - pixels)
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    scale = np.einsum("ij,ij->i", camera.project(places + step * frames.lateral) - pixels, across) / step
+    return pixels, across, np.where(np.abs(scale) > 1e-6, scale, 1e-6)
 
 
 def thinned(rows: Array) -> Array:
@@ -120,10 +130,11 @@ class Section:
     away: Floats
 
 
-def sections(points: Floats, places: Floats, frames: Frames, reach: float) -> Section:
-    """Each point (N, 3) m in the cross-section of its nearest station, those farther than `reach` m left out."""
-    distance, nearest = cKDTree(places).query(points, distance_upper_bound=reach)
+def sections(points: Floats, places: Floats, frames: Frames, reach: Floats) -> Section:
+    """Each point (N, 3) m in the cross-section of its nearest station, those farther than its `reach` (S,) m left out."""
+    distance, nearest = cKDTree(places).query(points, distance_upper_bound=float(reach.max()))
     kept = np.flatnonzero(np.isfinite(distance))
+    kept = kept[distance[kept] < reach[nearest[kept]]]
     nearest = nearest[kept]
     offset = points[kept] - places[nearest]
     return Section(
@@ -133,15 +144,15 @@ def sections(points: Floats, places: Floats, frames: Frames, reach: float) -> Se
     )
 
 
-def axis_depth(section: Section, path: Ints, radius: float, half: int) -> tuple[Floats, Floats]:
+def axis_depth(section: Section, path: Ints, radius: Floats, half: int) -> tuple[Floats, Floats]:
     """How far the axis lies away from each station, m, and how many points say so: (S,), (S,).
 
     The mean of away + sqrt(r^2 - u^2) over the points with |u| < 0.8 r, those that disagree by more than three
     deviations left out. Stations must lie in the middle of the silhouette.
     """
-    good = np.abs(section.lateral) < 0.8 * radius
+    good = np.abs(section.lateral) < 0.8 * radius[section.station]
     station = section.station[good]
-    depth = section.away[good] + np.sqrt(radius**2 - section.lateral[good] ** 2)
+    depth = section.away[good] + np.sqrt(radius[station] ** 2 - section.lateral[good] ** 2)
     stations = len(path)
     for last in (False, True):
         count = window_sum(np.bincount(station, minlength=stations), path, half)
@@ -189,11 +200,11 @@ def faces(section: Section, path: Ints, places: Floats, frames: Frames, half: in
     return bool(good.any()) and float(np.median(np.einsum("ij,ij->i", depth, ray))) > 0.4
 
 
-def circles(section: Section, path: Ints, radius: float | None, half: int, rounds: int = 8) -> tuple[Floats, Floats, Floats]:
+def circles(section: Section, path: Ints, radius: Floats | None, half: int, rounds: int = 8) -> tuple[Floats, Floats, Floats]:
     """The circle through each station's cross-section, pooled over `half` stations on either side.
 
     Least squares of the distance to the circle by Gauss-Newton, begun from the algebraic fit of Kasa (1976), which
-    alone makes arcs too small. With a radius given only the centre is fitted.
+    alone makes arcs too small. With radii (S,) given only the centre is fitted.
     Returns centres (S, 2) m as (lateral, away) from the station, radii (S,) m (NaN where fewer than 5 points), and
     counts of points (S,).
     """
@@ -205,7 +216,7 @@ def circles(section: Section, path: Ints, radius: float | None, half: int, round
     count = pooled(np.ones_like(u))
     safe = np.maximum(count, 1e-9)
     center, found = _kasa(u, w, at, pooled, safe)
-    radii = np.where(np.isfinite(found), found, 0.0) if radius is None else np.full(stations, radius)
+    radii = np.where(np.isfinite(found), found, 0.0) if radius is None else radius.copy()
     for _ in range(rounds):
         du, dw = u - center[at, 0], w - center[at, 1]
         distance = np.maximum(np.hypot(du, dw), 1e-12)
