@@ -1,0 +1,166 @@
+"""Pruning: overlapping cuboids, and which of two goes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d.config import PruneConfig
+from doo3d.geometry import perpendicular, unit
+from doo3d.stages.prune import overlaps, prune
+from doo3d.types import Chain
+
+dims = pytest.mark.parametrize("dim", [2, 3])
+WIDTH = 0.3
+
+
+def chain(start, way, count, dim=3):
+    """`count` segments of length 1 from a point of the plane along a direction of it."""
+    start, way = (np.pad(np.asarray(v, dtype=float), (0, dim - 2)) for v in (start, way))
+    return Chain(start + np.arange(count + 1)[:, None] * unit(way), 1.0)
+
+
+def run(*chains):
+    return prune(list(chains), PruneConfig(width=WIDTH), 1.0)
+
+
+def joints(chains):
+    return [c.joints.tolist() for c in chains]
+
+
+def box(a, b, width):
+    """Axes (3, 3) in rows, half sizes (3,) and middle (3,) of the cuboid of a segment."""
+    a, b = (np.pad(v, (0, 3 - len(v))) for v in (a, b))
+    x = unit(b - a)
+    y = perpendicular(x)
+    return np.array([x, y, np.cross(x, y)]), np.array([np.linalg.norm(b - a), width, width]) / 2, (a + b) / 2
+
+
+def slow_margin(one, other):
+    """Largest distance between two cuboids along any of the separating axes; negative = they intersect."""
+    (axes1, half1, middle1), (axes2, half2, middle2) = one, other
+    candidates = [*axes1, *axes2, *(np.cross(p, q) for p in axes1 for q in axes2)]
+    gaps = []
+    for axis in candidates:
+        if np.linalg.norm(axis) > 1e-9:
+            axis = unit(axis)
+            gaps.append(abs((middle2 - middle1) @ axis) - half1 @ np.abs(axes1 @ axis) - half2 @ np.abs(axes2 @ axis))
+    return max(gaps)
+
+
+@dims
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("width", [0.1, 0.4, 1.5])
+def test_overlaps_against_separating_axes(dim, seed, width):
+    random = np.random.default_rng(seed)
+    starts = random.uniform(0, 2.5, (25, dim))
+    ends = starts + unit(random.normal(size=(25, dim))) * random.uniform(0.3, 1.2, (25, 1))
+    boxes = [box(a, b, width) for a, b in zip(starts, ends, strict=True)]
+    margins = {(i, j): slow_margin(boxes[i], boxes[j]) for j in range(25) for i in range(j)}
+    found = overlaps(starts, ends, width)
+    assert found == sorted(found)
+    assert {pair for pair, margin in margins.items() if margin < -1e-6} <= set(found)
+    assert set(found) <= {pair for pair, margin in margins.items() if margin < 1e-6}
+    assert 0 < len(found)
+
+
+def test_the_plane_is_the_plane():
+    random = np.random.default_rng(0)
+    starts = random.uniform(0, 4, (30, 2))
+    ends = starts + unit(random.normal(size=(30, 2)))
+    level = [np.pad(points, ((0, 0), (0, 1))) for points in (starts, ends)]
+    assert overlaps(starts, ends, 0.3) == overlaps(*level, 0.3) != []
+
+
+@dims
+def test_the_segment_of_the_shorter_chain_goes(dim):
+    long, short = chain((0, 0), (1, 0), 7, dim), chain((3.5, -1.5), (0, 1), 3, dim)
+    for order in ((long, short), (short, long)):
+        kept = run(*order)
+        assert long.joints.tolist() in joints(kept)
+        assert sorted(len(c.joints) - 1 for c in kept) == [1, 1, 7]
+
+
+@dims
+def test_a_chain_that_loses_an_inner_segment_falls_in_two(dim):
+    crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
+    kept = run(crossed, crossing)
+    assert len(kept) == 3
+    assert crossed.joints[:3].tolist() in joints(kept)
+    assert crossed.joints[3:].tolist() in joints(kept)
+    assert crossing.joints.tolist() in joints(kept)
+    assert all(c.segment_length == 1.0 for c in kept)
+
+
+@dims
+def test_a_chain_emptied_vanishes(dim):
+    """The way back along a branch lies on the way out, as a contour gives them."""
+    out, back = chain((0, 0), (1, 0), 6, dim), chain((5.5, 0.1), (-1, 0), 5, dim)
+    assert joints(run(out, back)) == joints(run(back, out)) == [out.joints.tolist()]
+
+
+@dims
+def test_neighbours_stay(dim):
+    turn = np.radians(np.arange(8) * 55.0)
+    points = np.cumsum(np.column_stack((np.cos(turn), np.sin(turn))), axis=0)
+    bent = Chain(np.pad(points[:5], ((0, 0), (0, dim - 2))), 1.0)
+    assert joints(run(bent)) == [bent.joints.tolist()]
+
+
+@dims
+def test_a_chain_that_crosses_itself_is_cut_once(dim):
+    turn = np.radians([0] * 6 + [90] * 6 + [135] + [180] * 3 + [270] * 10)
+    points = np.cumsum(np.column_stack((np.cos(turn), np.sin(turn))), axis=0)
+    kept = run(Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0))
+    assert sum(len(c.joints) - 1 for c in kept) == 24
+    assert len(kept) == 2
+
+
+@dims
+@pytest.mark.parametrize(("width", "apart", "count"), [(0.3, 0.25, 1), (0.3, 0.35, 2), (0.6, 0.35, 1)])
+def test_the_width_decides(dim, width, apart, count):
+    parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, apart), (1, 0), 4, dim)]
+    assert len(prune(parallel, PruneConfig(width=width), 1.0)) == count
+
+
+@dims
+def test_the_width_comes_from_the_voxel(dim):
+    parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
+    config = PruneConfig(width_over_voxel=1.5)
+    assert len(prune(parallel, config, 0.2)) == 2
+    assert len(prune(parallel, config, 0.3)) == 1
+
+
+def test_strands_over_each_other_do_not_overlap():
+    low, high = chain((0, 0), (1, 0), 5), chain((2.5, -2.5), (0, 1), 5)
+    lifted = Chain(high.joints + np.array([0, 0, 0.4]), 1.0)
+    assert len(run(low, high)) == 3
+    assert joints(run(low, lifted)) == joints([low, lifted])
+
+
+@dims
+def test_first_and_last_of_a_ring_are_neighbours(dim):
+    turn = np.linspace(0, 2 * np.pi, 13)[:-1]
+    points = 0.5 / np.sin(np.pi / 12) * np.column_stack((np.cos(turn), np.sin(turn)))
+    ring = Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0, closed=True)
+    (kept,) = run(ring)
+    assert kept.closed
+    cut = run(ring, chain((0, 0), (1, 0.3), 14, dim))
+    assert not any(c.closed for c in cut)
+    assert sum(len(c.joints) - 1 for c in cut) == 14 + 11 - 1
+
+
+def test_nothing_overlaps_afterwards():
+    random = np.random.default_rng(1)
+    chains = [chain(random.uniform(0, 10, 2), random.normal(size=2), random.integers(1, 9)) for _ in range(12)]
+    kept = run(*chains)
+    starts = np.concatenate([c.joints[:-1] for c in kept])
+    ends = np.concatenate([c.joints[1:] for c in kept])
+    owner = np.repeat(np.arange(len(kept)), [len(c.joints) - 1 for c in kept])
+    left = overlaps(starts, ends, WIDTH)
+    assert all(owner[i] == owner[j] and j == i + 1 for i, j in left)
+    assert sum(len(c.joints) - 1 for c in kept) < sum(len(c.joints) - 1 for c in chains)
+
+
+def test_empty_in_empty_out():
+    assert prune([], PruneConfig(), 1.0) == []
