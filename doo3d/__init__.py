@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .config import Config, load_config
     from .errors import ConfigError, DooError, InputError, MissingDependency
     from .pipeline import detect
-    from .types import Camera, Chain, Cloud, Detection, Frame
+    from .types import Camera, Chain, Cloud, Detection, Frame, Image
 
 __version__ = "0.1.0"
 
@@ -25,6 +25,7 @@ _HOME = {
     "Detection": "types",
     "DooError": "errors",
     "Frame": "types",
+    "Image": "types",
     "InputError": "errors",
     "MissingDependency": "errors",
     "detect": "pipeline",
@@ -40,6 +41,7 @@ __all__ = [
     "Detection",
     "DooError",
     "Frame",
+    "Image",
     "InputError",
     "MissingDependency",
     "detect",

@@ -47,10 +47,10 @@ class HsvRange(Section):
 class SegmentConfig(Section):
     """Which pixels or points are the object."""
 
-    method: Literal["auto", "hsv", "mask", "plane", "background", "everything"] = Field(
+    method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge"] = Field(
         "auto",
         description="How to tell the object. auto: the given mask; else hsv where ranges are set, background where a "
-        "reference is; else plane where the scene holds a broad surface, everything where it does not.",
+        "reference is; else plane where the scene holds a broad surface, everything where it does not, and ridge in 2-D.",
     )
     ranges: tuple[HsvRange, ...] = Field((), description="hsv: the boxes that are the object, joined.")
     reference: str | None = Field(
@@ -67,6 +67,10 @@ class SegmentConfig(Section):
         0.003, gt=0, description="plane: m off the plane to count as standing off it; above the depth noise, below the radius."
     )
     plane_iterations: int = Field(200, ge=10, le=100_000, description="plane: RANSAC draws.")
+    ridge_filter: Literal["sato", "frangi"] = Field("sato", description="ridge: which of scikit-image's filters.")
+    ridge_sigmas: tuple[float, ...] = Field(
+        (2.0, 4.0, 6.0), min_length=1, description="ridge: px, half-widths of the lines that are looked for."
+    )
     max_width: float = Field(
         0.05,
         gt=0,
@@ -135,6 +139,10 @@ class ThinConfig(Section):
 class TraverseConfig(Section):
     """Skeleton to ordered paths."""
 
+    method: Literal["graph", "contours"] = Field(
+        "graph",
+        description="graph: every branch once; contours: round both sides of each skeleton, the paper's way, in 2-D only.",
+    )
     min_branch: float = Field(2.5, ge=0, description="radii; shorter branches with a free end are spurs and go.")
     min_loop: float = Field(
         12.0, ge=0, description="radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."
@@ -233,6 +241,9 @@ class EvidenceConfig(Section):
 class Config(Section):
     """The whole configuration, a section per stage."""
 
+    mode: Literal["auto", "2d"] = Field(
+        "auto", description="auto: 3-D; 2d: in the image, lengths in pixels, depth forgotten where there is any."
+    )
     seed: int = Field(0, ge=0, description="of everything that draws random numbers.")
     segment: SegmentConfig = SegmentConfig()
     voxelize: VoxelizeConfig = VoxelizeConfig()

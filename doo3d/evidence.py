@@ -31,27 +31,34 @@ class Seen(IntEnum):
 
 @dataclass(frozen=True)
 class Evidence:
-    """A depth image, (H, W) m with 0 = none, the object's mask (H, W) bool, and the camera that took them."""
+    """A depth image, (H, W) m with 0 = none, the object's mask (H, W) bool, and the camera that took them.
 
-    depth: Array
+    In 2-D there are only the mask and points in pixels, and what is outside the mask counts as seen through.
+    """
+
+    depth: Array | None
     mask: Bools
-    camera: Camera
+    camera: Camera | None
     margin: float
 
     @staticmethod
     def of(foreground: Foreground, config: EvidenceConfig, radius: float) -> Evidence | None:
         """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
-        if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+        if foreground.mask is None:
             return None
         return Evidence(foreground.depth, foreground.mask, foreground.camera, max(config.margin, config.margin_radii * radius))
 
     def classify(self, points: Floats) -> Ints:
-        """What is said about points (N, 3) m in the camera frame: (N,) of `Seen`."""
-        pixels = self.camera.project(points)
+        """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `Seen`."""
+        pixels = self.camera.project(points) if self.camera is not None else points
+        height, width = self.mask.shape
         inside = np.asarray(np.isfinite(pixels).all(axis=1))
-        inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (self.camera.width - 0.5, self.camera.height - 0.5))).all(1)
+        inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (width - 0.5, height - 0.5))).all(axis=1)
         result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
         u, v = np.rint(pixels[inside]).astype(np.int64).T
+        if self.depth is None:
+            result[inside] = np.where(self.mask[v, u], int(Seen.SURFACE), int(Seen.FREE))
+            return result
         measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
         said = np.where(masked, int(Seen.SURFACE), int(Seen.HIDDEN))
         said[measured < z - self.margin] = int(Seen.HIDDEN)

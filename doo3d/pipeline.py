@@ -19,7 +19,7 @@ from .stages.segment import segment
 from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
-from .types import Array, Assembly, Chain, Cloud, Detection, Foreground, Frame, Path, Skeleton, VoxelGrid
+from .types import Array, Assembly, Chain, Cloud, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
 
 
 @dataclass
@@ -49,7 +49,7 @@ class _Clock:
         self.last = now
 
 
-def run_stages(data: Frame | Cloud, config: Config, mask: Array | None = None) -> Stages:
+def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None = None) -> Stages:
     """The method on one frame, every stage's product kept.
 
     Raises
@@ -79,36 +79,56 @@ def run_stages(data: Frame | Cloud, config: Config, mask: Array | None = None) -
     return Stages(foreground, grid, skeleton, paths, fitted, pruned, merged, filled, chains, clock.seconds)
 
 
-def detect(data: Frame | Cloud | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
+def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
     """The deformable one-dimensional objects in one frame or cloud, as chains.
 
     Parameters
     ----------
-    data : a Frame or a Cloud.
+    data : a Frame or a Cloud; or, with a config whose `mode` is 2d, an Image or an array (H, W, 3) uint8 RGB.
     config : None for the preset "default".
-    mask : (H, W) bool for a Frame, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+    mask : (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
 
     Returns
     -------
-    Detection, chains in m, in the camera's optical frame or in that of the cloud; longest first.
+    Detection, chains in m, in the camera's optical frame or in that of the cloud (in 2-D in px); longest first.
 
     Raises
     ------
     InputError : the data cannot be used; the message says what, where and what to do.
     """
-    if not isinstance(data, (Frame, Cloud)):
-        raise InputError(f"a {type(data).__name__} is neither a doo3d.Frame nor a doo3d.Cloud: depth is needed to detect in 3-D")
+    config = config or Config()
+    data = _in_mode(data, config)
     if isinstance(data, Cloud) and mask is not None:
         mask = _finite_rows(data, mask)
-    stages = run_stages(data, config or Config(), mask)
+    stages = run_stages(data, config, mask)
     return Detection(
         chains=tuple(stages.chains),
-        coordinates="camera" if isinstance(data, Frame) else "cloud",
+        mode="2d" if isinstance(data, Image) else "3d",
+        coordinates={Frame: "camera", Cloud: "cloud", Image: "image"}[type(data)],
         frame=data.name,
         timestamp=data.timestamp,
         seconds=stages.seconds,
         notes=stages.foreground.notes or _lost(stages),
     )
+
+
+def _in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
+    """The data as the mode of the config wants it."""
+    if isinstance(data, np.ndarray):
+        data = Image(data)
+    if not isinstance(data, (Frame, Cloud, Image)):
+        raise InputError(f"a {type(data).__name__} is no doo3d.Frame, doo3d.Cloud or image")
+    if config.mode == "2d":
+        if isinstance(data, Image):
+            return data
+        if isinstance(data, Cloud) or data.color is None:
+            raise InputError(
+                "the config is for images (mode: 2d), and this has no colour image: use a 3-D config, such as default"
+            )
+        return Image(data.color, data.name, data.timestamp)
+    if isinstance(data, Image):
+        raise InputError("an image has no depth: use a 2-D config, such as the presets image and paper_2d (-c image)")
+    return data
 
 
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:

@@ -15,11 +15,11 @@ def bounding_box(mask: Bools) -> tuple[slice, slice]:
 
 
 def mask_pixels(mask: Bools) -> Ints:
-    """(N, 2) the (u, v) of the pixels of the mask (H, W)."""
+    """(N, 2) the (u, v) of the pixels of the mask (H, W), in lexicographic order."""
     if not mask.any():
         return np.zeros((0, 2), dtype=np.int64)
     rows, columns = bounding_box(mask)
-    v, u = np.nonzero(mask[rows, columns])
+    u, v = np.nonzero(mask[rows, columns].T)
     return np.column_stack((u + columns.start, v + rows.start))
 
 

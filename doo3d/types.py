@@ -210,6 +210,7 @@ class Foreground:
     pixels : (N, 2) int, the (u, v) each point was seen at; None for clouds.
     mask : (H, W) bool, the pixels of the object, with depth or without; None for clouds.
     depth : (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
+    color : (H, W, 3) uint8 RGB, the whole image's; None where there is none.
     camera : None where there is none.
     viewpoint : (3,) m, where the sensor stood; None where unknown or in 2-D.
     notes : what the segmentation has to say to the user.
@@ -220,12 +221,13 @@ class Foreground:
     pixels: Ints | None = None
     mask: Bools | None = None
     depth: Array | None = None
+    color: Array | None = None
     camera: Camera | None = None
     viewpoint: Floats | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("points", "steady", "pixels", "mask", "depth", "viewpoint"):
+        for name in ("points", "steady", "pixels", "mask", "depth", "color", "viewpoint"):
             _set(self, **{name: getattr(self, name)})
 
 

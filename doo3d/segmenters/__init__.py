@@ -1,6 +1,6 @@
 """Ways of telling the object from the rest.
 
-One file each with one function `mask(data, config, seed) -> bool array`: (H, W) for a Frame, (N,) for a Cloud.
+One file each with one function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a Cloud.
 To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
 """
 
@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..config import SegmentConfig
-from ..types import Bools, Cloud, Frame
-from . import auto, background, everything, hsv, plane
+from ..types import Bools, Cloud, Frame, Image
+from . import auto, background, everything, hsv, plane, ridge
 
-Segmenter = Callable[[Frame | Cloud, SegmentConfig, int], Bools]
+Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools]
 
 SEGMENTERS: dict[str, Segmenter] = {
     "hsv": hsv.mask,
     "plane": plane.mask,
     "background": background.mask,
     "everything": everything.mask,
+    "ridge": ridge.mask,
     "auto": auto.mask,
 }

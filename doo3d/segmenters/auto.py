@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..config import SegmentConfig
-from ..types import Bools, Cloud, Frame
-from . import background, everything, hsv, plane
+from ..types import Bools, Cloud, Frame, Image
+from . import background, everything, hsv, plane, ridge
 
 SHARE = 0.5
 """A scene is broad when more than this share of it belongs to surfaces wider than `segment.max_width`."""
@@ -31,12 +31,14 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     return bool(spread) and float(np.mean([values[1] > 0.35 * values[2] for values in spread])) > SHARE
 
 
-def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """hsv where ranges are set, background where a reference is; else plane for a broad scene, everything for a thin one."""
     if config.ranges:
         return hsv.mask(data, config, seed)
     if config.reference is not None:
         return background.mask(data, config, seed)
+    if isinstance(data, Image):
+        return ridge.mask(data, config, seed)
     if is_broad(data, config):
         return plane.mask(data, config, seed)
     return everything.mask(data, config, seed)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import SegmentConfig
 from ..errors import InputError
-from ..types import Array, Bools, Cloud, Frame
+from ..types import Array, Bools, Cloud, Frame, Image
 
 
 @lru_cache(maxsize=4)
@@ -23,7 +23,7 @@ def _reference(path: str) -> Array:
     return np.asarray(image)
 
 
-def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Pixels nearer than the reference depth, or of another colour than the reference image.
 
     Raises
@@ -33,12 +33,13 @@ def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
     if isinstance(data, Cloud):
         raise InputError("segment.method is background, which needs a frame with an image: for a cloud use plane or everything")
     image = _reference(str(config.reference))
-    if image.shape[:2] != data.depth.shape:
+    height, width = data.color.shape[:2] if isinstance(data, Image) else data.depth.shape
+    if image.shape[:2] != (height, width):
         raise InputError(
             f"segment.reference {config.reference} is {image.shape[1]}x{image.shape[0]}, "
-            f"the frame {data.depth.shape[1]}x{data.depth.shape[0]}: take it with the same camera mode"
+            f"the frame {width}x{height}: take it with the same camera mode"
         )
-    if image.ndim == 2 and image.dtype == np.uint16:
+    if image.ndim == 2 and image.dtype == np.uint16 and isinstance(data, Frame):
         reference = image / config.reference_depth_scale
         return np.asarray((data.depth > 0) & (reference > 0) & (reference - data.depth > config.depth_difference))
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:

@@ -5,11 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from ..config import SegmentConfig
-from ..types import Bools, Cloud, Frame
+from ..errors import InputError
+from ..types import Bools, Cloud, Frame, Image
 
 
-def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
-    """Every pixel with depth, every point."""
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
+    """Every pixel with depth, every point.
+
+    Raises
+    ------
+    InputError : an image, where everything is the background too.
+    """
+    if isinstance(data, Image):
+        raise InputError("segment.method is everything, which needs depth: for an image use a mask, hsv or ridge")
     if isinstance(data, Cloud):
         return np.ones(len(data.points), dtype=bool)
     return np.asarray(data.depth > 0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..config import HsvRange, SegmentConfig
 from ..errors import InputError
-from ..types import Array, Bools, Cloud, Frame
+from ..types import Array, Bools, Cloud, Frame, Image
 
 
 def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
@@ -21,7 +21,7 @@ def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
     return np.asarray(found > 0)
 
 
-def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Pixels or points whose colour lies in one of `config.ranges`.
 
     Raises

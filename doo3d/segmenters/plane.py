@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 
 from ..config import SegmentConfig
-from ..types import Array, Bools, Cloud, Floats, Frame
+from ..errors import InputError
+from ..types import Array, Bools, Cloud, Floats, Frame, Image
 
 SAMPLE = 2000
 """Points that RANSAC counts inliers on: the share of a plane is known to about one percent from that many."""
@@ -68,12 +69,18 @@ def height(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
     return np.asarray(ray)
 
 
-def mask(data: Frame | Cloud, config: SegmentConfig, seed: int) -> Bools:
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Pixels or points in front of the dominant plane by more than `plane_distance`, beyond the noise of the plane.
 
     Surely beyond is 3.5 deviations. In an image what is 2 deviations in front belongs to it where it touches such pixels, so
     that the flanks of a thin object are not lost.
+
+    Raises
+    ------
+    InputError : an image, which has no planes.
     """
+    if isinstance(data, Image):
+        raise InputError("segment.method is plane, which needs depth: for an image use a mask, hsv or ridge")
     points = subsample(data)
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)

@@ -11,11 +11,11 @@ from ..errors import InputError
 from ..kernels.depth import agreement
 from ..kernels.thinning import neighbours
 from ..segmenters import SEGMENTERS
-from ..silhouette import bounding_box, ridge_radius
-from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, check_mask
+from ..silhouette import bounding_box, mask_pixels, ridge_radius
+from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, Image, check_mask
 
 
-def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
+def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
     """The points of the object.
 
     mask : the caller's own segmentation, (H, W) for a Frame or (N,) for a Cloud; goes before the method of the config.
@@ -29,6 +29,8 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
         raise InputError("segment.method is mask but there is none: give one, or a capture with a mask/ folder")
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
+    if isinstance(data, Image):
+        return _segment_image(data, config, mask, seed)
     given = mask is not None
     if not given:
         _check_depth(data.depth, config, "frame")
@@ -37,7 +39,7 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
         raise InputError("the mask is empty: no pixel of it says object")
     found = tidy(found, config.min_component)
     if not given and found.any():
-        found = drop_wide(found, data, config)
+        found = drop_wide(found, data.depth / data.camera.fx, config)
     _check_depth(data.depth[found], config, "object")
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     support, depth = agreement(data.depth, found, v, u, config.window, config.edge_tolerance)
@@ -49,6 +51,7 @@ def segment(data: Frame | Cloud, config: SegmentConfig, mask: Array | None = Non
         pixels=pixels,
         mask=found,
         depth=data.depth,
+        color=data.color,
         camera=data.camera,
         viewpoint=np.zeros(3),
         notes=() if found.any() else (_nothing(config),),
@@ -80,20 +83,35 @@ def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
         )
 
 
-def drop_wide(mask: Bools, frame: Frame, config: SegmentConfig) -> Bools:
-    """The mask (H, W) without what is wider on all sides than `max_width` m, or than `max_ratio` times the usual width.
+def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
+    shape = image.color.shape[:2]
+    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[config.method](image, config, seed)
+    if mask is not None and not found.any():
+        raise InputError("the mask is empty: no pixel of it says object")
+    if found.all():
+        raise InputError("the mask covers the whole image: no pixel of it says background")
+    found = tidy(found, config.min_component)
+    if mask is None and found.any():
+        found = drop_wide(found, np.ones(shape), config)
+    return Foreground(
+        points=mask_pixels(found).astype(float), mask=found, color=image.color, notes=() if found.any() else (_nothing(config),)
+    )
 
-    The usual width is the median along the middle lines of the mask, so what is long and thin decides it.
+
+def drop_wide(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
+    """The mask (H, W) without what is wider on all sides than `max_width`, or than `max_ratio` times the usual width.
+
+    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown. The usual width is the median over the middle lines of the mask.
     """
     box = bounding_box(mask)
-    part, depth = mask[box], frame.depth[box]
+    part, scale = mask[box], scale[box]
     inside = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
-    usual = ridge_radius(inside, depth / frame.camera.fx)
+    usual = ridge_radius(inside, scale)
     limit = min(config.max_width / 2, config.max_ratio * usual) if usual else config.max_width / 2
-    core = inside * depth > limit * frame.camera.fx
+    core = inside * scale > limit
     if not core.any():
         return mask
-    reach = 1.5 * limit * frame.camera.fx / float(np.median(depth[core]))
+    reach = 1.5 * limit / float(np.median(scale[core]))
     result = np.zeros_like(mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach)
     return result

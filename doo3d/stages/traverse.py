@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
 from ..config import TraverseConfig
+from ..errors import ConfigError
 from ..geometry import arc_length, moving_mean, resample, steps
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import trace
@@ -82,9 +84,16 @@ def _away(branch: _Branch, node: int) -> tuple[int, Floats]:
 
 
 def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
-    """Ordered paths between tips and junctions, smoothed; closed loops as closed paths."""
+    """Ordered paths between tips and junctions, smoothed; closed loops as closed paths.
+
+    Raises
+    ------
+    ConfigError : contours are asked for in 3-D.
+    """
     if not len(skeleton.coords):
         return []
+    if config.method == "contours":
+        return _contours(skeleton)
     graph, rings = _build(skeleton)
     _simplify(graph, config, skeleton.radius)
     half = round(config.smooth * skeleton.radius / skeleton.size)
@@ -96,6 +105,27 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
             points = _trim(graph, branch, config, skeleton.radius)
             if len(points) > 1:
                 paths.append(Path(moving_mean(points, half)))
+    return paths
+
+
+def _contours(skeleton: Skeleton) -> list[Path]:
+    """The boundary round each piece of a 2-D skeleton, from a tip and back to it (paper, section III-C; Suzuki and Abe 1985)."""
+    if skeleton.coords.shape[1] != 2:
+        raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph")
+    u, v = skeleton.coords.T
+    image = np.zeros((v.max() + 3, u.max() + 3), dtype=np.uint8)
+    image[v + 1, u + 1] = 1
+    near = cv2.filter2D(image, -1, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)
+    tips = np.argwhere((image == 1) & (near == 2))[:, ::-1]
+    found, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    shift = skeleton.points[0] - skeleton.coords[0] - 1
+    paths = []
+    for contour in found:
+        points = contour[:, 0].astype(float)
+        if len(tips):
+            distance = np.abs(points[:, None] - tips[None]).max(axis=2).min(axis=1)
+            points = np.roll(points, -int(np.argmin(distance)), axis=0)
+        paths.append(Path(np.concatenate((points, points[:1])) + shift))
     return paths
 
 

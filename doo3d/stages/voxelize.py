@@ -13,7 +13,7 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import components
-from ..silhouette import bounding_box, ridge_radius
+from ..silhouette import bounding_box, mask_pixels, ridge_radius
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, VoxelGrid
 
 
@@ -27,6 +27,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     InputError : the grid would hold more than `max_voxels`.
     """
     points = foreground.points
+    if points.shape[1] == 2 and foreground.mask is not None:
+        return _pixels(foreground.mask, config)
     if not len(points):
         zero = np.zeros((0, points.shape[1]))
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
@@ -49,6 +51,20 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     centroids = origin + (coords + 0.5) * size
     centroids[at] = cells.sums(points) / counts[at, None]
     return _finish(coords, centroids, counts, size, origin, radius, config.min_component)
+
+
+def _pixels(mask: Bools, config: VoxelizeConfig) -> VoxelGrid:
+    """In 2-D the mask is the grid."""
+    pixels = mask_pixels(mask)
+    if not len(pixels):
+        return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
+    if len(pixels) > config.max_voxels:
+        raise InputError(f"the mask has {len(pixels)} pixels, the limit is {config.max_voxels}: scale the image down")
+    box = bounding_box(mask)
+    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    radius = config.radius or max(ridge_radius(inside, np.ones_like(inside)), 0.5)
+    origin = pixels.min(axis=0) - 1
+    return VoxelGrid(pixels - origin, pixels.astype(float), np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 
 
 def _too_large(count: float, limit: float, size: float) -> str:
