@@ -149,6 +149,7 @@ class TraverseConfig(Section):
     )
     smooth: float = Field(1.0, ge=0, description="radii; half-width of the moving mean that takes the voxel steps out of a path.")
     min_bridge: float = Field(3.0, ge=0, description="radii; two forks nearer to each other than this are one crossing.")
+    max_trim: float = Field(15.0, ge=0, description="radii cut at most from a path where it meets a junction.")
     trim: float = Field(1.0, ge=0, description="radii cut at least from a path where it meets a junction, whose pull bends it.")
     separation: float = Field(
         2.2, ge=0, description="radii between paths at a junction up to which both are cut, for their surfaces still touch."

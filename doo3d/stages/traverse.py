@@ -205,9 +205,10 @@ def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float)
             continue
         inwards = points if end == 0 else points[::-1]
         away = along if end == 0 else along[-1] - along[::-1]
-        apart = _apart(graph, branch, node, end, inwards)
+        reach = int(np.searchsorted(away, config.max_trim * radius)) + 1
+        apart = _apart(graph, branch, node, end, inwards[:reach], reach)
         near = np.flatnonzero(apart > config.separation * radius)
-        clear = float(away[near[0]]) if len(near) else float(along[-1])
+        clear = float(away[near[0] if len(near) else len(apart) - 1])
         cut[end] = max(config.trim * radius, min(clear, 0.4 * float(along[-1])))
     if cut[0] + cut[1] >= along[-1]:
         return points[:0]
@@ -216,8 +217,8 @@ def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float)
     return np.concatenate((ends[:1], points[(along > low) & (along < high)], ends[1:]))
 
 
-def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats) -> Floats:
-    """How far each point of a branch is from the nearest one of the other branches at a node: (P,) m."""
+def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats, reach: int) -> Floats:
+    """How far each point of a branch is from the nearest of the first `reach` of any other branch at a node: (P,) m."""
     result = np.full(len(points), np.inf)
     for other in graph.branches:
         for side, at in enumerate((other.a, other.b)):
@@ -226,7 +227,7 @@ def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats) 
             whole = graph.whole(other)
             if side == 1:
                 whole = whole[::-1]
-            whole = whole[: len(whole) // 2 + 1] if other.a == other.b else whole
+            whole = whole[: min(reach, len(whole) // 2 + 1) if other.a == other.b else reach]
             distance = np.linalg.norm(points[:, None] - whole[None], axis=2).min(axis=1)
             result = np.minimum(result, distance)
     return result
