@@ -17,6 +17,7 @@ from .errors import ConfigError, DooError
 if TYPE_CHECKING:
     from .batch import FrameRecord
     from .config import Config
+    from .evaluation.photos import Row
 
 SOME_FAILED, NOTHING_DONE = 1, 2  # exit codes
 
@@ -193,6 +194,66 @@ def evaluate_scenes(
     typer.echo(table.format_table(table.evaluate_scenes(chosen, range(seeds), _config(config, overrides))))
 
 
+Subsets = Annotated[str | None, typer.Option("--subset", metavar="S1,S2", help="Comma-separated subsets; none: all.")]
+KnownCount = Annotated[
+    bool, typer.Option("--known-count/--chains-from-data", help="Say how many cables there are; else as the config does.")
+]
+Table = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per image here.")]
+Worst = Annotated[int, typer.Option(min=0, help="Name this many of the worst images.")]
+Pictures = Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the worst images (5 without --worst) into DIR.")]
+
+
+@evaluate.command("mbest")
+def evaluate_mbest(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="S1, S2, S3 with images/ and labels/ each, or mBEST's checkout.")],
+    config: Preset = "image",
+    overrides: Overrides = None,
+    subsets: Subsets = None,
+    masks: Annotated[str, typer.Option(metavar="labels|hsv", help="The labels' foreground, or the cables' colour.")] = "labels",
+    known_count: KnownCount = False,
+    single: Annotated[bool, typer.Option("--single", help="Each cable alone: is it traced?")] = False,
+    table: Table = None,
+    worst: Worst = 0,
+    pictures: Pictures = None,
+) -> None:
+    """Detect in mBEST's photographs of one to three cables (S1 to S3) and score against their labels.
+
+    drawn: DICE of the chains drawn with their own width; labelled: of the mask with each pixel given to the nearest chain.
+    """
+    from . import bench
+
+    bench.single_thread()
+    from .evaluation import photos, photos_data
+
+    if single and (masks != "labels" or known_count):
+        raise ConfigError("--single goes by each cable's label and wants one chain: leave --masks and --known-count out")
+    entries, effective = photos_data.mbest(folder, masks, _split(subsets)), _config(config, overrides)
+    rows = photos.evaluate_cables(entries, effective) if single else photos.evaluate_photos(entries, effective, known_count)
+    _say_photos(rows, table, worst, pictures)
+
+
+@evaluate.command("cset")
+def evaluate_cset(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="images/, labels/ and masks/, or the checkout of CVF3D-DLO.")],
+    config: Preset = "image",
+    overrides: Overrides = None,
+    subsets: Subsets = None,
+    masks: Annotated[str, typer.Option(metavar="labels|network", help="The labels' foreground, or masks/.")] = "labels",
+    known_count: KnownCount = False,
+    table: Table = None,
+    worst: Worst = 0,
+    pictures: Pictures = None,
+) -> None:
+    """Detect in photographs of cables before busy backgrounds (C1 to C3) and score against their labels."""
+    from . import bench
+
+    bench.single_thread()
+    from .evaluation import photos, photos_data
+
+    entries = photos_data.cset(folder, masks, _split(subsets))
+    _say_photos(photos.evaluate_photos(entries, _config(config, overrides), known_count), table, worst, pictures)
+
+
 def main() -> None:
     """The command `doo3d`."""
     app(prog_name="doo3d")
@@ -202,6 +263,25 @@ def _config(name: str, overrides: list[str] | None) -> Config:
     from .config import load_config, parse_overrides
 
     return load_config(name, parse_overrides(overrides or []))
+
+
+def _split(names: str | None) -> list[str] | None:
+    return None if names is None else [name.strip() for name in names.split(",")]
+
+
+def _say_photos(rows: list[Row], table: Path | None, worst: int, pictures: Path | None) -> None:
+    from .evaluation import photos, photos_pictures
+    from .outputs.atomic import write_text
+
+    typer.echo(photos.format_rows(rows))
+    chosen = photos.worst(rows, worst or (5 if pictures else 0))
+    for row in chosen:
+        typer.echo(f"worst: {photos.caption(row)}")
+    if table:
+        write_text(table, photos.csv_text(rows))
+    if pictures:
+        for path in photos_pictures.write_pictures(pictures, chosen):
+            typer.echo(path)
 
 
 def _say_compiling() -> None:

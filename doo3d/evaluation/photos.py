@@ -115,7 +115,8 @@ def format_rows(rows: Sequence[Row]) -> str:
         lines.append(
             " ".join([f"{name:3s}", *(f"{cell:>{wide}s}" for cell, (_, wide) in zip(cells(group), columns, strict=True))])
         )
-    lines += [f"error: {row.name}: {row.error}" for row in rows if row.error]
+    for error in dict.fromkeys(row.error for row in rows if row.error):
+        lines.append(f"error: {error}: {', '.join(row.name for row in rows if row.error == error)}")
     if wrong := [row for row in rows if not (row.score.count_right or row.error or alone)]:
         named = ", ".join(f"{row.name} {row.score.chains} of {row.score.cables}" for row in wrong)
         lines.append(f"count wrong: {named}")

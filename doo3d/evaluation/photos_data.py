@@ -6,16 +6,12 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import cv2
 import numpy as np
 
-from ..errors import InputError
+from ..errors import ConfigError, InputError
 from ..types import Array, Bools, Ints
-
-MbestMasks = Literal["labels", "hsv"]
-CsetMasks = Literal["labels", "network"]
 
 # what parts the coloured cables from the black cloth, in OpenCV's 8-bit HSV: pink on both sides of hue 0, green, teal
 HSV_RANGES = (
@@ -61,16 +57,17 @@ class Entry:
     load: Callable[[], Photo]
 
 
-def mbest(folder: str | Path, masks: MbestMasks = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
+def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
     """The photographs below S1, S2, S3 in `folder`, or in dataset/ of the public repository's checkout.
 
-    Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/.
+    Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/. The masks: labels, their
+    foreground; hsv, the colour of the cables.
 
     Raises
     ------
-    InputError : there are none, or a label is missing.
+    InputError : there are none, or a label is missing. ConfigError : there are no such masks.
     """
-    folder = Path(folder)
+    folder = _checked(folder, masks, ("labels", "hsv"))
 
     def loader(subset: str, image: Path, label: Path) -> Callable[[], Photo]:
         def load() -> Photo:
@@ -85,16 +82,17 @@ def mbest(folder: str | Path, masks: MbestMasks = "labels", subsets: Sequence[st
     return _chosen([Entry(subset, image.stem, loader(subset, image, label)) for subset, image, label in pairs], folder, subsets)
 
 
-def cset(folder: str | Path, masks: CsetMasks = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
+def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
     """The photographs in `folder`, or in data/ of the public repository's checkout, at 640x360; the subset is in the name.
 
     It holds images/, labels/ (a colour per cable on black) and masks/, which the repository calls test_imgs/ and so on.
+    The masks given: labels, their foreground; network, what is in masks/.
 
     Raises
     ------
-    InputError : there are none, or a label or mask is missing.
+    InputError : there are none, or a label or mask is missing. ConfigError : there are no such masks.
     """
-    folder = Path(folder)
+    folder = _checked(folder, masks, ("labels", "network"))
 
     def loader(subset: str, image: Path, label: Path, mask: Path | None) -> Callable[[], Photo]:
         def load() -> Photo:
@@ -124,6 +122,12 @@ def hsv_mask(color: Array) -> Bools:
         seen |= cv2.inRange(hsv, np.array(low), np.array(high))
     square = np.ones((3, 3), np.uint8)
     return np.asarray(cv2.morphologyEx(cv2.morphologyEx(seen, cv2.MORPH_CLOSE, square), cv2.MORPH_OPEN, square) > 0)
+
+
+def _checked(folder: str | Path, masks: str, known: tuple[str, ...]) -> Path:
+    if masks not in known:
+        raise ConfigError(f"masks {masks}: there are {', '.join(known)}")
+    return Path(folder)
 
 
 def _chosen(entries: list[Entry], folder: Path, subsets: Sequence[str] | None) -> list[Entry]:
@@ -176,7 +180,7 @@ def _numbers(path: Path) -> Ints:
     labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decoded(path)
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
         raise InputError(f"{path}: has shape {labels.shape} and type {labels.dtype}, expected (height, width) numbers of cables")
-    return np.unique(labels, return_inverse=True)[1].reshape(labels.shape).astype(np.uint8)
+    return np.where(labels > 0, 1 + np.searchsorted(np.unique(labels[labels > 0]), labels), 0).astype(np.uint8)
 
 
 def _color_numbers(colors: Array) -> Ints:
