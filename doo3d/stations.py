@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from .config import RefineConfig
 from .geometry import arc_length, resample, tangents, unit
-from .types import Bools, Floats, Foreground, Ints, Path
+from .types import Bools, Floats, Ints, Path
 
 
 @dataclass
@@ -81,7 +81,8 @@ class Ahead:
 
 
 def ahead(stations: Stations, tree: cKDTree, end: int, inwards: int, config: RefineConfig, points: Floats, grain: float) -> Ahead:
-    """The surface points (N, D) ahead of a free end, up to the first empty stretch of a radius.
+    """The surface points (N, D), ascending in their first coordinate, ahead of a free end, up to the first empty stretch of a
+    radius.
 
     tree : of the stations' places. end : the end's station. inwards : 1 where the path goes on to higher stations, -1 to
     lower. grain : m, how far apart the points may lie anyway. What lies nearer to another part of any path does not count.
@@ -89,7 +90,9 @@ def ahead(stations: Stations, tree: cKDTree, end: int, inwards: int, config: Ref
     tip, radius = stations.places[end], float(stations.radius[end])
     heading = unit(tip - stations.inside(end, inwards, 2 * radius))
     reach = config.extend * radius
-    near = points[(np.abs(points - tip) < reach).all(axis=1)]
+    low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
+    near = points[low:high]
+    near = near[(np.abs(near - tip) < reach).all(axis=1)]
     if not reach or not len(near):
         return Ahead(np.zeros(0), np.zeros(0), heading)
     along = (near - tip) @ heading
@@ -104,19 +107,19 @@ def ahead(stations: Stations, tree: cKDTree, end: int, inwards: int, config: Ref
     return Ahead(along[:stop], aside[:stop], heading)
 
 
-def extended(paths: list[Path], stations: Stations, config: RefineConfig, foreground: Foreground, grain: float) -> list[Path]:
-    """The paths carried on straight at their free ends as far as the surface goes."""
+def extended(paths: list[Path], stations: Stations, config: RefineConfig, points: Floats, grain: float) -> list[Path]:
+    """The paths carried on straight at their free ends as far as the surface goes: points as for `ahead`."""
     result = []
     tree = cKDTree(stations.places)
     for p, path in enumerate(paths):
         part = stations.of(p)
-        points, filled = path.points, path.filled
+        places, filled = path.points, path.filled
         for end, inwards in () if path.closed else ((part.start, 1), (part.stop - 1, -1)):
-            seen = ahead(stations, tree, end, inwards, config, foreground.points, grain)
+            seen = ahead(stations, tree, end, inwards, config, points, grain)
             if len(seen.along) and seen.along[-1] > 0:
                 tip = stations.places[end] + seen.along[-1] * seen.heading
-                points = np.concatenate(([tip], points) if inwards == 1 else (points, [tip]))
+                places = np.concatenate(([tip], places) if inwards == 1 else (places, [tip]))
                 if filled is not None:
                     filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
-        result.append(Path(points, path.closed, filled))
+        result.append(Path(places, path.closed, filled))
     return result

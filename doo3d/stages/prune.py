@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
 from ..errors import require
-from ..geometry import perpendicular
-from ..types import Bools, Chain, Floats
+from ..geometry import unit
+from ..types import Bools, Chain, Floats, Ints
 
 
 def prune(chains: list[Chain], config: PruneConfig, voxel: float) -> list[Chain]:
@@ -57,20 +58,25 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
     """Which of the segments (S, D) -> (S, D), as square cuboids of `width`, intersect: pairs i < j, sorted.
 
     FCL's dynamic AABB tree finds the pairs, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
+    Segments that have nothing but the one before and the one after within their reach are not given to FCL at all; two
+    in a row always touch and are listed only where FCL saw them.
     """
+    near = _crowded(starts, ends, width)
+    if not len(near):
+        return []
     fcl = require("fcl")
     if starts.shape[1] == 2:
         zero = np.zeros((len(starts), 1))
         starts, ends = np.hstack((starts, zero)), np.hstack((ends, zero))
-    boxes, objects, index = [], [], {}
-    for i, (a, b) in enumerate(zip(starts, ends, strict=True)):
-        length = float(np.linalg.norm(b - a))
-        x = (b - a) / length
-        y = perpendicular(x)
-        box = fcl.Box(length, width, width)
-        boxes.append(box)  # contacts name the geometry, so it must live as long as they do
-        index[id(box)] = i
-        objects.append(fcl.CollisionObject(box, fcl.Transform(np.column_stack((x, y, np.cross(x, y))), (a + b) / 2)))
+    lengths, rotations, middles = _boxes(starts[near], ends[near])
+    boxes = [
+        fcl.Box(length, width, width) for length in lengths
+    ]  # contacts name the geometry, so it must live as long as they do
+    objects = [
+        fcl.CollisionObject(box, fcl.Transform(rotation, middle))
+        for box, rotation, middle in zip(boxes, rotations, middles, strict=True)
+    ]
+    index = {id(box): int(i) for box, i in zip(boxes, near, strict=True)}
     manager = fcl.DynamicAABBTreeCollisionManager()
     manager.registerObjects(objects)
     manager.setup()
@@ -79,3 +85,20 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
     manager.collide(data, fcl.defaultCollisionCallback)
     found = {(index[id(contact.o1)], index[id(contact.o2)]) for contact in data.result.contacts}
     return sorted((min(pair), max(pair)) for pair in found)
+
+
+def _crowded(starts: Floats, ends: Floats, width: float) -> Ints:
+    """The segments with another one, not the next, so near that their cuboids could intersect: ascending indices."""
+    reach = float(np.linalg.norm(ends - starts, axis=1).max()) + np.sqrt(2.0) * width
+    pairs = cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
+    return np.unique(pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > 1])
+
+
+def _boxes(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
+    """Lengths, rotations (S, 3, 3) whose first columns run along the segments, and middles (S, 3)."""
+    along = ends - starts
+    length = np.linalg.norm(along, axis=1)
+    x = along / length[:, None]
+    axis = np.eye(3)[np.argmin(np.abs(x), axis=1)]
+    y = unit(axis - x * np.einsum("ij,ij->i", axis, x)[:, None])
+    return length.tolist(), np.stack((x, y, np.cross(x, y)), axis=2), (starts + ends) / 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from scipy.spatial import cKDTree
 
 from ..axis import to_axis, with_viewpoint
@@ -26,20 +27,21 @@ def refine(
     if not paths:
         return []
     stations = lay(paths, grid.radius, config, segment_length)
-    stations = lay(extended(paths, stations, config, foreground, grid.size), grid.radius, config, segment_length)
+    points = foreground.points[np.argsort(foreground.points[:, 0], kind="stable")]
+    stations = lay(extended(paths, stations, config, points, grid.size), grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
         to_axis(stations, config, foreground)
     tree = cKDTree(grid.centroids)
     chains = []
     for p in range(len(paths)):
-        joints = _joints(stations, p, config, segment_length, foreground, grid.size)
+        joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
             chains.append(_chain(joints, stations, p, config, segment_length, tree, grid.size, evidence))
     return sorted((_directed(chain, foreground) for chain in chains), key=lambda chain: -chain.length)
 
 
-def _joints(stations: Stations, p: int, config: RefineConfig, length: float, foreground: Foreground, grain: float) -> Floats:
+def _joints(stations: Stations, p: int, config: RefineConfig, length: float, points: Floats, grain: float) -> Floats:
     """The joints of one path, (N + 1, D), or (0, D) where it is shorter than half a segment."""
     part = stations.of(p)
     axis = stations.places[part]
@@ -48,8 +50,8 @@ def _joints(stations: Stations, p: int, config: RefineConfig, length: float, for
     tree = cKDTree(stations.places)
     end = _area_end if axis.shape[1] == 2 else _wall_end
     radius = float(stations.radius[part.start])
-    first = end(ahead(stations, tree, part.start, 1, config, foreground.points, grain), radius)
-    last = end(ahead(stations, tree, part.stop - 1, -1, config, foreground.points, grain), radius)
+    first = end(ahead(stations, tree, part.start, 1, config, points, grain), radius)
+    last = end(ahead(stations, tree, part.stop - 1, -1, config, points, grain), radius)
     return equal_segments(carried(carried(bulged(axis, length), last)[::-1], first)[::-1], length)
 
 
