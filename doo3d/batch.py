@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from .config import Config
-from .errors import DooError
-from .inputs import Capture, Entry, Shot
+from .errors import DooError, InputError
+from .inputs import FLAT, Capture, Entry, Shot
 from .outputs.results import ResultsFolder
 from .pipeline import detect
-from .types import Array, Bools, Cloud, Detection, Frame
+from .types import Bools, Cloud, Detection, Frame, Image
 
 OK, FAILED = "ok", "failed"
 
@@ -106,8 +106,11 @@ def run(
 
     Raises
     ------
-    InputError : `out` holds something else, or cannot be written to; two frames have one name.
+    InputError : `out` holds something else, or cannot be written to; two frames have one name; images without depth are
+        given and the config is for 3-D.
     """
+    if capture.format in FLAT and config.mode != "2d":
+        raise InputError(f"{capture.path}: images have no depth: use a 2-D config, the preset image or paper_2d (-c image)")
     names = [entry.name for entry in capture.frames]
     source = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(names)}
     folder = ResultsFolder(Path(out), source, config, names, force=force)
@@ -136,7 +139,7 @@ def _one(entry: Entry, config: Config, folder: ResultsFolder) -> FrameRecord:
     return record
 
 
-def process(entry: Entry, config: Config) -> tuple[FrameRecord, tuple[Detection, Frame | Cloud | Array] | None]:
+def process(entry: Entry, config: Config) -> tuple[FrameRecord, tuple[Detection, Frame | Cloud | Image] | None]:
     """Read one frame and detect in it: its record, and what was found and from what, or None where that failed.
 
     What goes wrong, expected or not, is in the record: it is this frame's matter only.

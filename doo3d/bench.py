@@ -77,7 +77,7 @@ def measure(name: str, shot: Shot, config: Config, runs: int) -> Timing:
     if isinstance(shot.data, Cloud):
         size = f"{len(shot.data.points)} points"
     else:
-        shape = shot.data.depth.shape if isinstance(shot.data, Frame) else shot.data.shape
+        shape = shot.data.depth.shape if isinstance(shot.data, Frame) else shot.data.color.shape
         size = f"{shape[1]}x{shape[0]}"
     return Timing(name, size, len(detection.chains), runs, stages, peak_memory())
 
@@ -93,7 +93,7 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
 
     if not paths:
         return [measure("rendered " + DEFAULT_SCENE[0], _rendered(), config, runs)]
-    shots = [(str(path), open_capture(path).frames[0].load()) for path in paths]
+    shots = [(str(path), open_capture(path, config.mode == "2d").frames[0].load()) for path in paths]
     return [measure(name, shot, config, runs) for name, shot in shots]
 
 

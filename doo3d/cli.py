@@ -218,7 +218,8 @@ def evaluate_mbest(
 ) -> None:
     """Detect in mBEST's photographs of one to three cables (S1 to S3) and score against their labels.
 
-    drawn: DICE of the chains drawn with their own width; labelled: of the mask with each pixel given to the nearest chain.
+    drawn: DICE of the chains drawn with their own width; labelled: of the mask with each pixel given to the nearest chain;
+    ordered: the same with pixels that the right chain covers left to it, as the upper cable's at a crossing.
     """
     from . import bench
 

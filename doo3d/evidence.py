@@ -72,8 +72,11 @@ class Evidence:
         return np.asarray(self.classify(points) == Seen.MASKED)
 
     def free_length(self, path: Floats) -> float:
-        """Length, m, of the part of a path (P, 3) that runs where the camera saw through."""
+        """Length, m, of the part of a path (P, 3) that runs where the camera saw through, or out of its view.
+
+        What leaves the view may come back, but where is anyone's guess.
+        """
         if len(path) < 2:
             return 0.0
         middle = (path[1:] + path[:-1]) / 2
-        return float(steps(path)[self.classify(middle) == Seen.FREE].sum())
+        return float(steps(path)[np.isin(self.classify(middle), (Seen.FREE, Seen.OUTSIDE))].sum())

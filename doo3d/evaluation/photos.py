@@ -99,7 +99,16 @@ def _detected(image: Array, config: Config, mask: Bools, detect: Detector | None
         return Detection((), "2d", "image"), f"{type(failure).__name__}: {failure}"
 
 
-COLUMNS = (("images", 6), ("drawn", 7), ("labelled", 9), ("count right", 18), ("ms", 7), ("95 %", 7), ("errors", 6))
+COLUMNS = (
+    ("images", 6),
+    ("drawn", 7),
+    ("labelled", 9),
+    ("ordered", 8),
+    ("count right", 18),
+    ("ms", 7),
+    ("95 %", 7),
+    ("errors", 6),
+)
 CABLE_COLUMNS = (("cables", 6), ("traced", 18), ("recall", 7), ("precision", 9), ("ms", 7), ("95 %", 7), ("errors", 6))
 
 
@@ -136,7 +145,8 @@ def caption(row: Row) -> str:
         text = f"recall {100 * row.traced.recall:.1f}   precision {100 * row.traced.precision:.1f}"
     else:
         score = row.score
-        text = f"drawn {100 * score.drawn:.1f}   labelled {100 * score.labelled:.1f}   {score.chains} of {score.cables} chains"
+        dice = f"drawn {100 * score.drawn:.1f}   labelled {100 * score.labelled:.1f}   ordered {100 * score.ordered:.1f}"
+        text = f"{dice}   {score.chains} of {score.cables} chains"
     return f"{row.name}   {text}" + (f"   {row.error}" if row.error else "")
 
 
@@ -144,20 +154,22 @@ def csv_text(rows: Sequence[Row]) -> str:
     """A line per row; numbers in full."""
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
-    head = ["subset", "image", "cable", "cables", "chains", "drawn", "labelled", "recall", "precision", "ms", "error"]
+    head = ["subset", "image", "cable", "cables", "chains", "drawn", "labelled", "ordered", "recall", "precision", "ms", "error"]
     table.writerow(head)
     for row in rows:
         share: list[Any] = [row.traced.recall, row.traced.precision] if row.traced else ["", ""]
         score = row.score
-        found = [score.cables, score.chains, score.drawn, score.labelled]
+        found = [score.cables, score.chains, score.drawn, score.labelled, score.ordered]
         table.writerow([row.entry.subset, row.entry.name, row.cable or "", *found, *share, row.milliseconds, row.error or ""])
     return file.getvalue()
 
 
 def _cells(rows: Sequence[Row]) -> list[str]:
     scores = [row.score for row in rows]
-    drawn, labelled = (100 * float(np.mean([getattr(score, kind) for score in scores])) for kind in ("drawn", "labelled"))
-    return [f"{len(rows)}", f"{drawn:.2f}", f"{labelled:.2f}", _share([score.count_right for score in scores]), *_last(rows)]
+    dice = [
+        f"{100 * float(np.mean([getattr(score, kind) for score in scores])):.2f}" for kind in ("drawn", "labelled", "ordered")
+    ]
+    return [f"{len(rows)}", *dice, _share([score.count_right for score in scores]), *_last(rows)]
 
 
 def _cable_cells(rows: Sequence[Row]) -> list[str]:

@@ -25,12 +25,15 @@ class PhotoScore:
     """One photograph.
 
     drawn, labelled : DICE, 0 to 1, averaged over the cables; of the chains as drawn with their own width, and of the mask
-    with each pixel given to the nearest chain. cables, chains : how many there are and were found.
-    match : (cables,) int, the chain that each cable has as drawn; -1 where it has none.
+    with each pixel given to the nearest chain. ordered : as labelled, but a pixel that the right chain covers as drawn is
+    its own: which of two cables shows at a crossing is no matter of order, and costs even the true lines 0.7 % on S2 and
+    1.2 % on S3. cables, chains : how many there are and were found.
+    match : (cables,) int, the chain that each cable has by the nearest pixels; -1 where it has none.
     """
 
     drawn: float
     labelled: float
+    ordered: float
     cables: int
     chains: int
     match: Ints
@@ -54,10 +57,16 @@ class Traced:
 
 def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScore:
     """The chains against (H, W) labels, 0 = background; the mask (H, W) is what they were found in."""
-    cables = int(labels.max(initial=0))
-    drawn, match = _matched(_drawn_dice(chains, labels, cables))
-    labelled, _ = _matched(_labelled_dice(chains, labels, mask, cables))
-    return PhotoScore(drawn, labelled, cables, len(chains), match)
+    cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
+    covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
+    drawn, _ = _matched(_dice(labels, cables, [labels[pixels] for pixels in covers]))
+    owner = nearest_chain(chains, _places(mask)) if len(chains) else np.full(mask.sum(), -1)
+    labelled, match = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
+    for cable, chain in enumerate(match, start=1):
+        if chain >= 0:
+            owner = np.where((labels[mask] == cable) & covers[chain][mask], chain, owner)
+    ordered, _ = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
+    return PhotoScore(drawn, labelled, ordered, cables, len(chains), match)
 
 
 def trace(chain: Chain | None, labels: Ints, cable: int) -> Traced:
@@ -119,25 +128,13 @@ def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
     return np.asarray(owner[cKDTree(np.concatenate(lines)).query(pixels)[1]])
 
 
-def _drawn_dice(chains: Sequence[Chain], labels: Ints, cables: int) -> Floats:
+def _dice(labels: Ints, cables: int, shown: Sequence[Ints]) -> Floats:
+    """(cables, chains): DICE of each cable with each chain, of whose pixels `shown` has the labels."""
     sizes = np.bincount(labels.ravel(), minlength=cables + 1)[1:]
-    dice = np.zeros((cables, len(chains)))
-    for i, chain in enumerate(chains):
-        drawn = drawn_pixels(chain, (labels.shape[0], labels.shape[1]))
-        common = np.bincount(labels[drawn], minlength=cables + 1)
-        dice[:, i] = 2 * common[1:] / (sizes + common.sum())
+    dice = np.zeros((cables, len(shown)))
+    for i, numbers in enumerate(shown):
+        dice[:, i] = 2 * np.bincount(numbers, minlength=cables + 1)[1:] / (sizes + len(numbers))
     return dice
-
-
-def _labelled_dice(chains: Sequence[Chain], labels: Ints, mask: Bools, cables: int) -> Floats:
-    pixels = _places(mask)
-    if not len(chains) or not len(pixels):
-        return np.zeros((cables, len(chains)))
-    owner = nearest_chain(chains, pixels)
-    flat = labels[mask].astype(np.int64) * len(chains) + owner
-    common = np.bincount(flat, minlength=(cables + 1) * len(chains)).reshape(cables + 1, len(chains))
-    sizes = np.bincount(labels.ravel(), minlength=cables + 1)[1:]
-    return np.asarray(2 * common[1:] / (sizes[:, None] + common.sum(axis=0)))
 
 
 def _matched(dice: Floats) -> tuple[float, Ints]:

@@ -117,7 +117,7 @@ def _cloud_beside(path: Path) -> Path:
 
 
 def _row(
-    name: str, family: str, data: Frame | Cloud | Array, mask: Array | None, config: Config, truths: tuple[Truth, ...]
+    name: str, family: str, data: Frame | Cloud | Image, mask: Array | None, config: Config, truths: tuple[Truth, ...]
 ) -> Row:
     from ..pipeline import detect
 

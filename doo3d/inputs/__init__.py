@@ -12,12 +12,15 @@ from pathlib import Path
 from ..errors import InputError
 from .base import Capture, CaptureFormat, Entry, Shot
 
-__all__ = ["FORMATS", "Capture", "Entry", "Shot", "format_class", "open_capture"]
+__all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Shot", "format_class", "open_capture"]
 
 FORMATS = {
     "folder": "folder:FolderCapture",
     "cloud": "cloud:CloudCapture",
+    "photos": "photos:PhotosCapture",
+    "video": "video:VideoCapture",
 }
+FLAT = ("photos", "video")  # those that give images without depth, for the 2-D mode
 
 
 def format_class(name: str) -> CaptureFormat:
@@ -27,12 +30,13 @@ def format_class(name: str) -> CaptureFormat:
     return found
 
 
-def open_capture(path: str | Path) -> Capture:
+def open_capture(path: str | Path, flat: bool = False) -> Capture:
     """What is at `path`, as a sequence of frames that load when asked.
 
     Parameters
     ----------
     path : a folder or a file, in any of the formats of `FORMATS`.
+    flat : for the 2-D mode: of a folder with colour and depth the colour images alone.
 
     Raises
     ------
@@ -42,7 +46,7 @@ def open_capture(path: str | Path) -> Capture:
     try:
         if not path.exists():
             raise InputError(f"{path} does not exist")
-        for name in FORMATS:
+        for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
             if (found := format_class(name)).recognises(path):
                 return found(path)
         known = "; ".join(format_class(name).what for name in FORMATS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from pathlib import Path
 
@@ -13,8 +14,17 @@ from ..types import Array, Bools
 from ._quiet import listening
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
+PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
+_STARTS = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF, HEIC
+    rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|II[*+]\0|MM\0[*+]|BM|GIF8|RIFF....WEBP|v/1\x01|\0\0\0\x0cjP  |"
+    rb"....ftyp(?:avi[fs]|he[iv][cx]|mif1)",
+    re.DOTALL,
+)
+_HEIC = re.compile(rb"....ftyp(?:he[iv][cx]|mif1)", re.DOTALL)
+_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # of a JPEG, among its compressed data
+_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR, transparency dropped, as many bits as there are
 
 
 def read_depth(path: Path, scale: float) -> Array:
@@ -37,19 +47,27 @@ def read_depth(path: Path, scale: float) -> Array:
     )
 
 
-def read_color(path: Path) -> Array:
-    """(H, W, 3) uint8 RGB, as stored: a rotation noted in the file is not applied, depth would not follow it.
+def is_image(path: Path) -> bool:
+    """Whether a file starts as images do, or failing that is called so."""
+    with path.open("rb") as file:
+        return _STARTS.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
+
+
+def read_color(path: Path, upright: bool = False) -> Array:
+    """(H, W, 3) uint8 RGB; transparency and colour profile left aside, 16 bits scaled to 8, floats 0 to 1 to 0 to 255.
+
+    upright : turned as the file's EXIF says; else as stored, for depth would not follow a turn.
 
     Raises
     ------
-    InputError : not there, cut off or damaged.
+    InputError : not there, cut off or damaged, or neither 8 nor 16 bits nor floats from 0 to 1.
     """
-    image = _decode(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    return np.ascontiguousarray(image[:, :, ::-1])
+    image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION))
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
 
-def read_mask(path: Path) -> Bools:
-    """(H, W) bool, true where any channel but the transparency is above zero.
+def read_mask(path: Path, upright: bool = False) -> Bools:
+    """(H, W) bool, true where any channel but the transparency is above zero; `upright` as in `read_color`.
 
     Raises
     ------
@@ -57,10 +75,18 @@ def read_mask(path: Path) -> Bools:
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
         raise InputError(f"{path}: a mask as JPEG has smeared edges: save it as PNG")
-    image = _decode(path, cv2.IMREAD_UNCHANGED)
-    if image.ndim == 3:
-        image = image[:, :, : 3 if image.shape[2] > 2 else 1].max(axis=2)
-    return np.asarray(image > 0)
+    image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    return np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
+
+
+def _eight_bits(path: Path, image: Array) -> Array:
+    if image.dtype == np.uint8:
+        return image
+    if image.dtype == np.uint16:
+        return np.asarray(cv2.convertScaleAbs(image, alpha=255 / 65535))
+    if np.issubdtype(image.dtype, np.floating) and ((image >= 0) & (image <= 1)).all():
+        return np.asarray(cv2.convertScaleAbs(image, alpha=255.0))
+    raise InputError(f"{path}: is a {image.dtype} image, expected 8 or 16 bits without sign, or floats from 0 to 1")
 
 
 def _decode(path: Path, flags: int) -> Array:
@@ -78,6 +104,8 @@ def _decode(path: Path, flags: int) -> Array:
     if "premature end" in said.text.lower():
         raise InputError(f"{path}: is cut off: copy it again from where it was recorded")
     if image is None:
+        if _HEIC.match(data):
+            raise InputError(f"{path}: is a HEIC photo, which cannot be read here: save it as JPEG or PNG")
         why = refused or said.text.rpartition("\n")[2]
         raise InputError(f"{path}: cannot be read as an image" + (f" ({why})" if why else ""))
     return np.asarray(image)
@@ -89,8 +117,7 @@ def _check_whole(path: Path, data: bytes) -> None:
     if data.startswith(_PNG):
         fault = _png_fault(data)
     elif data.startswith(_JPEG):
-        # some recorders pad the file to whole blocks
-        fault = None if data.rstrip(b"\0").endswith(b"\xff\xd9") else "cut off"
+        fault = None if _jpeg_ends(data) else "cut off"
     elif _PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]):
         fault = "cut off"
     else:
@@ -113,3 +140,14 @@ def _png_fault(data: bytes) -> str | None:
             return None
         at = end
     return "cut off"
+
+
+def _jpeg_ends(data: bytes) -> bool:
+    """Whether a JPEG has its end marker; what phones append behind it (a film, a second picture) does not matter."""
+    at = 2
+    while (found := _MARKER.search(data, at)) is not None:
+        at = found.end()
+        if data[at - 1] == 0xD9:
+            return True
+        at += int.from_bytes(data[at : at + 2], "big")  # past the marker's own data, a thumbnail with its end marker say
+    return False

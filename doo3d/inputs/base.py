@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol
 
-from ..types import Array, Bools, Cloud, Frame
+from ..types import Bools, Cloud, Frame, Image
 
 
 @dataclass(frozen=True)
 class Shot:
     """One moment of a capture.
 
-    data : Frame, Cloud, or for plain images (H, W, 3) uint8 RGB.
+    data : Frame or Cloud; Image for the 2-D mode.
     mask : (H, W) bool, the pixels of the object as the capture knows them; None where it does not.
     """
 
-    data: Frame | Cloud | Array
+    data: Frame | Cloud | Image
     mask: Bools | None = None
 
 

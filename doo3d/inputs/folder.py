@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from ..errors import InputError
 from ..types import Camera, Frame, check_mask
 from ._images import SUFFIXES, read_color, read_depth, read_mask
+from ._listing import images_in, located, natural, paired
 from .base import Entry, Shot
 
 INTRINSICS = "camera_intrinsic.json"
@@ -34,12 +34,12 @@ class FolderCapture:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        depth = _images(path / "depth")
+        depth = images_in(path / "depth")
         if not depth:
             raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})")
         camera, scale = read_intrinsics(path / INTRINSICS)
-        others = {part: _paired(_images(path / part), depth) for part in ("color", "mask") if (path / part).is_dir()}
-        names = sorted(set(depth).union(*others.values()), key=_natural)
+        others = {part: paired(images_in(path / part), depth) for part in ("color", "mask") if (path / part).is_dir()}
+        names = sorted(set(depth).union(*others.values()), key=natural)
         self.frames = [
             Entry(
                 name,
@@ -64,42 +64,11 @@ def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], came
     try:
         frame = Frame(read_color(color) if color else None, read_depth(depth, scale), camera, name)
     except InputError as error:
-        raise _located(error, depth) from None
+        raise located(error, depth) from None
     try:
         return Shot(frame, check_mask(read_mask(mask), (camera.height, camera.width)) if mask else None)
     except InputError as error:
-        raise _located(error, mask or depth) from None
-
-
-def _located(error: InputError, file: Path) -> InputError:
-    """The error with the file's name, where it has none yet."""
-    text = str(error)
-    return error if str(file.parent.parent) in text else InputError(f"{file}: {text}")
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    return [(int(part), part) if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name) if part]
-
-
-def _images(folder: Path) -> dict[str, Path]:
-    """Stem -> file of the images in a folder, in natural order; none where there is no folder."""
-    found: dict[str, Path] = {}
-    files = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else []
-    for file in sorted(files, key=lambda file: _natural(file.name)):
-        if file.suffix.lower() in SUFFIXES:
-            if file.stem in found:
-                raise InputError(f"{folder}: {file.stem} is there twice ({found[file.stem].name}, {file.name}): remove one")
-            found[file.stem] = file
-    return found
-
-
-def _paired(images: dict[str, Path], depth: Mapping[str, Path]) -> dict[str, Path]:
-    """The images by the names of the depth that they belong to."""
-    if images and not images.keys() & depth.keys():
-        if len(images) == len(depth):
-            return dict(zip(depth, images.values(), strict=True))
-        return {}
-    return images
+        raise located(error, mask or depth) from None
 
 
 def read_intrinsics(path: Path) -> tuple[Camera, float]:

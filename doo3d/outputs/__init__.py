@@ -6,11 +6,11 @@ import importlib
 from collections.abc import Callable
 from pathlib import Path
 
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Cloud, Detection, Frame, Image
 
 __all__ = ["FORMATS", "SUFFIXES", "Writer", "writer"]
 
-Writer = Callable[[Path, Detection, Frame | Cloud | Array], None]
+Writer = Callable[[Path, Detection, Frame | Cloud | Image], None]
 
 FORMATS = {
     "json": "document:write",

@@ -8,14 +8,14 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Cloud, Detection, Frame, Image
 from .atomic import write_text
 
 # a list that holds neither lists nor objects nor strings, spread over lines
 _FLAT_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
 
 
-def write(path: Path, detection: Detection, data: Frame | Cloud | Array) -> None:
+def write(path: Path, detection: Detection, data: Frame | Cloud | Image) -> None:
     """Write `detection.to_dict()` to `path`."""
     write_text(path, dumps(detection.to_dict()))
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Cloud, Detection, Frame, Image
 from ..viz import draw
 from .atomic import write_bytes
 
 
-def write(path: Path, detection: Detection, data: Frame | Cloud | Array) -> None:
+def write(path: Path, detection: Detection, data: Frame | Cloud | Image) -> None:
     """Write the overlay of `viz.draw` to `path`."""
     good, encoded = cv2.imencode(".png", np.ascontiguousarray(draw(data, detection)[:, :, ::-1]))
     if not good:

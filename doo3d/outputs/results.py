@@ -15,7 +15,7 @@ from typing import Any
 from .. import __version__
 from ..config import Config
 from ..errors import InputError
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Cloud, Detection, Frame, Image
 from . import FORMATS, SUFFIXES, writer
 from .atomic import PREFIX, write_text
 from .document import dumps
@@ -60,7 +60,7 @@ class ResultsFolder:
         self._old = _frame_names(old)
         self._is_new = other is not None
 
-    def write(self, name: str, detection: Detection, data: Frame | Cloud | Array) -> None:
+    def write(self, name: str, detection: Detection, data: Frame | Cloud | Image) -> None:
         """Write the files of one frame.
 
         Raises

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..types import Array, Chain, Cloud, Detection, Frame
+from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .canvas import Canvas
 from .palette import DARK, LIGHT, chain_color
 from .strand import Strand, crossings
@@ -16,7 +16,7 @@ _CAPTIONS = 8  # chains that have a line of their own in the caption
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 
-def draw(data: Frame | Cloud | Array, detection: Detection) -> Array:
+def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     """The chains over the colour image (the depth in colours where there is none, the points of a cloud).
 
     Each chain has a colour of its own, a ribbon as wide as the object and a line through its joints; where it is
@@ -25,7 +25,7 @@ def draw(data: Frame | Cloud | Array, detection: Detection) -> Array:
 
     Parameters
     ----------
-    data : what the detection was made from: Frame, Cloud or (H, W, 3) uint8 RGB.
+    data : what the detection was made from; an image may be an array (H, W, 3) uint8 RGB.
     detection : its chains.
 
     Returns

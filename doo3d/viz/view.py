@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..types import Array, Camera, Cloud, Floats, Frame
+from ..types import Array, Camera, Cloud, Floats, Frame, Image
 
 SIZE = (1280, 720)  # px, of the picture of a cloud
 _MARGIN = 0.1  # of the picture of a cloud, on each side
@@ -31,14 +31,14 @@ class View:
     distance: Callable[[Floats], Floats]
 
 
-def view_of(data: Frame | Cloud | Array) -> View:
+def view_of(data: Frame | Cloud | Image | Array) -> View:
     """The view of a frame (its colour, or its depth in colours), of a cloud (drawn from points) or of an image."""
     if isinstance(data, Frame):
         image = data.color if data.color is not None else depth_picture(data.depth)
         return _camera_view(image, data.camera)
     if isinstance(data, Cloud):
         return _cloud_view(data)
-    return flat_view(np.asarray(data))
+    return flat_view(data.color if isinstance(data, Image) else np.asarray(data))
 
 
 def depth_picture(depth: Array) -> Array:
