@@ -61,13 +61,14 @@ def _version(asked: bool) -> None:
 def doo3d(
     version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
 ) -> None:
-    """Cables, ropes, hoses and wires as 3-D chains, from RGB-D frames and point clouds.
+    """Cables, ropes, hoses and wires as chains of equal segments: 3-D from RGB-D frames and clouds, 2-D from images.
 
     \b
     Examples:
       doo3d detect sample_clouds/crossing -o out       a folder with color/, depth/, camera_intrinsic.json
       doo3d detect scan.ply -o out                     one point cloud
       doo3d detect capture --set merge.chains=2        two cables
+      doo3d detect photo.jpg -c image --mask mask.png  in 2-D: a photograph, a folder of them, or a video
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
       doo3d bench                                      milliseconds per stage on this machine
 
@@ -77,10 +78,17 @@ def doo3d(
 
 @app.command()
 def detect(
-    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file (PLY, PCD, XYZ, NPZ).")],
+    capture: Annotated[
+        Path,
+        typer.Argument(metavar="INPUT", help="A capture folder or a cloud file (PLY, PCD, XYZ, NPZ); in 2-D images or a video."),
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the results.")] = Path("out"),
     config: Preset = "default",
     overrides: Overrides = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -90,13 +98,14 @@ def detect(
     Examples:
       doo3d detect sample_clouds/crossing -o out
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
+      doo3d detect sample_clouds/photos -o out -c image
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, nothing was written.
     """
     from .inputs import open_capture
 
     effective = _config(config, overrides)
-    opened = open_capture(capture)
+    opened = open_capture(capture, effective.mode == "2d", mask)
     from . import batch
     from .outputs.lines import closing_line
 

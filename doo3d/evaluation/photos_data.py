@@ -21,7 +21,7 @@ HSV_RANGES = (
     ((50, 20, 20), (120, 255, 255)),
 )
 CSET_SIZE = (640, 360)  # px, width and height: some of the labels are a row or a column short
-SPECK = 30  # px: a colour of a label image that has fewer is no cable
+SPECK = 30  # px: what a label image has fewer of, of a colour or in one piece, is no cable
 NETWORK_OBJECT = 127  # of 255: what is above is object for the network
 _IMAGES = ("images", "test_imgs")
 _LABELS = ("labels", "gt_labels", "test_labels")

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import require
 from ..types import Array, Bools, Chain, Floats, Ints
+from .photos_data import SPECK
 
 STEP = 0.5  # px, between the samples of a chain that distances are measured to: wrong by 0.03 px at a distance of 1
 NEAR = 5.0  # px: a chain this close to the centre line follows it
@@ -28,7 +29,7 @@ class PhotoScore:
     with each pixel given to the nearest chain. ordered : as labelled, but a pixel that the right chain covers as drawn is
     its own: which of two cables shows at a crossing is no matter of order, and costs even the true lines 0.7 % on S2 and
     1.2 % on S3. cables, chains : how many there are and were found.
-    match : (cables,) int, the chain that each cable has by the nearest pixels; -1 where it has none.
+    match : (cables,) int, the chain that each cable has as drawn; -1 where it has none.
     """
 
     drawn: float
@@ -59,10 +60,10 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
     """The chains against (H, W) labels, 0 = background; the mask (H, W) is what they were found in."""
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
-    drawn, _ = _matched(_dice(labels, cables, [labels[pixels] for pixels in covers]))
+    drawn, match = _matched(_dice(labels, cables, [labels[pixels] for pixels in covers]))
     owner = nearest_chain(chains, _places(mask)) if len(chains) else np.full(mask.sum(), -1)
-    labelled, match = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
-    for cable, chain in enumerate(match, start=1):
+    labelled, nearest = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
+    for cable, chain in enumerate(nearest, start=1):
         if chain >= 0:
             owner = np.where((labels[mask] == cable) & covers[chain][mask], chain, owner)
     ordered, _ = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
@@ -72,13 +73,13 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 def trace(chain: Chain | None, labels: Ints, cable: int) -> Traced:
     """A chain that was found in the pixels of one cable of (H, W) labels alone.
 
-    Recall is over the skeleton of the cable's own pixels. Where another cable lies over it the centre line is not
+    Recall is over the skeleton of the cable's own pixels but for specks, which the labels have at other cables' edges. Where another cable lies over it the centre line is not
     known; there a chain is as good as on it within the bridge: what closing the cable's pixels adds of other cables'.
     """
     if chain is None:
         return Traced(0.0, 0.0)
     skeletonize = require("skimage.morphology", "test").skeletonize
-    own = labels == cable
+    own = _without_specks(labels == cable)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (BRIDGE, BRIDGE))
     closed = cv2.morphologyEx(np.pad(own, BRIDGE).astype(np.uint8), cv2.MORPH_CLOSE, disc)[BRIDGE:-BRIDGE, BRIDGE:-BRIDGE] > 0
     center, bridge = skeletonize(own), closed & ~own & (labels > 0)
@@ -143,6 +144,11 @@ def _matched(dice: Floats) -> tuple[float, Ints]:
     match = np.full(len(dice), -1)
     match[rows] = np.where(dice[rows, columns] > 0, columns, -1)
     return float(dice[rows, columns].sum() / len(dice)) if len(dice) else 1.0, match
+
+
+def _without_specks(pixels: Bools) -> Bools:
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(pixels.astype(np.uint8), connectivity=8)
+    return np.asarray(pixels & (stats[:, cv2.CC_STAT_AREA] >= SPECK)[parts])
 
 
 def _near(points: Floats, line: Floats) -> float:
