@@ -75,7 +75,7 @@ class SegmentConfig(Section):
         0.05,
         gt=0,
         description="m; what is wider than this on all sides is not the object (a table, a gripper). "
-        "Not applied to masks that the caller gives.",
+        "Not applied to masks that the caller gives, nor to everything.",
     )
     max_ratio: float = Field(
         2.5, gt=1, description="what is wider on all sides than this many times the usual width goes too; likewise."
@@ -179,6 +179,9 @@ class MergeConfig(Section):
     curvature_weight: float = Field(100.0, ge=0, description="w_c, per radian.")
     free_space_weight: float = Field(
         10.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
+    )
+    border: float = Field(
+        3.0, ge=0, description="radii from the edge of the view within which an end leaves it; two such ends are not joined."
     )
     direction_length: float = Field(
         8.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."

@@ -38,7 +38,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     if given and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
     found = tidy(found, config.min_component)
-    if not given and found.any():
+    if not given and config.method != "everything" and found.any():
         found = drop_wide(found, data.depth / data.camera.fx, config)
     _check_depth(data.depth[found], config, "object")
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
@@ -91,7 +91,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if found.all():
         raise InputError("the mask covers the whole image: no pixel of it says background")
     found = tidy(found, config.min_component)
-    if mask is None and found.any():
+    if mask is None and config.method != "everything" and found.any():
         found = drop_wide(found, np.ones(shape), config)
     return Foreground(
         points=mask_pixels(found).astype(float), mask=found, color=image.color, notes=() if found.any() else (_nothing(config),)
