@@ -73,8 +73,9 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 def trace(chain: Chain | None, labels: Ints, cable: int) -> Traced:
     """A chain that was found in the pixels of one cable of (H, W) labels alone.
 
-    Recall is over the skeleton of the cable's own pixels but for specks, which the labels have at other cables' edges. Where another cable lies over it the centre line is not
-    known; there a chain is as good as on it within the bridge: what closing the cable's pixels adds of other cables'.
+    Recall is over the skeleton of the cable's own pixels but for specks, which the labels have at other cables' edges.
+    Where another cable lies over it the centre line is not known; there a chain is as good as on it within the bridge:
+    what closing the cable's pixels adds of other cables'.
     """
     if chain is None:
         return Traced(0.0, 0.0)
