@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import lru_cache
 
 import cv2
@@ -12,8 +13,17 @@ from ..errors import InputError
 from ..types import Array, Bools, Cloud, Frame, Image
 
 
-@lru_cache(maxsize=4)
 def _reference(path: str) -> Array:
+    """The image, read again only when the file has changed."""
+    try:
+        found = os.stat(path)
+    except OSError as error:
+        raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})") from None
+    return _read(path, found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=4)
+def _read(path: str, changed: int, size: int) -> Array:
     try:
         image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     except (OSError, cv2.error) as error:

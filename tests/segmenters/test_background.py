@@ -1,0 +1,84 @@
+"""What was not there in a reference without the object."""
+
+from __future__ import annotations
+
+import os
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.config import SegmentConfig
+from doo3d.errors import InputError
+from doo3d.segmenters.background import mask
+from doo3d.types import Camera, Cloud, Frame
+
+CAMERA = Camera(fx=100.0, fy=100.0, cx=20.0, cy=15.0, width=40, height=30)
+OBJECT = np.zeros((30, 40), bool)
+OBJECT[10:14, 5:35] = True
+
+
+def config(path, **settings):
+    return SegmentConfig(method="background", reference=str(path), **settings)
+
+
+def write(path, image):
+    assert cv2.imwrite(str(path), image)
+    return path
+
+
+def frame(color=True):
+    depth = np.where(OBJECT, 0.59, 0.6).astype(np.float32)
+    depth[0, :5] = 0
+    image = np.full((30, 40, 3), (100, 120, 140), np.uint8)
+    image[OBJECT] = (160, 90, 100)
+    return Frame(image if color else None, depth, CAMERA)
+
+
+@pytest.mark.parametrize(("scale", "settings"), [(1000, {}), (5000, {"reference_depth_scale": 5000.0})])
+def test_depth(tmp_path, scale, settings):
+    reference = np.full((30, 40), 0.6 * scale, np.uint16)
+    reference[12, 20] = 0
+    path = write(tmp_path / "empty.png", reference)
+    expected = OBJECT.copy()
+    expected[12, 20] = False
+    np.testing.assert_array_equal(mask(frame(False), config(path, **settings), 0), expected)
+    np.testing.assert_array_equal(mask(frame(), config(path, depth_difference=0.02, **settings), 0), False & OBJECT)
+
+
+def test_what_is_farther_than_the_reference_is_not_the_object(tmp_path):
+    path = write(tmp_path / "empty.png", np.full((30, 40), 500, np.uint16))
+    assert not mask(frame(), config(path), 0).any()
+
+
+def test_colour(tmp_path):
+    path = write(tmp_path / "empty.png", np.full((30, 40, 3), (140, 120, 100), np.uint8))
+    np.testing.assert_array_equal(mask(frame(), config(path), 0), OBJECT)
+    np.testing.assert_array_equal(mask(frame(), config(path, color_difference=80), 0), False & OBJECT)
+
+
+def test_what_cannot_be(tmp_path):
+    small = write(tmp_path / "small.png", np.zeros((20, 40), np.uint16))
+    with pytest.raises(InputError, match=r"small\.png is 40x20, the frame 40x30"):
+        mask(frame(), config(small), 0)
+    with pytest.raises(InputError, match=r"nowhere\.png: cannot be read"):
+        mask(frame(), config(tmp_path / "nowhere.png"), 0)
+    (tmp_path / "broken.png").write_bytes(b"not an image")
+    with pytest.raises(InputError, match=r"broken\.png: not an image"):
+        mask(frame(), config(tmp_path / "broken.png"), 0)
+    grey = write(tmp_path / "grey.png", np.zeros((30, 40), np.uint8))
+    with pytest.raises(InputError, match=r"grey\.png has shape .* 16-bit depth image or an 8-bit colour image"):
+        mask(frame(), config(grey), 0)
+    colour = write(tmp_path / "colour.png", np.zeros((30, 40, 3), np.uint8))
+    with pytest.raises(InputError, match="the frame has no colour"):
+        mask(frame(False), config(colour), 0)
+    with pytest.raises(InputError, match="needs a frame"):
+        mask(Cloud(np.random.default_rng(0).random((9, 3))), config(colour), 0)
+
+
+def test_a_reference_that_changed_on_disk_is_read_again(tmp_path):
+    path = write(tmp_path / "empty.png", np.full((30, 40), 600, np.uint16))
+    assert mask(frame(), config(path), 0).any()
+    write(path, np.full((30, 40), 500, np.uint16))
+    os.utime(path, ns=(1, 1))
+    assert not mask(frame(), config(path), 0).any()
