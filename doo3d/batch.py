@@ -16,6 +16,7 @@ from typing import Any
 from .config import Config
 from .errors import DooError, InputError
 from .inputs import FLAT, Capture, Entry, Shot
+from .inputs.masks import MaskedCapture
 from .outputs.results import ResultsFolder
 from .pipeline import detect
 from .types import Bools, Cloud, Detection, Frame, Image
@@ -110,9 +111,14 @@ def run(
         given and the config is for 3-D.
     """
     if capture.format in FLAT and config.mode != "2d":
-        raise InputError(f"{capture.path}: images have no depth: use a 2-D config, the preset image or paper_2d (-c image)")
+        raise InputError(
+            f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json: use a 2-D config, the "
+            "preset image or paper_2d (-c image)"
+        )
     names = [entry.name for entry in capture.frames]
     source = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(names)}
+    if isinstance(capture, MaskedCapture):
+        source["masks"] = str(capture.masks.resolve())
     folder = ResultsFolder(Path(out), source, config, names, force=force)
     records = []
     for entry in capture.frames:

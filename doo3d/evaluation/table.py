@@ -13,7 +13,7 @@ import numpy as np
 
 from ..config import Config, HsvRange
 from ..errors import DooError, InputError
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Array, Cloud, Detection, Frame, Image
 from .model import Color, Truth
 from .renderer import Rendered, render
 from .scenes import make_scene

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from .base import Capture, CaptureFormat, Entry, Shot
+from .masks import MaskedCapture
 
 __all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Shot", "format_class", "open_capture"]
 
@@ -30,13 +31,14 @@ def format_class(name: str) -> CaptureFormat:
     return found
 
 
-def open_capture(path: str | Path, flat: bool = False) -> Capture:
+def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None = None) -> Capture:
     """What is at `path`, as a sequence of frames that load when asked.
 
     Parameters
     ----------
     path : a folder or a file, in any of the formats of `FORMATS`.
     flat : for the 2-D mode: of a folder with colour and depth the colour images alone.
+    masks : instead of the capture's own: an image for a capture of one frame, or a folder of them.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def open_capture(path: str | Path, flat: bool = False) -> Capture:
             raise InputError(f"{path} does not exist")
         for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
             if (found := format_class(name)).recognises(path):
-                return found(path)
+                return MaskedCapture(found(path), Path(masks)) if masks is not None else found(path)
         known = "; ".join(format_class(name).what for name in FORMATS)
         raise InputError(f"{path}: {_why_unknown(path)}. What can be read: {known}")
     except OSError as error:

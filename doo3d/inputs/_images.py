@@ -66,17 +66,24 @@ def read_color(path: Path, upright: bool = False) -> Array:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
 
-def read_mask(path: Path, upright: bool = False) -> Bools:
-    """(H, W) bool, true where any channel but the transparency is above zero; `upright` as in `read_color`.
+def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bools:
+    """(H, W) bool of the given shape, true where any channel but the transparency is above zero; `upright` as in `read_color`.
 
     Raises
     ------
-    InputError : not there, cut off, damaged, or a JPEG, which smears values above zero round the object.
+    InputError : not there, cut off, damaged, of another size, or a JPEG, which smears values above zero round the object.
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
         raise InputError(f"{path}: a mask as JPEG has smeared edges: save it as PNG")
     image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    return np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
+    mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
+    if mask.shape != shape:
+        turned = ", turned as its EXIF may say" if upright and mask.shape == shape[::-1] else ""
+        raise InputError(
+            f"{path}: the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{turned}: "
+            "give the mask the size of the image"
+        )
+    return mask
 
 
 def _eight_bits(path: Path, image: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..errors import InputError
-from ..types import Camera, Frame, check_mask
+from ..types import Camera, Frame
 from ._images import SUFFIXES, read_color, read_depth, read_mask
 from ._listing import images_in, located, natural, paired
 from .base import Entry, Shot
@@ -66,7 +66,7 @@ def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], came
     except InputError as error:
         raise located(error, depth) from None
     try:
-        return Shot(frame, check_mask(read_mask(mask), (camera.height, camera.width)) if mask else None)
+        return Shot(frame, read_mask(mask, (camera.height, camera.width)) if mask else None)
     except InputError as error:
         raise located(error, mask or depth) from None
 

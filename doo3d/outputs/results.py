@@ -31,7 +31,7 @@ class ResultsFolder:
     Parameters
     ----------
     path : the folder, made when first needed.
-    source : what is run on; `path` and `format` in it tell one run's input from another's.
+    source : what is run on; `path`, `format` and `masks` in it tell one run's input from another's.
     config : what it is run with.
     names : of the frames.
     force : write though the folder holds something else; results of another run in it are removed.
@@ -166,8 +166,9 @@ def _difference(path: Path, old: dict[str, Any] | None, new: dict[str, Any]) -> 
         return "the folder is not empty and what it holds is not a result of doo3d"
     source = old.get("input")
     source = source if isinstance(source, dict) else {}
-    if any(source.get(key) != new["input"][key] for key in ("path", "format")):
-        return f"the folder holds the results of another input ({source.get('path')})"
+    if any(source.get(key) != new["input"].get(key) for key in ("path", "format", "masks")):
+        masks = f", masks {source['masks']}" if "masks" in source else ""
+        return f"the folder holds the results of another input ({source.get('path')}{masks})"
     if old.get("config_digest") != new["config_digest"]:
         return "the folder holds the results of another configuration (see its config.yaml)"
     return None

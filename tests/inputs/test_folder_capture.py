@@ -234,7 +234,7 @@ def test_depth_of_another_resolution_than_the_intrinsics(capture):
 def test_mask_of_another_size(capture):
     folder = capture(mask=True)
     put(folder / "mask" / "000000.png", np.zeros((480, 640), np.uint8))
-    refused(folder, r"mask.*000000.*\(480, 640\)")
+    refused(folder, r"mask.*000000.*640x480 but the image is 320x240")
 
 
 def test_mask_as_jpeg(capture):

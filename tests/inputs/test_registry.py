@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.errors import InputError
-from doo3d.inputs import FORMATS, open_capture
+from doo3d.inputs import FLAT, FORMATS, open_capture
 
 
 def test_every_registered_class_is_there():
@@ -32,9 +32,15 @@ def test_folder_of_captures_names_them(capture):
         open_capture(inside.parent)
 
 
-def test_one_depth_image_is_no_capture(capture):
-    with pytest.raises(InputError, match=r"000000\.png.*depth/.*camera_intrinsic\.json"):
-        open_capture(capture() / "depth" / "000000.png")
+def test_one_depth_image_is_but_an_image(capture):
+    """What it lacks for 3-D, the run says."""
+    assert open_capture(capture() / "depth" / "000000.png").format in FLAT
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_clouds_are_clouds_in_either_mode(tmp_path, flat):
+    np.savez(tmp_path / "a.npz", points=np.ones((3, 3)))
+    assert open_capture(tmp_path / "a.npz", flat).format == "cloud"
 
 
 @pytest.mark.parametrize("content", [b"", b"hello\n", bytes(range(256)), b"{}", b"\x89PNG"])
@@ -43,7 +49,7 @@ def test_unknown_file_lists_the_formats(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
         open_capture(path)
-    for word in ("a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/"):
+    for word in ("a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/", "photograph", "MP4"):
         assert word in str(caught.value)
 
 

@@ -1,0 +1,298 @@
+"""Photographs: what is read of each kind of image, which mask belongs to which, and what is said of broken ones."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.errors import InputError
+from doo3d.inputs import open_capture
+from doo3d.types import Image
+
+COLORS = np.array([[[200, 30, 30], [30, 180, 30]], [[30, 30, 190], [240, 240, 240]]], np.uint8)  # RGB, by quarters
+
+
+def picture(height: int = 40, width: int = 60) -> np.ndarray:
+    """(H, W, 3) uint8 RGB: red, green, blue and white quarters."""
+    return cv2.resize(COLORS, (width, height), interpolation=cv2.INTER_NEAREST)
+
+
+def put(path: Path, image: np.ndarray, *options: int) -> Path:
+    """The image, RGB or grey, as a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    bgr = image[:, :, [2, 1, 0, *range(3, image.shape[2])]] if image.ndim == 3 else image
+    path.write_bytes(cv2.imencode(path.suffix, bgr, options)[1].tobytes())
+    return path
+
+
+def exif(orientation: int) -> bytes:
+    """TIFF-coded EXIF with nothing but an orientation."""
+    return b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01" + struct.pack(">HH", orientation, 0) + b"\0\0\0\0"
+
+
+def turn_jpeg(path: Path, orientation: int) -> Path:
+    data = path.read_bytes()
+    payload = b"Exif\0\0" + exif(orientation)
+    path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(payload) + 2) + payload + data[2:])
+    return path
+
+
+def turn_png(path: Path, orientation: int) -> Path:
+    data, chunk = path.read_bytes(), b"eXIf" + exif(orientation)
+    path.write_bytes(data[:33] + struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) + data[33:])
+    return path
+
+
+def load(path: Path, index: int = 0, **how):
+    return open_capture(path, flat=True, **how).frames[index].load()
+
+
+def color_of(path: Path) -> np.ndarray:
+    data = load(path).data
+    assert isinstance(data, Image)
+    return data.color
+
+
+def refused(path: Path, words: str, index: int = 0, **how) -> None:
+    with pytest.raises(InputError, match=words):
+        load(path, index, **how)
+
+
+# --- kinds of images ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tiff", ".bmp", ".webp"])
+def test_formats(tmp_path, suffix):
+    path = put(tmp_path / f"a b é{suffix}", picture())
+    opened = open_capture(path)
+    assert opened.format == "photos"
+    assert [entry.name for entry in opened.frames] == ["a b é"]
+    shot = opened.frames[0].load()
+    assert shot.mask is None
+    assert shot.data.name == "a b é"
+    assert shot.data.color.dtype == np.uint8
+    assert np.abs(shot.data.color[[5, 5, 35, 35], [5, 55, 5, 55]].astype(int) - COLORS.reshape(4, 3)).max() <= 6
+
+
+def test_what_a_file_is_its_first_bytes_tell(tmp_path):
+    path = put(tmp_path / "a.png", picture()).rename(tmp_path / "photo.data")
+    assert np.array_equal(color_of(path), picture())
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tiff"])
+def test_grey_and_sixteen_bits(tmp_path, suffix):
+    grey = picture()[:, :, 0]
+    assert np.array_equal(color_of(put(tmp_path / f"grey{suffix}", grey)), np.dstack([grey] * 3))
+    assert np.array_equal(color_of(put(tmp_path / f"deep{suffix}", picture().astype(np.uint16) * 257)), picture())
+    assert np.array_equal(color_of(put(tmp_path / f"both{suffix}", grey.astype(np.uint16) * 257)), np.dstack([grey] * 3))
+
+
+def test_sixteen_bits_are_scaled_by_their_range_and_rounded(tmp_path):
+    values = np.array([[0, 128, 129, 257, 32768, 65535]], np.uint16)
+    assert color_of(put(tmp_path / "a.png", values))[0, :, 0].tolist() == [0, 0, 1, 1, 128, 255]
+
+
+def test_floats_from_0_to_1(tmp_path):
+    assert np.abs(color_of(put(tmp_path / "a.tiff", picture().astype(np.float32) / 255)).astype(int) - picture()).max() <= 1
+    refused(put(tmp_path / "b.tiff", picture().astype(np.float32)), r"b\.tiff.*float32.*from 0 to 1")
+    refused(put(tmp_path / "c.tiff", np.full((4, 4), np.nan, np.float32)), r"c\.tiff.*float32.*from 0 to 1")
+
+
+def test_transparency_is_left_aside(tmp_path):
+    clear = np.dstack([picture(), np.zeros((40, 60), np.uint8)])
+    assert np.array_equal(color_of(put(tmp_path / "rgba.png", clear)), picture())
+
+
+def test_palette_cmyk_and_colour_profile(tmp_path):
+    pil = pytest.importorskip("PIL.Image")
+    whole = pil.fromarray(picture())
+    whole.quantize(8).save(tmp_path / "palette.png")
+    whole.convert("CMYK").save(tmp_path / "cmyk.jpg", quality=95)
+    whole.save(tmp_path / "profile.png", icc_profile=b"\0" * 200)
+    for name in ("palette.png", "cmyk.jpg", "profile.png"):
+        assert np.abs(color_of(tmp_path / name)[[5, 35], [5, 55]].astype(int) - COLORS[[0, 1], [0, 1]]).max() <= 6, name
+
+
+def test_one_pixel(tmp_path):
+    assert color_of(put(tmp_path / "a.png", np.full((1, 1), 7, np.uint8))).tolist() == [[[7, 7, 7]]]
+
+
+@pytest.mark.parametrize(("suffix", "turn"), [(".jpg", turn_jpeg), (".png", turn_png)])
+def test_photographs_are_turned_as_their_exif_says(tmp_path, suffix, turn):
+    flat = put(tmp_path / f"a{suffix}", picture())
+    stored = color_of(flat)
+    assert np.array_equal(color_of(turn(flat, 6)), np.rot90(stored, -1))
+    assert np.array_equal(color_of(turn(put(flat, picture()), 3)), stored[::-1, ::-1])
+
+
+def test_what_phones_append_to_a_jpeg_does_not_matter(tmp_path):
+    path = put(tmp_path / "a.jpg", picture())
+    before = color_of(path)
+    path.write_bytes(path.read_bytes() + b"\0\0\0\x18ftypmp42" + bytes(range(256)) * 20)
+    assert np.array_equal(color_of(path), before)
+
+
+# --- masks -------------------------------------------------------------------------------------------------------------
+
+
+def half() -> np.ndarray:
+    return (np.arange(60)[None] < 30).repeat(40, axis=0).astype(np.uint8)
+
+
+@pytest.fixture
+def album(tmp_path):
+    """A folder with the photographs 2, 9 and 10."""
+    for name in ("10", "9", "2"):
+        put(tmp_path / "album" / f"{name}.png", picture())
+    return tmp_path / "album"
+
+
+def test_a_folder_of_photographs(album):
+    (album / "notes.txt").write_text("x")
+    opened = open_capture(album)
+    assert opened.format == "photos"
+    assert [entry.name for entry in opened.frames] == ["2", "9", "10"]
+    assert all(entry.load().mask is None for entry in opened.frames)
+
+
+@pytest.mark.parametrize("folder", ["mask", "masks"])
+def test_masks_beside_the_photographs(album, folder):
+    for name in ("2", "9", "10"):
+        put(album / folder / f"{name}.png", half() * int(name))
+    for entry in open_capture(album).frames:
+        assert np.array_equal(entry.load().mask, half() > 0)
+    assert np.array_equal(load(album / "9.png").mask, half() > 0)
+
+
+def test_masks_of_other_names_pair_by_order(album):
+    for name in ("m1", "m2", "m3"):
+        put(album / "mask" / f"{name}.png", half())
+    assert all(entry.load().mask is not None for entry in open_capture(album).frames)
+    assert load(album / "9.png").mask is None
+
+
+def test_photographs_without_mask_and_masks_without_photograph(album):
+    for name in ("2", "9", "11"):
+        put(album / "mask" / f"{name}.png", half())
+    opened = open_capture(album)
+    assert [entry.name for entry in opened.frames] == ["2", "9", "10", "11"]
+    assert load(album, 0).mask is not None
+    refused(album, "mask.*no mask 10", 2)
+    refused(album, r"11\.png.*no photograph 11", 3)
+    assert load(album / "10.png").mask is None
+
+
+def test_a_mask_is_turned_as_its_own_exif_says(tmp_path):
+    turn_jpeg(put(tmp_path / "a.jpg", picture()), 6)
+    turn_png(put(tmp_path / "mask" / "a.png", half()), 6)
+    assert np.array_equal(load(tmp_path).mask, np.rot90(half(), -1) > 0)
+    put(tmp_path / "mask" / "a.png", np.rot90(half(), -1))
+    assert np.array_equal(load(tmp_path).mask, np.rot90(half(), -1) > 0)
+    put(tmp_path / "mask" / "a.png", half())
+    refused(tmp_path, r"a\.png.*mask is 60x40 but the image is 40x60, turned as its EXIF")
+
+
+def test_mask_of_another_size_and_as_jpeg(album):
+    put(album / "mask" / "2.png", half()[:30])
+    put(album / "mask" / "9.jpg", half())
+    put(album / "mask" / "10.png", half())
+    refused(album, r"2\.png.*mask is 60x30 but the image is 60x40", 0)
+    refused(album, r"9\.jpg.*PNG", 1)
+    assert load(album, 2).mask is not None
+
+
+def test_masks_from_elsewhere(album, tmp_path, capture):
+    mask = put(tmp_path / "m.png", half())
+    assert np.array_equal(load(album / "2.png", masks=mask).mask, half() > 0)
+    refused(album, "one mask, but .*album has 3 frames", masks=mask)
+    for name in ("2", "9"):
+        put(tmp_path / "other" / f"{name}.png", 1 - half())
+    put(album / "mask" / "2.png", half())
+    assert np.array_equal(load(album, masks=tmp_path / "other").mask, half() == 0)
+    refused(album, "other.*no mask 10", 2, masks=tmp_path / "other")
+    refused(album, "nowhere does not exist", masks=tmp_path / "nowhere")
+    (tmp_path / "none").mkdir()
+    refused(album, "none.*holds no mask", masks=tmp_path / "none")
+    folder = capture(mask=True)
+    put(tmp_path / "all.png", np.ones((240, 320), np.uint8))
+    assert open_capture(folder, masks=tmp_path / "all.png").frames[0].load().mask.all()
+    np.savez(tmp_path / "c.npz", points=np.random.default_rng(0).normal(size=(9, 3)))
+    refused(tmp_path / "c.npz", "cloud has no pixels", masks=mask)
+
+
+# --- folders with depth ------------------------------------------------------------------------------------------------
+
+
+def test_the_colour_of_a_recorded_folder(capture):
+    folder = capture(frames=2, mask=True)
+    assert open_capture(folder).format == "folder"
+    opened = open_capture(folder, flat=True)
+    assert opened.format == "photos"
+    assert [entry.name for entry in opened.frames] == ["000000", "000001"]
+    shot = opened.frames[1].load()
+    assert isinstance(shot.data, Image)
+    assert shot.mask.any()
+    assert load(folder / "color" / "000001.jpg").mask.any()
+
+
+def test_the_colour_of_a_recorded_folder_is_not_turned(capture):
+    folder = capture(mask=True)
+    turn_jpeg(folder / "color" / "000000.jpg", 6)
+    assert load(folder).data.color.shape == (240, 320, 3)
+
+
+def test_depth_and_intrinsics_need_not_be_there(capture):
+    folder = capture(mask=True)
+    for path in (folder / "depth" / "000000.png", folder / "camera_intrinsic.json"):
+        path.unlink()
+    (folder / "depth").rmdir()
+    assert load(folder).mask.any()
+
+
+def test_a_recorded_folder_without_colour_is_what_it_was(capture):
+    assert open_capture(capture(color=False), flat=True).format == "folder"
+
+
+# --- what cannot be read -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.98])
+@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+def test_truncated(tmp_path, suffix, kept, capfd):
+    rng = np.random.default_rng(0)
+    path = put(tmp_path / f"a{suffix}", rng.integers(0, 255, (40, 60, 3), dtype=np.uint8))
+    path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
+    refused(path, rf"{path.name}.*(cut off|empty)")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_thumbnail_is_not_the_end_of_a_jpeg(tmp_path):
+    rng = np.random.default_rng(0)
+    path = put(tmp_path / "a.jpg", rng.integers(0, 255, (40, 60, 3), dtype=np.uint8))
+    data = path.read_bytes()
+    note = b"Exif\0\0" + data  # with an end marker of its own
+    path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(note) + 2) + note + data[2 : len(data) // 2])
+    refused(path, "cut off")
+
+
+@pytest.mark.parametrize("content", [b"not an image", b"\x89PNG\r\n\x1a\n" + b"x" * 100, b"II*\0" + bytes(40), b"BM" + bytes(60)])
+def test_not_an_image(tmp_path, content, capfd):
+    path = tmp_path / "a.png"
+    path.write_bytes(content)
+    refused(path, r"a\.png")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_heic(tmp_path):
+    (tmp_path / "a.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(100))
+    refused(tmp_path / "a.heic", "HEIC.*JPEG")
+
+
+def test_two_photographs_of_one_name(album):
+    put(album / "9.jpg", picture())
+    refused(album, "9 is there twice")

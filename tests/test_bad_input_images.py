@@ -1,0 +1,165 @@
+"""Bad images and videos from the shell, in the 2-D mode: one sentence, exit code 2, nothing written; or what can be done."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+PRESETS = ["image", "paper_2d"]
+RED = "segment.ranges=[{low: [170, 100, 60], high: [10, 255, 255]}]"
+
+
+def put(path: str, image, *options: int) -> Path:
+    place = Path(path)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_bytes(cv2.imencode(place.suffix, image, options)[1].tobytes())
+    return place
+
+
+def wave(width: int, height: int) -> np.ndarray:
+    t = np.linspace(0, 1, 300)
+    return np.column_stack((width * (0.1 + 0.8 * t), height * (0.5 + 0.25 * np.sin(7 * t))))
+
+
+def length(width: int, height: int) -> float:
+    return float(np.linalg.norm(np.diff(wave(width, height), axis=0), axis=1).sum())
+
+
+def rope(width: int = 320, height: int = 240, thick: int = 9) -> tuple[np.ndarray, np.ndarray]:
+    """A red wave on grey: (H, W, 3) uint8 BGR, and its (H, W) uint8 mask."""
+    line = wave(width, height).astype(np.int32)
+    color, mask = np.full((height, width, 3), 170, np.uint8), np.zeros((height, width), np.uint8)
+    cv2.polylines(color, [line], False, (40, 40, 200), thick)
+    cv2.polylines(mask, [line], False, 255, thick)
+    return color, mask
+
+
+@pytest.fixture
+def found(doo3d):
+    """A function that runs `detect`, which is to find one chain in every frame; the frames' results."""
+
+    def run(*args) -> list[dict]:
+        code, _, err = doo3d("detect", *args, "-o", "found", "--force")
+        assert code == 0, err
+        names = [frame["name"] for frame in json.loads(Path("found/manifest.json").read_text())["frames"]]
+        results = [json.loads(Path(f"found/{name}.json").read_text()) for name in names]
+        assert [len(result["chains"]) for result in results] == [1] * len(names)
+        assert all((result["mode"], result["units"]) == ("2d", "px") for result in results)
+        assert all(Path(f"found/{name}.png").exists() for name in names)
+        return results
+
+    return run
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_photograph_and_its_mask(found, refused, preset):
+    color, mask = rope()
+    put("photo.jpg", color)
+    put("m.png", mask)
+    (result,) = found("photo.jpg", "-c", preset, "--mask", "m.png")
+    assert result["chains"][0]["length"] == pytest.approx(length(320, 240), abs=15)
+    assert result["chains"][0]["radius"] == pytest.approx(5, abs=1)
+    found("photo.jpg", "-c", preset, "--set", RED)
+
+
+def test_kinds_of_images(found):
+    color, mask = rope()
+    deep = np.dstack([color.astype(np.uint16) * 257, np.full(mask.shape, 9, np.uint16)])
+    for name, image in {"grey": color[:, :, 1], "deep": deep, "deep_grey": color[:, :, 1].astype(np.uint16) * 257}.items():
+        put(f"kinds/{name}.png", image)
+        put(f"kinds/mask/{name}.png", mask)
+    assert len(found("kinds", "-c", "image")) == 3
+
+
+def test_a_recorded_folder_in_2d(found, capture):
+    folder = capture(frames=2, mask=True)
+    (folder / "camera_intrinsic.json").unlink()
+    assert len(found(folder, "-c", "image")) == 2
+
+
+def test_a_video(found, doo3d):
+    color, _ = rope()
+    writer = cv2.VideoWriter("a.avi", cv2.CAP_FFMPEG, cv2.VideoWriter_fourcc(*"MJPG"), 20, (320, 240))
+    for i in range(6):
+        writer.write(np.roll(color, 2 * i, axis=0))
+    writer.release()
+    results = found("a.avi", "-c", "image", "--set", RED)
+    assert [result["timestamp"] for result in results] == [i / 20 for i in range(6)]
+    Path("a.avi").write_bytes(Path("a.avi").read_bytes()[:-20_000])
+    code, out, err = doo3d("detect", "a.avi", "-c", "image", "--set", RED, "-o", "cut")
+    assert code == 1
+    assert "failed: a.avi: ends in the middle of this frame" in err
+    assert "frames, " in out.splitlines()[-1]
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(("value", "words"), [(0, "mask is empty"), (255, "mask covers the whole image")])
+def test_masks_without_an_edge(refused, preset, value, words):
+    color, mask = rope()
+    put("photo.jpg", color)
+    put("m.png", np.full_like(mask, value))
+    assert words in refused("photo.jpg", "-c", preset, "--mask", "m.png")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_one_pixel(doo3d, refused, preset):
+    put("photo.png", np.full((1, 1, 3), 200, np.uint8))
+    code, _, err = doo3d("detect", "photo.png", "-c", preset)
+    assert code in (0, 2)
+    assert "fault" not in err
+    put("m.png", np.full((1, 1), 255, np.uint8))
+    assert "mask" in refused("photo.png", "-c", preset, "--mask", "m.png", "-o", "other")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_mask_of_one_pixel(doo3d, preset):
+    color, mask = rope()
+    mask[:] = 0
+    mask[7, 9] = 255
+    put("photo.png", color)
+    put("m.png", mask)
+    code, _, err = doo3d("detect", "photo.png", "-c", preset, "--mask", "m.png")
+    assert code == 0
+    assert "fault" not in err
+
+
+def test_mask_of_another_size(refused):
+    color, mask = rope()
+    put("photo.png", color)
+    put("m.png", mask[:100])
+    assert "m.png: the mask is 320x100 but the image is 320x240" in refused("photo.png", "-c", "image", "--mask", "m.png")
+
+
+def test_truncated_photograph(refused):
+    path = put("photo.jpg", rope()[0])
+    path.write_bytes(path.read_bytes()[:-500])
+    assert "photo.jpg: is cut off" in refused("photo.jpg", "-c", "image")
+
+
+def test_an_image_in_3d(refused, capture):
+    put("photo.jpg", rope()[0])
+    assert "-c image" in refused("photo.jpg")
+    assert "camera_intrinsic.json" in refused(capture() / "depth" / "000000.png")
+
+
+def test_what_has_no_image_in_2d(refused, capture):
+    assert "no colour image" in refused(capture(color=False), "-c", "image")
+    np.savez("a.npz", points=np.random.default_rng(0).normal(size=(99, 3)))
+    assert "no colour image" in refused("a.npz", "-c", "image")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_hundred_megapixels(found, preset):
+    color, mask = rope(12_500, 8_000, 40)
+    put("photo.jpg", color)
+    put("m.png", mask, cv2.IMWRITE_PNG_COMPRESSION, 1)
+    start = time.perf_counter()
+    (result,) = found("photo.jpg", "-c", preset, "--mask", "m.png")
+    assert time.perf_counter() - start < 60
+    if preset == "image":
+        assert result["chains"][0]["length"] == pytest.approx(length(12_500, 8_000), rel=0.01)
