@@ -181,7 +181,7 @@ class MergeConfig(Section):
         10.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
     )
     border: float = Field(
-        3.0, ge=0, description="radii from the edge of the view within which an end leaves it; two such ends are not joined."
+        8.0, ge=0, description="radii from the edge of the view within which an end leaves it; two such ends are not joined."
     )
     direction_length: float = Field(
         8.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."

@@ -67,6 +67,10 @@ class Evidence:
         result[inside] = said
         return result
 
+    def leaves(self, ends: Floats, directions: Floats, reach: float) -> Bools:
+        """Which of the ends (E, D), going on by `reach` in their directions (E, D), leave the view: (E,) bool."""
+        return np.asarray(self.classify(ends + reach * directions) == Seen.OUTSIDE)
+
     def masked(self, points: Floats) -> Bools:
         """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""
         return np.asarray(self.classify(points) == Seen.MASKED)

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from .geometry import perpendicular, unit
 from .types import Array, Camera, Floats, Ints
 
-ENOUGH = 12_000
+ENOUGH = 10_000
 """Pixels of the mask, and points, that suffice to measure on; more are thinned out evenly."""
 
 

@@ -39,6 +39,9 @@ def merge(
         return []
     ends = _ends(chains, config, radius)
     cost = _pair_costs(ends, chains, config)
+    if evidence is not None and config.free_space_weight:
+        leaving = evidence.leaves(ends.points, ends.directions, config.border * radius)
+        cost[np.ix_(leaving, leaving)] = np.inf
 
     def free_space(a: int, b: int) -> float:
         if evidence is None or not config.free_space_weight:

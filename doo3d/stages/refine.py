@@ -12,6 +12,7 @@ from ..config import RefineConfig
 from ..evidence import Evidence
 from ..segments import bulged, carried, equal_ring, equal_segments
 from ..stations import Ahead, Stations, ahead, extended, lay
+from ..surface import thinned
 from ..types import Chain, Floats, Foreground, Path, VoxelGrid
 
 
@@ -27,18 +28,24 @@ def refine(
     if not paths:
         return []
     stations = lay(paths, grid.radius, config, segment_length)
-    points = foreground.points[np.argsort(foreground.points[:, 0], kind="stable")]
+    points = _ascending(foreground.points)
     stations = lay(extended(paths, stations, config, points, grid.size), grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
         to_axis(stations, config, foreground)
-    tree = cKDTree(grid.centroids)
+    tree = cKDTree(thinned(grid.centroids))
     chains = []
     for p in range(len(paths)):
         joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
             chains.append(_chain(joints, stations, p, config, segment_length, tree, grid.size, evidence))
     return sorted((_directed(chain, foreground) for chain in chains), key=lambda chain: -chain.length)
+
+
+def _ascending(points: Floats) -> Floats:
+    """The points (N, D) by their first coordinate."""
+    first = points[:, 0]
+    return points if (first[1:] >= first[:-1]).all() else points[np.argsort(first, kind="stable")]
 
 
 def _joints(stations: Stations, p: int, config: RefineConfig, length: float, points: Floats, grain: float) -> Floats:

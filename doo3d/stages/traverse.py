@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from ..config import TraverseConfig
 from ..errors import ConfigError
@@ -45,8 +46,8 @@ class _Graph:
 
     def whole(self, branch: _Branch) -> Floats:
         """The branch's points with those of the nodes at its ends."""
-        ends = [[self.places[node]] if node != FREE else [] for node in (branch.a, branch.b)]
-        return np.array([*ends[0], *branch.points, *ends[1]]).reshape(-1, branch.points.shape[1])
+        first, last = ([self.places[node][None]] if node != FREE else [] for node in (branch.a, branch.b))
+        return np.concatenate((*first, branch.points, *last))
 
     def at(self, node: int) -> list[_Branch]:
         """The branches that end at a node; a loop counts twice."""
@@ -228,6 +229,5 @@ def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats, 
             if side == 1:
                 whole = whole[::-1]
             whole = whole[: min(reach, len(whole) // 2 + 1) if other.a == other.b else reach]
-            distance = np.linalg.norm(points[:, None] - whole[None], axis=2).min(axis=1)
-            result = np.minimum(result, distance)
+            result = np.minimum(result, cdist(points, whole).min(axis=1))
     return result
