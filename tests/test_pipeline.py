@@ -1,0 +1,244 @@
+"""One frame through all stages: what comes out, the same every time, and what is said when nothing does."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from stages.drawn import CAMERA, frame_of, helix, in_order, line, off, ring, surface, wave
+
+import doo3d
+from doo3d.config import Config
+from doo3d.geometry import arc_length, steps
+from doo3d.pipeline import run_stages
+from doo3d.stages.fill import fill
+from doo3d.stages.fit import fit
+from doo3d.stages.merge import merge
+from doo3d.stages.prune import prune
+from doo3d.stages.refine import refine
+from doo3d.stages.thin import thin
+from doo3d.stages.traverse import traverse
+from doo3d.stages.voxelize import voxelize
+from doo3d.types import Foreground
+
+RADIUS = 0.005
+STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine"]
+
+
+def config(**settings):
+    return doo3d.load_config("default", {key.replace("__", "."): value for key, value in settings.items()})
+
+
+def bytes_of(detection):
+    document = detection.to_dict()
+    del document["seconds"]
+    return json.dumps(document)
+
+
+def cloud_of(frame, mask):
+    v, u = np.nonzero(mask)
+    return frame.camera.unproject(np.column_stack((u, v)), frame.depth[v, u])
+
+
+def check(chain, axis, tolerance=0.001):
+    lie = off(chain, axis)
+    assert lie.rms < tolerance
+    assert lie.worst < RADIUS
+    assert lie.uncovered < 2 * RADIUS
+    assert abs(chain.length - arc_length(axis)[-1]) < 0.006 + 2 * RADIUS
+    assert chain.radius == pytest.approx(RADIUS, rel=0.06)
+    np.testing.assert_allclose(steps(chain.joints), chain.segment_length, rtol=1e-9)
+
+
+@pytest.mark.parametrize("table", [0.0, 0.53])
+@pytest.mark.parametrize("given", [True, False])
+def test_a_frame(table, given):
+    frame, mask = frame_of(wave(), radius=RADIUS, table=table)
+    detection = doo3d.detect(frame, mask=mask if given else None)
+    (chain,) = detection.chains
+    check(chain, wave())
+    assert in_order(chain, wave())
+    assert not chain.occluded.any()
+    assert detection.notes == ()
+    assert detection.mode == "3d"
+    assert detection.coordinates == "camera"
+    assert list(detection.seconds) == STAGES
+
+
+@pytest.mark.parametrize("view", ["seen", "unknown", "whole"])
+def test_a_cloud(view):
+    frame, mask = frame_of(wave(), radius=RADIUS)
+    points = surface(wave(), RADIUS) if view == "whole" else cloud_of(frame, mask)
+    detection = doo3d.detect(doo3d.Cloud(points, viewpoint=np.zeros(3) if view == "seen" else None))
+    (chain,) = detection.chains
+    check(chain, wave())
+    assert detection.coordinates == "cloud"
+
+
+def test_a_cloud_with_rows_that_are_none_and_a_mask():
+    points = surface(wave(), RADIUS)
+    points = np.insert(points, [5, 500, 500, 2000], np.nan, axis=0)
+    mask = ~(points[:, 0] > 0.05)
+    (chain,) = doo3d.detect(doo3d.Cloud(points), mask=mask).chains
+    assert chain.joints[:, 0].max() == pytest.approx(0.05, abs=0.01)
+    with pytest.raises(doo3d.InputError, match="mask has shape"):
+        doo3d.detect(doo3d.Cloud(points), mask=mask[:-1])
+
+
+def test_a_helix_turns_on():
+    """It hides parts of itself behind others at no place: pitch and radius are wide."""
+    axis = helix(turns=1.25, radius=0.04, pitch=0.09)
+    (chain,) = doo3d.detect(doo3d.Cloud(surface(axis, RADIUS))).chains
+    check(chain, axis)
+    assert in_order(chain, axis)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.7])
+def test_a_ring(tilt):
+    axis = ring([0, 0, 0.5], 0.08, tilt)
+    frame, mask = frame_of(axis, radius=RADIUS)
+    (chain,) = doo3d.detect(frame, mask=mask).chains
+    assert chain.closed
+    check(chain, axis)
+    np.testing.assert_allclose(chain.joints[0], chain.joints[-1], atol=1e-12)
+
+
+def test_several_cables():
+    axes = [line([-0.12, y, 0.5], [0.12, y + 0.01, 0.53]) for y in (-0.06, 0.0, 0.05)]
+    frame, mask = frame_of(*axes, radius=RADIUS)
+    for wanted in (3, None):
+        detection = doo3d.detect(frame, config(merge__chains=wanted), mask=mask)
+        assert len(detection.chains) == 3
+        for axis in axes:
+            check(min(detection.chains, key=lambda chain: off(chain, axis).rms), axis)
+
+
+def crossing():
+    """A loop that crosses itself, the later strand 20 mm above the earlier."""
+    t = np.linspace(-0.5, 1.5, 900) * np.pi
+    return np.column_stack((0.08 * np.sin(2 * t) + 0.02 * t, -0.09 * np.cos(t), 0.52 - 0.02 * t / np.pi))
+
+
+def test_a_loop_goes_on_through_its_crossing():
+    frame, mask = frame_of(crossing(), radius=RADIUS)
+    (chain,) = doo3d.detect(frame, mask=mask).chains
+    assert in_order(chain, crossing())
+    assert off(chain, crossing()).rms < 0.0015
+
+
+def test_hidden_behind_a_bar():
+    """60 mm of a cable behind something nearer: one chain, and that part occluded."""
+    axis = line([-0.15, 0.01, 0.5], [0.15, -0.01, 0.5])
+    frame, mask = frame_of(axis, radius=RADIUS)
+    bar = np.abs(np.arange(640) - 320) < 54
+    depth = np.where(bar[None], 0.4, frame.depth).astype(np.float32)
+    (chain,) = doo3d.detect(doo3d.Frame(None, depth, CAMERA), mask=mask & ~bar).chains
+    check(chain, axis)
+    middle = (chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2
+    assert chain.occluded[np.abs(middle) < 0.024].all()
+    assert not chain.occluded[np.abs(middle) > 0.036].any()
+
+
+def test_seen_through_is_not_hidden():
+    """The same gap with nothing in front of it and a wall behind: two cables."""
+    axis = line([-0.15, 0.01, 0.5], [0.15, -0.01, 0.5])
+    frame, mask = frame_of(axis, radius=RADIUS)
+    gap = np.abs(np.arange(640) - 320) < 54
+    depth = np.where(gap[None] | (frame.depth == 0), 0.9, frame.depth).astype(np.float32)
+    detection = doo3d.detect(doo3d.Frame(None, depth, CAMERA), mask=mask & ~gap)
+    assert len(detection.chains) == 2
+    assert not any(chain.occluded.any() for chain in detection.chains)
+
+
+@pytest.mark.parametrize("preset", ["default", "paper_3d"])
+def test_the_same_bytes_every_time(preset):
+    noise = 0.0007 * np.random.default_rng(0).normal(size=(480, 640))
+    frame, mask = frame_of(crossing(), line([-0.1, 0.09, 0.5], [0.1, 0.12, 0.52]), radius=RADIUS, table=0.55)
+    frame = doo3d.Frame(None, frame.depth + noise.astype(np.float32), CAMERA)
+    settings = doo3d.load_config(preset)
+    assert bytes_of(doo3d.detect(frame, settings)) == bytes_of(doo3d.detect(frame, settings))
+    assert bytes_of(doo3d.detect(frame, settings, mask)) == bytes_of(doo3d.detect(frame, settings, mask))
+    cloud = doo3d.Cloud(cloud_of(frame, frame.depth > 0))
+    first = bytes_of(doo3d.detect(cloud, settings))
+    assert first == bytes_of(doo3d.detect(doo3d.Cloud(cloud.points.copy()), settings))
+    assert json.loads(first)["chains"]
+
+
+def test_the_input_stays():
+    frame, mask = frame_of(wave(), radius=RADIUS, table=0.53)
+    depth, before = frame.depth.copy(), mask.copy()
+    points = surface(wave(), RADIUS)
+    copy = points.copy()
+    doo3d.detect(doo3d.Frame(None, depth, CAMERA), mask=mask)
+    doo3d.detect(doo3d.Cloud(points))
+    np.testing.assert_array_equal(depth, frame.depth)
+    np.testing.assert_array_equal(mask, before)
+    np.testing.assert_array_equal(points, copy)
+
+
+@pytest.mark.parametrize("length", [0.001, 0.003, 0.02, 0.05])
+def test_any_segment_length(length):
+    frame, mask = frame_of(wave(), radius=RADIUS)
+    (chain,) = doo3d.detect(frame, config(fit__segment_length=length), mask=mask).chains
+    assert chain.segment_length == length
+    assert chain.length == pytest.approx(arc_length(wave())[-1], abs=length / 2 + 0.012)
+    assert off(chain, wave()).worst < RADIUS
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"voxelize__min_component": 100_000}, "voxelize: .*min_component"),
+        ({"fit__segment_length": 2.0}, "fit: .*segment_length"),
+        ({"merge__min_length": 1000, "merge__chains": None}, "merge: .*min_length"),
+    ],
+)
+def test_where_everything_was_lost(settings, words):
+    frame, mask = frame_of(wave(), radius=RADIUS)
+    detection = doo3d.detect(frame, config(**settings), mask=mask)
+    assert detection.chains == ()
+    (note,) = detection.notes
+    assert re.match(words, note)
+
+
+def test_only_a_table():
+    """Nothing stands off it: no chains, a note, no error."""
+    frame = doo3d.Frame(None, np.full((480, 640), 0.6, np.float32), CAMERA)
+    detection = doo3d.detect(frame)
+    assert detection.chains == ()
+    assert len(detection.notes) == 1
+
+
+def test_no_depth_at_all():
+    with pytest.raises(doo3d.InputError, match="no depth"):
+        doo3d.detect(doo3d.Frame(None, np.zeros((480, 640), np.float32), CAMERA))
+    with pytest.raises(doo3d.InputError, match="no depth"):
+        doo3d.detect(doo3d.Frame(None, np.full((480, 640), np.nan), CAMERA), mask=np.ones((480, 640), bool))
+
+
+@pytest.mark.parametrize("data", [None, 3, "frame.png", [[0, 0, 0]]])
+def test_what_is_no_data(data):
+    with pytest.raises(doo3d.InputError):
+        doo3d.detect(data)
+
+
+def test_every_stage_kept():
+    frame, mask = frame_of(wave(), radius=RADIUS)
+    stages = run_stages(frame, Config(), mask)
+    assert len(stages.foreground.points) > len(stages.grid.coords) > len(stages.skeleton.coords) > len(stages.paths) > 0
+    assert len(stages.fitted) >= len(stages.merged) == len(stages.filled) == len(stages.chains) == 1
+    assert list(stages.seconds) == STAGES
+    assert all(seconds >= 0 for seconds in stages.seconds.values())
+
+
+def test_empty_in_empty_out():
+    settings = Config()
+    foreground = Foreground(np.zeros((0, 3)))
+    grid = voxelize(foreground, settings.voxelize)
+    skeleton = thin(grid, settings.thin)
+    paths = traverse(skeleton, settings.traverse)
+    chains = prune(fit(paths, settings.fit), settings.prune, grid.size)
+    filled = fill(merge(chains, settings.merge, grid.radius), settings.fill)
+    assert paths == chains == filled == refine(filled, settings.refine, 0.01, foreground, grid) == []
