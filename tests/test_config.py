@@ -58,7 +58,7 @@ def test_overrides_that_are_none(pair):
         ("fit.segment_lenght", 0.01, "did you mean fit.segment_length"),
         ("mrege.chains", 2, "did you mean merge"),
         ("segment_length", 0.01, "did you mean fit.segment_length"),
-        ("zzz", 1, "unknown key zzz; the sections are seed, segment"),
+        ("zzz", 1, "unknown key zzz; the sections are mode, seed, segment"),
         ("merge.chains", 0, "merge.chains.*greater than or equal to 1, got 0"),
         ("fit.segment_length", -0.01, "fit.segment_length.*greater than 0, got -0.01"),
         ("fit.segment_length", "long", "fit.segment_length.*'long'"),

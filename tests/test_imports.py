@@ -16,14 +16,14 @@ LAYERS = [
     {"types"},
     {"config"},
     {"geometry"},
-    {"arcs", "cells", "costs", "evidence", "kernels", "segmenters", "silhouette", "surface"},
+    {"arcs", "axis", "cells", "costs", "evidence", "kernels", "segmenters", "segments", "silhouette", "stations", "surface"},
     {"stages"},
     {"pipeline"},
     {"batch"},
     {"cli"},
 ]
 BESIDE = {"inputs", "outputs", "viz"}  # of the layers, these may import no stage and nothing above
-ANYTHING_BUT_CLI = {"evaluation", "bench"}
+ANYTHING_BUT_CLI = {"evaluation", "bench", "compare"}
 HEAVY = ["numpy", "cv2", "open3d", "numba", "trimesh", "fcl", "scipy", "pydantic", "rich.progress"]
 
 

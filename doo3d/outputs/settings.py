@@ -37,13 +37,18 @@ def markdown() -> str:
         "Made from the models in `doo3d/config.py` by `doo3d config --markdown`. A preset (`doo3d presets`) or a YAML file of "
         "your own sets what differs from these defaults; `--set section.field=value` sets one field for one run. Lengths "
         "are metres in 3-D and pixels in 2-D; lengths given in radii or voxels go with the object.",
-        _table([("seed", Config.model_fields["seed"])], ""),
+        _table([item for item in Config.model_fields.items() if _section(item[1]) is None], ""),
     ]
     for name, field in Config.model_fields.items():
-        kind = field.annotation
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
+        kind = _section(field)
+        if kind is not None:
             parts += [f"## {name}", _summary(kind), _table(list(kind.model_fields.items()), f"{name}.")]
     return "\n\n".join(parts) + "\n"
+
+
+def _section(field: FieldInfo) -> type[BaseModel] | None:
+    kind = field.annotation
+    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
 
 
 def _summary(model: type[BaseModel]) -> str:
