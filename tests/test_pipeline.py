@@ -105,14 +105,31 @@ def test_a_ring(tilt):
     np.testing.assert_allclose(chain.joints[0], chain.joints[-1], atol=1e-12)
 
 
+@pytest.mark.parametrize("radius", [0.0015, 0.003, 0.004, 0.006])
+@pytest.mark.parametrize("along", [0, 1])
+def test_straight_along_the_image(radius, along):
+    """Strips of voxels of any width, along the axes of the image and of the grid."""
+    axis = line([-0.12, 0, 0.5], [0.12, 0, 0.5])
+    axis = axis[:, [1, 0, 2]] if along else axis
+    frame, mask = frame_of(axis, radius=radius)
+    (chain,) = doo3d.detect(frame, mask=mask).chains
+    assert abs(chain.length - 0.24 - radius) < 0.005 + radius
+    assert off(chain, axis).worst < 0.0005
+
+
 def test_several_cables():
     axes = [line([-0.12, y, 0.5], [0.12, y + 0.01, 0.53]) for y in (-0.06, 0.0, 0.05)]
     frame, mask = frame_of(*axes, radius=RADIUS)
-    for wanted in (3, None):
-        detection = doo3d.detect(frame, config(merge__chains=wanted), mask=mask)
-        assert len(detection.chains) == 3
-        for axis in axes:
-            check(min(detection.chains, key=lambda chain: off(chain, axis).rms), axis)
+    detection = doo3d.detect(frame, config(merge__chains=3), mask=mask)
+    assert len(detection.chains) == 3
+    for axis in axes:
+        check(min(detection.chains, key=lambda chain: off(chain, axis).rms), axis)
+
+
+def test_cables_whose_ends_lie_side_by_side_are_not_one():
+    axes = [line([-0.12, y, 0.5], [0.12, y + 0.01, 0.53]) for y in (-0.07, 0.0, 0.08)]
+    frame, mask = frame_of(*axes, radius=RADIUS)
+    assert len(doo3d.detect(frame, config(merge__chains=None), mask=mask).chains) == 3
 
 
 def crossing():

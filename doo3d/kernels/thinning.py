@@ -28,6 +28,7 @@ _NEAR_6_IN_18 = np.array(
 )
 _MASK_18 = int(_BITS[_IN_18].sum())
 _MASK_FACES = int(_BITS[_FACES].sum())
+_ODD = (np.abs(OFFSETS) @ np.array([4, 2, 1])).astype(np.int64)
 _DIRECTIONS = np.array([int(np.flatnonzero((OFFSETS == face).all(axis=1))[0]) for face in
                         ((0, 0, -1), (0, 0, 1), (0, -1, 0), (0, 1, 0), (-1, 0, 0), (1, 0, 0))])  # fmt: skip
 
@@ -86,8 +87,34 @@ def _curve_end(bits):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
+def _fields(table):  # type: ignore[no-untyped-def]
+    """(M,) which of 8 fields each voxel belongs to: whether it lies an odd number of steps in x, y, z from its piece's first."""
+    field = np.full(table.shape[0], -1, np.int64)
+    stack = np.empty(table.shape[0], np.int64)
+    for seed in range(table.shape[0]):
+        if field[seed] >= 0:
+            continue
+        field[seed] = 0
+        stack[0] = seed
+        size = 1
+        while size:
+            size -= 1
+            i = stack[size]
+            for n in range(26):
+                j = table[i, n]
+                if j >= 0 and field[j] < 0:
+                    field[j] = field[i] ^ _ODD[n]
+                    stack[size] = j
+                    size += 1
+    return field
+
+
+@numba.njit(cache=True)
 def thin(table):  # type: ignore[no-untyped-def]
     """Which voxels are the curve skeleton.
+
+    Of the voxels that a direction uncovers no two neighbours are in the same field, and the fields take turns: one after
+    the other in the order of their places, each deletion would uncover the next, and eat a strip from end to end.
 
     table : (M, 26) int32 as `link` returns it. Returns (M,) bool.
     """
@@ -99,6 +126,7 @@ def thin(table):  # type: ignore[no-untyped-def]
             if table[i, n] >= 0:
                 bits[i] |= np.int64(1) << n
     stale = np.ones(count, np.bool_)  # its neighbours changed since it was last found not to be deletable
+    field = _fields(table)
     chosen = np.empty(count, np.int64)
     changed = True
     while changed:
@@ -114,8 +142,10 @@ def thin(table):  # type: ignore[no-untyped-def]
                     continue
                 chosen[size] = i
                 size += 1
-            for c in range(size):
-                i = chosen[c]
+            for c in range(8 * size):
+                i = chosen[c % size]
+                if field[i] != c // size:
+                    continue
                 if _curve_end(bits[i]) or not _simple(bits[i]):
                     stale[i] = False
                     continue

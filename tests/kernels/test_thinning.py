@@ -188,6 +188,30 @@ def test_a_tube_keeps_its_length():
     assert len(left) <= 23 + 2 * 3
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("thick", [1, 2, 3])
+@pytest.mark.parametrize("width", [1, 2, 3, 4, 5, 6, 8])
+def test_a_strip_along_an_axis_keeps_its_length(axis, thick, width):
+    """What a straight cable along the image is. Deleting one voxel after the other in order would eat it from its end."""
+    for first, second in ((width, thick), (thick, width)):
+        edges = [first, second]
+        edges.insert(axis, 50)
+        coords = coords_of(box(*edges))
+        left = coords[skeletonize(coords)]
+        assert np.ptp(left[:, axis]) >= 49 - max(width, thick)
+        assert len(left) <= 50 + 2 * max(width, thick)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_strip_in_any_direction_keeps_its_length(seed):
+    random = np.random.default_rng(seed)
+    axes = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    width, thick = random.uniform(1.5, 6), random.uniform(1.8, 3)
+    grid = np.stack(np.meshgrid(*[np.arange(60)] * 3, indexing="ij"), axis=-1) - 30.0
+    coords = coords_of((np.abs(grid @ axes) <= np.array([25, width / 2, thick / 2])).all(axis=-1))
+    assert np.ptp(coords[skeletonize(coords)] @ axes[:, 0]) >= 50 - width - 3
+
+
 @pytest.mark.parametrize("shift", [(1, 0, 0), (0, 7, 300), (1000, 2000, 3000)])
 def test_the_place_in_the_box_does_not_matter(shift):
     coords = np.concatenate([coords_of(blob(seed, 12, 0.3)) + np.array([13 * seed, 0, 0]) for seed in range(3)])
