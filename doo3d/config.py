@@ -180,11 +180,17 @@ class MergeConfig(Section):
     free_space_weight: float = Field(
         10.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
     )
+    keep_bending: float = Field(
+        0.7,
+        ge=0,
+        le=1,
+        description="share of its curvature that an end is expected to keep on its way across a gap; 0: the paper.",
+    )
     border: float = Field(
         8.0, ge=0, description="radii from the edge of the view within which an end leaves it; two such ends are not joined."
     )
     direction_length: float = Field(
-        8.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
+        10.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
     )
     max_cost: float = Field(500.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")

@@ -1,6 +1,7 @@
 """What it costs to join two chain ends: the paper's equations 1 to 3, each for all pairs of E ends at once.
 
-points : (E, D) m (px in 2-D), the ends. directions : (E, D) unit, pointing out of the chains. All return (E, E).
+points : (E, D) m (px in 2-D), the ends. directions : (E, D) unit, pointing out of the chains; or (E, E, D), what that of
+end i is expected to be on its way to end j. All return (E, E).
 """
 
 from __future__ import annotations
@@ -11,6 +12,12 @@ from .geometry import angle
 from .types import Floats
 
 
+def _pairwise(directions: Floats) -> Floats:
+    if directions.ndim == 3:
+        return directions
+    return np.broadcast_to(directions[:, None], (len(directions), *directions.shape))
+
+
 def euclidean(points: Floats) -> Floats:
     """Distance between the ends, m (px in 2-D): equation 1."""
     return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
@@ -18,7 +25,8 @@ def euclidean(points: Floats) -> Floats:
 
 def direction(directions: Floats) -> Floats:
     """Angle between one end's direction and the opposite of the other's, radians: equation 2."""
-    return angle(directions[:, None], -directions[None])
+    towards = _pairwise(directions)
+    return angle(towards, -towards.swapaxes(0, 1))
 
 
 def curvature(points: Floats, directions: Floats) -> Floats:
@@ -27,6 +35,6 @@ def curvature(points: Floats, directions: Floats) -> Floats:
     Zero for ends that coincide, which need no bend.
     """
     way = points[None] - points[:, None]
-    bend = angle(np.broadcast_to(directions[:, None], way.shape), way)
+    bend = angle(_pairwise(directions), way)
     bend[np.linalg.norm(way, axis=-1) < 1e-12] = 0
     return np.asarray(np.maximum(bend, bend.T))

@@ -104,17 +104,16 @@ def perpendicular(direction: Floats) -> Floats:
     return unit(axis - direction * (axis @ direction))
 
 
-def end_directions(points: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Outward unit directions of the first and last end of a polyline (P, D).
+def end_course(points: Floats, reach: float) -> tuple[Floats, Floats]:
+    """Where the last end of a polyline (P, D) is heading: the outward unit direction (D,), and the curvature (D,) 1/m.
 
-    Each is the tangent at the end of a parabola (a line, from fewer than four points) fitted over `reach` of it: a
-    line over a length of a curve of radius R lags behind its end by length / 2R.
+    Of a parabola (a line, from fewer than four points) fitted over `reach` of it: a line over a length of a curve of
+    radius R lags behind its end by length / 2R. The curvature is square to the direction.
     """
-    return _end_direction(points[::-1], reach), _end_direction(points, reach)
-
-
-def _end_direction(points: Floats, reach: float) -> Floats:
     back = arc_length(points[::-1])
     near = back <= max(reach, back[1]) * (1 + 1e-9)
     powers = np.vander(-back[near], 3 if near.sum() > 3 else 2, increasing=True)
-    return unit(np.linalg.lstsq(powers, points[::-1][near], rcond=None)[0][1])
+    fitted = np.linalg.lstsq(powers, points[::-1][near], rcond=None)[0]
+    direction = unit(fitted[1])
+    bend = 2 * fitted[2] if len(fitted) > 2 else np.zeros(points.shape[1])
+    return direction, np.asarray(bend - (bend @ direction) * direction)

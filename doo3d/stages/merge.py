@@ -13,7 +13,7 @@ from ..arcs import tangent_path
 from ..config import FillConfig, MergeConfig
 from ..errors import require
 from ..evidence import Evidence
-from ..geometry import end_directions
+from ..geometry import end_course, unit
 from ..types import Assembly, Chain, Floats
 
 
@@ -23,6 +23,7 @@ class _Ends:
 
     points: Floats
     directions: Floats
+    curvatures: Floats
     unit_cost: float  # cost units per unit of length: per millimetre in 3-D, per pixel in 2-D
 
 
@@ -38,7 +39,7 @@ def merge(
     if not chains:
         return []
     ends = _ends(chains, config, radius)
-    cost = _pair_costs(ends, chains, config)
+    cost = _pair_costs(ends, chains, config, radius)
     if evidence is not None and config.free_space_weight:
         leaving = evidence.leaves(ends.points, ends.directions, config.border * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
@@ -66,18 +67,21 @@ def _length(assembly: Assembly) -> float:
 
 
 def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> _Ends:
-    directions = [direction for chain in chains for direction in end_directions(chain.joints, config.direction_length * radius)]
+    reach = config.direction_length * radius
+    courses = [end_course(joints, reach) for chain in chains for joints in (chain.joints[::-1], chain.joints)]
+    directions, curvatures = (np.array(part) for part in zip(*courses, strict=True))
     points = np.concatenate([chain.joints[[0, -1]] for chain in chains])
-    return _Ends(points, np.array(directions), 1000.0 if points.shape[1] == 3 else 1.0)
+    return _Ends(points, directions, curvatures, 1000.0 if points.shape[1] == 3 else 1.0)
 
 
-def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig) -> Floats:
+def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig, radius: float) -> Floats:
     """Equation 5 for every pair of ends, infinite where they may not be joined: (E, E)."""
     distance = costs.euclidean(ends.points)
+    towards = _expected(ends, distance, config, radius)
     total = (
         config.distance_weight * ends.unit_cost * distance
-        + config.direction_weight * costs.direction(ends.directions)
-        + config.curvature_weight * costs.curvature(ends.points, ends.directions)
+        + config.direction_weight * costs.direction(towards)
+        + config.curvature_weight * costs.curvature(ends.points, towards)
     )
     total[(distance > config.max_gap) | (total > config.max_cost)] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf
@@ -88,6 +92,18 @@ def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig) -> Floats
         index = np.arange(0, len(total), 2)
         total[index, index + 1] = np.inf
     return np.asarray(total)
+
+
+def _expected(ends: _Ends, distance: Floats, config: MergeConfig, radius: float) -> Floats:
+    """The direction of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
+
+    On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
+    object bends more sharply than two of its radii, and no curvature is known well enough to go on for long.
+    """
+    half = np.minimum(distance, config.direction_length * radius)[:, :, None] / 2
+    strength = np.linalg.norm(ends.curvatures, axis=1, keepdims=True)
+    bend = ends.curvatures * np.minimum(1.0, 1 / np.maximum(2 * radius * strength, 1e-12))
+    return unit(ends.directions[:, None] + config.keep_bending * half * bend[:, None])
 
 
 Link = tuple[int, int, float]
