@@ -140,7 +140,7 @@ def _one(entry: Entry, config: Config, folder: ResultsFolder) -> FrameRecord:
         except DooError:
             raise
         except Exception as error:
-            record = replace(record, status=FAILED, lengths=(), radii=(), occluded=None, error=_unexpected(error))
+            record = replace(record, status=FAILED, lengths=(), radii=(), occluded=None, error=unexpected(error))
     folder.drop(entry.name)
     return record
 
@@ -158,7 +158,7 @@ def process(entry: Entry, config: Config) -> tuple[FrameRecord, tuple[Detection,
     except DooError as error:
         return replace(record, error=str(error), seconds=time.perf_counter() - start), None
     except Exception as error:
-        return replace(record, error=_unexpected(error), seconds=time.perf_counter() - start), None
+        return replace(record, error=unexpected(error), seconds=time.perf_counter() - start), None
     segments = sum(len(chain.occluded) for chain in detection.chains)
     done = replace(
         record,
@@ -178,7 +178,7 @@ def chosen_mask(shot: Shot, config: Config) -> Bools | None:
     return shot.mask if config.segment.method in ("auto", "mask") else None
 
 
-def _unexpected(error: Exception) -> str:
+def unexpected(error: Exception) -> str:
     """Type, message and place of an error that nobody foresaw."""
     calls = traceback.extract_tb(error.__traceback__)
     own = [call for call in calls if "doo3d" in Path(call.filename).parts] or calls

@@ -49,6 +49,9 @@ Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
 ]
+MaskOption = Annotated[
+    Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
+]
 
 
 def _version(asked: bool) -> None:
@@ -70,6 +73,7 @@ def doo3d(
       doo3d detect capture --set merge.chains=2        two cables
       doo3d detect photo.jpg -c image --mask mask.png  in 2-D: a photograph, a folder of them, or a video
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
+      doo3d compare capture                            where 3-D and 2-D differ
       doo3d bench                                      milliseconds per stage on this machine
 
     Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.png (the chains over the image).
@@ -85,10 +89,7 @@ def detect(
     out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the results.")] = Path("out"),
     config: Preset = "default",
     overrides: Overrides = None,
-    mask: Annotated[
-        Path | None,
-        typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them."),
-    ] = None,
+    mask: MaskOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -122,6 +123,54 @@ def detect(
     if not quiet:
         typer.echo(closing_line(counts["frames"], summary.failed, counts["chains"], str(out)))
     if summary.failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def compare(
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder with depth.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the pictures.")] = Path("compare"),
+    config: Preset = "default",
+    overrides: Overrides = None,
+    flat: Annotated[str, typer.Option("--config-2d", help="The preset or YAML file of the 2-D mode.")] = "image",
+    flat_overrides: Annotated[
+        list[str] | None, typer.Option("--set-2d", metavar="KEY=VALUE", help="Set one field for the 2-D mode.")
+    ] = None,
+    mask: MaskOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
+) -> None:
+    """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
+
+    The 3-D chains, seen in the image, are to lie within 2 px of the 2-D chains, or within half their width where that is
+    more, in the same order. A wanted number of chains (merge.chains) counts for both.
+
+    \b
+    Example:
+      doo3d compare sample_clouds/crossing -o compare
+
+    Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
+    """
+    from .config import load_config, parse_overrides
+    from .inputs import open_capture
+
+    effective = _config(config, overrides)
+    wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
+    effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
+    opened = open_capture(capture, masks=mask)
+    from .compare import Record, compare_capture
+
+    column = max((len(entry.name) for entry in opened.frames), default=0)
+
+    def say(record: Record) -> None:
+        typer.echo("\n".join(record.lines(column)), err=record.comparison is None)
+
+    _say_compiling()
+    records = compare_capture(opened, out, effective, effective_flat, force=force, report=say)
+    if not any(record.comparison for record in records):
+        raise typer.Exit(NOTHING_DONE)
+    agree = sum(record.agrees for record in records)
+    typer.echo(f"{agree} of {len(records)} frame{'s' * (len(records) > 1)} agree -> {out}")
+    if agree < len(records):
         raise typer.Exit(SOME_FAILED)
 
 
