@@ -120,9 +120,12 @@ class VoxelizeConfig(Section):
     size: float | None = Field(None, gt=0, description="m, edge of a voxel; null: chosen from point spacing and radius.")
     radius: float | None = Field(None, gt=0, description="m, the object's radius if it is known; null: from the seen width.")
     size_over_radius: float = Field(
-        0.6, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
+        0.5, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
     )
     size_over_spacing: float = Field(1.6, ge=0.5, le=10, description="voxel edge in point spacings at least, when chosen.")
+    core: float = Field(
+        0.6, ge=0, lt=1, description="of a strand in a mask, the part at least this share of its half-width from the edge is used."
+    )
     close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
     max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
     min_component: int = Field(12, ge=1, description="voxels; smaller 26-connected pieces go.")

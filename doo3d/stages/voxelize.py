@@ -37,6 +37,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     size = config.size or max(config.size_over_radius * radius, config.size_over_spacing * apart)
     margin = config.close + 1
     steady = points if foreground.steady is None else foreground.steady
+    if config.core and foreground.pixels is not None and foreground.mask is not None:
+        core = in_core(foreground.mask, foreground.pixels, config.core, radius / apart)
+        points, steady = points[core], steady[core]
     origin = (np.floor(steady.min(axis=0) / size) - margin) * size
     cells = pack(steady, origin, size, margin)
     if isinstance(cells, float):
@@ -51,6 +54,20 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     centroids = origin + (coords + 0.5) * size
     centroids[at] = cells.sums(points) / counts[at, None]
     return _finish(coords, centroids, counts, size, origin, radius, config.min_component)
+
+
+def in_core(mask: Bools, pixels: Ints, share: float, radius: float) -> Bools:
+    """Which of the pixels (N, 2) of the mask lie in the middle of their strand: (N,) bool.
+
+    In the middle is what is at least `share` as far from the edge of the mask as the farthest pixel within about `radius`
+    px. Strands that lie side by side have background between them, if only a pixel of it: their middles are apart by far more.
+    """
+    box = bounding_box(mask)
+    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    side = 2 * max(1, math.ceil(radius)) + 1
+    most = cv2.dilate(inside, np.ones((side, side), np.uint8))
+    v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
+    return np.asarray(inside[v, u] >= share * most[v, u])
 
 
 def _pixels(mask: Bools, config: VoxelizeConfig) -> VoxelGrid:
