@@ -6,6 +6,7 @@ import argparse
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -34,6 +35,18 @@ CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "on_table.ply": ("open", 2, "d435", True),
     "two_cables.npz": ("several", 10, "d435", False),
 }
+# name: family, seed
+PHOTOS: dict[str, tuple[str, int]] = {
+    "four": ("several", 3),
+    "hairpin": ("hairpin", 2),
+    "hidden": ("occluded", 3),
+    "knot": ("knots", 3),
+    "loop": ("crossing", 3),
+    "tangle": ("tangle", 3),
+}
+PHOTO_SIZE = (640, 480)
+AXES_SCHEMA = "doo3d/axes/1"
+AXIS_EVERY = 6  # of the points of a true axis, half a millimetre apart, that are written of a photograph
 DEPTH_SCALE = 1000  # units per metre of the depth images
 JPEG_QUALITY = 90
 SWAY = 4.0  # degrees that the camera goes round the scene from frame to frame
@@ -45,15 +58,17 @@ def write_samples(folder: str | Path) -> list[Path]:
 
     A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
     `<name>/truth.json`; a cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's
-    optical frame.
+    optical frame; a photograph is `photos/<name>.jpg` and `photos/mask/<name>.png`, with the true axes of all in
+    `photos/axes.json`, in pixels.
 
     Returns
     -------
-    The folders of the captures and the files of the clouds.
+    The folders of the captures, the files of the clouds and the folder of the photographs.
     """
     folder = Path(folder)
     captures = [_write_capture(folder / name, *what) for name, what in CAPTURES.items()]
-    return captures + [_write_cloud(folder / "clouds" / name, *what) for name, what in CLOUDS.items()]
+    clouds = [_write_cloud(folder / "clouds" / name, *what) for name, what in CLOUDS.items()]
+    return [*captures, *clouds, _write_photos(folder / "photos")]
 
 
 def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:
@@ -71,6 +86,32 @@ def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:
     write_truth(folder / "truth.json", truths)
     write_intrinsics(folder / "camera_intrinsic.json", scene.camera)
     return folder
+
+
+def _write_photos(folder: Path) -> Path:
+    (folder / "mask").mkdir(parents=True, exist_ok=True)
+    axes = {}
+    for name, (family, seed) in PHOTOS.items():
+        rendered = render(make_scene(family, seed, PHOTO_SIZE))
+        color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
+        _write_image(folder / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+        _write_image(folder / "mask" / f"{name}.png", rendered.mask.astype(np.uint8) * 255, cv2.IMWRITE_PNG_COMPRESSION, 9)
+        axes[name] = [_pixel_axis(truth, rendered.frame.camera) for truth in rendered.truths]
+    text = json.dumps({"schema": AXES_SCHEMA, "photos": axes}, separators=(",", ":")).replace("}", "}\n")
+    (folder / "axes.json").write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
+    """The axis of a cable in the image, px to a tenth; its usual radius there; where the camera sees the cable."""
+    chosen = np.append(np.arange(0, len(truth.axis) - 1, AXIS_EVERY), len(truth.axis) - 1)
+    seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen
+    return {
+        "radius": round(float(np.median(truth.radius * camera.fx / truth.axis[:, 2])), 2),
+        "closed": truth.closed,
+        "axis": camera.project(truth.axis[chosen]).round(1).tolist(),
+        "seen": seen[chosen].astype(int).tolist(),
+    }
 
 
 def write_intrinsics(path: Path, camera: Camera) -> None:

@@ -22,11 +22,12 @@ def _files(folder):
 def test_same_bytes_every_time(tmp_path, monkeypatch):
     monkeypatch.setattr(samples, "CAPTURES", {"crossing": ("crossing", 3, 1)})
     monkeypatch.setattr(samples, "CLOUDS", {"open.ply": samples.CLOUDS["open.ply"], "both.npz": samples.CLOUDS["two_cables.npz"]})
+    monkeypatch.setattr(samples, "PHOTOS", {"loop": samples.PHOTOS["loop"]})
     written = samples.write_samples(tmp_path / "one")
     samples.write_samples(tmp_path / "two")
     one = _files(tmp_path / "one")
     assert one == _files(tmp_path / "two")
-    assert len(one) == 4 + 4
+    assert len(one) == 4 + 4 + 3
     assert all(path.exists() for path in written)
 
 
@@ -45,6 +46,22 @@ def test_committed_samples_are_complete_and_small():
     for name in samples.CLOUDS:
         assert f"clouds/{name}" in files
         assert list(read_truth((FOLDER / "clouds" / name).with_suffix(".truth.json"))) == [Path(name).stem]
+
+
+@pytest.mark.parametrize("name", samples.PHOTOS)
+def test_committed_photographs_have_their_truth(name):
+    """Where a cable is seen its axis runs within the mask, and the mask is as large as the cables."""
+    color = cv2.imread(str(FOLDER / "photos" / f"{name}.jpg"))
+    mask = cv2.imread(str(FOLDER / "photos" / "mask" / f"{name}.png"), cv2.IMREAD_UNCHANGED)
+    assert mask.shape == color.shape[:2] == samples.PHOTO_SIZE[::-1]
+    assert set(np.unique(mask)) == {0, 255}
+    area = 0.0
+    for cable in json.loads((FOLDER / "photos" / "axes.json").read_text())["photos"][name]:
+        axis, seen = np.array(cable["axis"]), np.array(cable["seen"], dtype=bool)
+        u, v = np.rint(axis).astype(int).T
+        assert (mask[v, u] > 0)[seen].mean() > 0.98
+        area += 2 * cable["radius"] * np.linalg.norm(np.diff(axis, axis=0), axis=1)[seen[1:]].sum()
+    assert 0.9 * area < (mask > 0).sum() < 1.1 * area
 
 
 @pytest.mark.parametrize("name", samples.CAPTURES)
