@@ -6,12 +6,16 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..cells import SAMPLE, SEEDS, distinct, spacing
 from ..config import SegmentConfig
-from ..types import Bools, Cloud, Frame, Image
+from ..types import Bools, Cloud, Floats, Frame, Image
 from . import background, everything, hsv, plane, ridge
 
 SHARE = 0.5
 """A scene is broad when more than this share of it belongs to surfaces wider than `segment.max_width`."""
+
+FILLED = 0.6
+"""Of the disc round a point of a surface, the share that has to be occupied."""
 
 
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
@@ -24,11 +28,19 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         inside = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
         inside *= 4 / data.camera.fx * np.minimum(depth, config.max_depth)
         return bool(np.mean(inside[depth > 0] > config.max_width / 2) > SHARE)
-    points = data.points[:: max(1, len(data.points) // 8000)]
-    seeds = points[:: max(1, len(points) // 80)]
+    points = data.points[:: max(1, len(data.points) // SAMPLE)]
+    seeds = points[:: max(1, len(points) // SEEDS)]
+    grain = 2 * spacing(points)
     near = cKDTree(points).query_ball_point(seeds, config.max_width)
-    spread = [np.linalg.eigvalsh(np.cov(points[index].T)) for index in near if len(index) > 8]
-    return bool(spread) and float(np.mean([values[1] > 0.35 * values[2] for values in spread])) > SHARE
+    filled = [_filled(points[index], grain) * grain**2 / (np.pi * config.max_width**2) for index in near if len(index) > 8]
+    return bool(filled) and float(np.mean(np.array(filled) > FILLED)) > SHARE
+
+
+def _filled(points: Floats, size: float) -> int:
+    """How many cells of `size` points (N, 3) occupy in their own plane: strands side by side leave gaps, a surface none."""
+    centered = points - points.mean(axis=0)
+    flat = np.floor(centered @ np.linalg.eigh(centered.T @ centered)[1][:, 1:] / size).astype(np.int64)
+    return len(distinct(flat[:, 0] * 1_000_000 + flat[:, 1]))
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:

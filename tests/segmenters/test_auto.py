@@ -5,11 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from stages.drawn import CAMERA, frame_of, line, surface, wave
+from stages.drawn import CAMERA, frame_of, helix, line, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
 from doo3d.segmenters import SEGMENTERS
-from doo3d.segmenters.auto import mask
+from doo3d.segmenters.auto import is_broad, mask
 from doo3d.types import Cloud, Frame
 
 RADIUS = 0.005
@@ -47,6 +47,24 @@ def test_a_table_with_holes_in_its_depth_is_still_a_table():
     found = mask(Frame(None, depth, CAMERA), SegmentConfig(), 0)
     assert not (found & ~seen).any()
     assert found.any()
+
+
+@pytest.mark.parametrize(("turns", "pitch"), [(3, 0.05), (3, 0.03), (4, 0.018)])
+def test_turns_of_a_coil_are_no_surface(turns, pitch):
+    assert mask(Cloud(surface(helix(turns, 0.06, pitch), 0.004)), SegmentConfig(), 0).all()
+    t = np.linspace(0, 2 * np.pi * turns, 1500)
+    spiral = np.column_stack(((0.02 + pitch * t / 6.3) * np.cos(t), (0.02 + pitch * t / 6.3) * np.sin(t), 0.5 + 0 * t))
+    assert mask(Cloud(surface(spiral, 0.004, np.zeros(3))), SegmentConfig(), 0).all()
+
+
+@pytest.mark.parametrize("count", [2000, 100_000])
+@pytest.mark.parametrize("size", [0.2, 1.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_noisy_board_anywhere_is_a_surface(count, size, seed):
+    random = np.random.default_rng(seed)
+    points = np.column_stack((random.uniform(-size / 2, size / 2, (count, 2)), 0.001 * random.normal(size=count)))
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    assert is_broad(Cloud(points @ turn + random.normal(size=3)), SegmentConfig())
 
 
 def test_ranges_and_a_reference_go_before(tmp_path):
