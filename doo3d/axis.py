@@ -85,9 +85,8 @@ def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foregro
     """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
     assert foreground.mask is not None
     reach = config.reach * stations.radius
-    seen = silhouette(
-        stations.places, frames, stations.path, mask_pixels(foreground.mask), foreground.camera, reach, stations.half
-    )
+    pixels = mask_pixels(foreground.mask) if foreground.camera is not None else foreground.points
+    seen = silhouette(stations.places, frames, stations.path, pixels, foreground.camera, reach, stations.half)
     _set_radius(stations, seen.radius, ~stations.filled & (seen.radius > 0))
     trust = np.exp(-(((seen.radius / stations.radius - 1) / 0.3) ** 2)) * (seen.radius > 0)
     stations.radii = _along(seen.radius, (trust > 0.5) & ~stations.filled, stations)

@@ -70,7 +70,7 @@ class Silhouette:
 
 
 def silhouette(
-    places: Floats, frames: Frames, path: Ints, mask_pixels: Ints, camera: Camera | None, reach: Floats, half: int
+    places: Floats, frames: Frames, path: Ints, mask_pixels: Array, camera: Camera | None, reach: Floats, half: int
 ) -> Silhouette:
     """Middle and width of the mask across each station.
 
@@ -78,7 +78,7 @@ def silhouette(
     station's piece is the width, without bias from the pixel grid; the mean of their offsets is the middle. A metre
     sideways is a number of pixels that depends on the place in the image as well as on the depth.
 
-    mask_pixels : (N, 2) int, (u, v). camera : None where the places are pixels. reach : (S,) m, pixels farther from a
+    mask_pixels : (N, 2), (u, v). camera : None where the places are pixels. reach : (S,) m, pixels farther from a
     station do not belong to it.
     """
     pixels, across, scale = _in_image(places, frames, camera)

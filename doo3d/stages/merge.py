@@ -47,6 +47,9 @@ def merge(
     def free_space(a: int, b: int) -> float:
         if evidence is None or not config.free_space_weight:
             return 0.0
+        straight = np.linspace(ends.points[a], ends.points[b], 20)
+        if not evidence.free_length(straight) and np.linalg.norm(straight[-1] - straight[0]) < config.direction_length * radius:
+            return 0.0
         settings = fill or FillConfig()
         way = tangent_path(
             ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,

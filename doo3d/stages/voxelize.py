@@ -13,7 +13,7 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import components
-from ..silhouette import bounding_box, mask_pixels, ridge_radius
+from ..silhouette import bounding_box, ridge_radius
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, VoxelGrid
 
 
@@ -28,7 +28,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """
     points = foreground.points
     if points.shape[1] == 2 and foreground.mask is not None:
-        return _pixels(foreground.mask, config)
+        return _pixels(foreground.mask, points.astype(np.int64), config)
     if not len(points):
         zero = np.zeros((0, points.shape[1]))
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
@@ -70,9 +70,8 @@ def in_core(mask: Bools, pixels: Ints, share: float, radius: float) -> Bools:
     return np.asarray(inside[v, u] >= share * most[v, u])
 
 
-def _pixels(mask: Bools, config: VoxelizeConfig) -> VoxelGrid:
-    """In 2-D the mask is the grid."""
-    pixels = mask_pixels(mask)
+def _pixels(mask: Bools, pixels: Ints, config: VoxelizeConfig) -> VoxelGrid:
+    """In 2-D the mask is the grid: pixels (N, 2) are all of it."""
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
     if len(pixels) > config.max_voxels:
