@@ -124,7 +124,10 @@ class VoxelizeConfig(Section):
     )
     size_over_spacing: float = Field(1.6, ge=0.5, le=10, description="voxel edge in point spacings at least, when chosen.")
     core: float = Field(
-        0.6, ge=0, lt=1, description="of a strand in a mask, the part at least this share of its half-width from the edge is used."
+        0.6,
+        ge=0,
+        lt=1,
+        description="of a strand in a mask, the part at least this share of its half-width from the edge is used.",
     )
     close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
     max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
@@ -233,6 +236,9 @@ class RefineConfig(Section):
     prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
     reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")
     extend: float = Field(6.0, ge=0, description="radii by which an end may be carried on to the last surface point.")
+    min_width: float = Field(
+        0.0, ge=0, lt=1, description="share of the thickest chain's radius; thinner chains are lines of the background, and go."
+    )
     occluded: Literal["carried", "mapped", "both"] = Field(
         "both",
         description="which segments are occluded: carried from the gaps of at least segment_length that merging closed; "

@@ -39,7 +39,9 @@ def refine(
         joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
             chains.append(_chain(joints, stations, p, config, segment_length, tree, grid.size, evidence))
-    return sorted((_directed(chain, foreground) for chain in chains), key=lambda chain: -chain.length)
+    thickest = max((chain.radius for chain in chains), default=0.0)
+    chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_width * thickest]
+    return sorted(chains, key=lambda chain: -chain.length)
 
 
 def _ascending(points: Floats) -> Floats:
