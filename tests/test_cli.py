@@ -104,11 +104,11 @@ def test_help_starts_with_examples(doo3d):
     code, out, _ = doo3d("--help")
     assert code == 0
     assert out.index("Examples:") < out.index("Options:")
-    for command in ("detect", "bench", "presets", "config", "samples", "evaluate"):
+    for command in ("detect", "bench", "presets", "config", "samples", "evaluate", "compare"):
         assert command in out
 
 
-@pytest.mark.parametrize("command", ["detect", "bench", "presets", "config", "samples"])
+@pytest.mark.parametrize("command", ["detect", "bench", "presets", "config", "samples", "compare"])
 def test_every_command_has_help(doo3d, command):
     code, out, _ = doo3d(command, "--help")
     assert code == 0
