@@ -124,6 +124,17 @@ def test_a_few_points_of_something_else_do_not_move_the_axis():
     np.testing.assert_allclose(depth, 0.003, atol=0.05 * RADIUS)
 
 
+def test_points_beside_the_shell_do_not_count():
+    """At the rim the depth says little, and beyond it there is none."""
+    good = arc(np.array([0.0, 0.003]), RADIUS, 160, count=100)
+    beside = np.tile([-1.5, -0.95, 0.95, 1.5], 6) * RADIUS
+    section = Section(
+        np.append(good.station, np.repeat([0, 1, 2], 8)), np.append(good.lateral, beside), np.append(good.away, 0 * beside)
+    )
+    depth, _ = axis_depth(section, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
+    np.testing.assert_allclose(depth, 0.003, atol=1e-9)
+
+
 def test_no_points_say_nothing():
     empty = Section(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     _, count = axis_depth(empty, np.zeros(3, np.int64), np.full(3, RADIUS), 1)

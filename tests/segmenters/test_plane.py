@@ -7,7 +7,7 @@ import pytest
 from stages.drawn import CAMERA, depth_of, line, surface, wave
 
 from doo3d.config import SegmentConfig
-from doo3d.segmenters.plane import fit_plane, mask
+from doo3d.segmenters.plane import fit_plane, height, mask
 from doo3d.types import Cloud, Frame
 
 CONFIG = SegmentConfig(method="plane")
@@ -58,6 +58,23 @@ def test_a_cable_on_a_table(tilt, noise):
     assert found.shape == truth.shape
     assert (found & truth).sum() > 0.85 * truth.sum()
     assert (found & ~truth).sum() < 0.02 * truth.sum()
+
+
+def test_a_plane_has_one_side_towards_the_sensor():
+    """Whichever way its normal points: for a frame, for a cloud with a viewpoint, and for one without."""
+    frame, _ = table(0.4)
+    normal = unit([0.0, np.sin(0.4), np.cos(0.4)])
+    offset = 0.6 * np.cos(0.4)
+    above = height(frame, normal, offset)
+    np.testing.assert_allclose(height(frame, -normal, -offset), above, atol=1e-6)
+    assert above.max() == pytest.approx(2 * RADIUS, abs=0.0005)
+    assert above.min() > -1e-5
+    v, u = np.nonzero(frame.depth)
+    points = CAMERA.unproject(np.column_stack((u, v)), frame.depth[v, u])
+    for viewpoint in (np.zeros(3), None):
+        cloud = Cloud(points, viewpoint=viewpoint)
+        for sign in (1, -1):
+            np.testing.assert_allclose(height(cloud, sign * normal, sign * offset), above[v, u], atol=1e-5)
 
 
 def test_what_lies_behind_the_plane_is_not_the_object():

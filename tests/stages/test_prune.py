@@ -82,6 +82,17 @@ def test_the_segment_of_the_shorter_chain_goes(dim):
 
 
 @dims
+def test_the_shorter_chain_is_told_after_what_it_lost(dim):
+    """The second overlaps the first in three segments and is then shorter than the third, which it crosses."""
+    first, second = chain((0, 0), (1, 0), 12, dim), chain((9.2, 0.1), (1, 0), 6, dim)
+    third = chain((14.5, -1.5), (0, 1), 5, dim)
+    kept = run(first, second, third)
+    assert first.joints.tolist() in joints(kept)
+    assert third.joints.tolist() in joints(kept)
+    assert sum(len(c.joints) - 1 for c in kept) == 12 + 5 + 2
+
+
+@dims
 def test_a_chain_that_loses_an_inner_segment_falls_in_two(dim):
     crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
     kept = run(crossed, crossing)
@@ -140,14 +151,14 @@ def test_strands_over_each_other_do_not_overlap():
 
 @dims
 def test_first_and_last_of_a_ring_are_neighbours(dim):
-    turn = np.linspace(0, 2 * np.pi, 13)[:-1]
-    points = 0.5 / np.sin(np.pi / 12) * np.column_stack((np.cos(turn), np.sin(turn)))
+    turn = np.arange(13) * 2 * np.pi / 12.1
+    points = 0.5 / np.sin(np.pi / 12.1) * np.column_stack((np.cos(turn), np.sin(turn)))
     ring = Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0, closed=True)
     (kept,) = run(ring)
     assert kept.closed
     cut = run(ring, chain((0, 0), (1, 0.3), 14, dim))
     assert not any(c.closed for c in cut)
-    assert sum(len(c.joints) - 1 for c in cut) == 14 + 11 - 1
+    assert sum(len(c.joints) - 1 for c in cut) == 14 + 12 - 1
 
 
 def test_nothing_overlaps_afterwards():

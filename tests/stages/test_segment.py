@@ -10,7 +10,7 @@ from stages.drawn import CAMERA, depth_of, frame_of, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
 from doo3d.errors import InputError
-from doo3d.stages.segment import segment, tidy
+from doo3d.stages.segment import lone, segment, tidy
 from doo3d.types import Cloud, Foreground, Frame
 
 RADIUS = 0.005
@@ -209,6 +209,13 @@ def test_lone_outliers_of_a_cloud_go():
     found = cloud(np.concatenate((points, far)))
     assert np.ptp(found.points, axis=0).max() < 0.4
     assert len(found.points) > 0.9 * len(points)
+
+
+def test_what_is_lone():
+    points = surface(wave(), RADIUS)
+    far = np.array([[30.0, 0, 0], [0, -25.0, 8], [3.0, 3.0, 3.0]])
+    assert lone(np.concatenate((points, far))).tolist() == [False] * len(points) + [True] * 3
+    assert lone(np.zeros((0, 3))).shape == (0,)
 
 
 def test_a_cloud_with_a_mask():
