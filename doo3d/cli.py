@@ -157,15 +157,15 @@ def compare(
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
     opened = open_capture(capture, masks=mask)
-    from .compare import Record, compare_capture
+    from .compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)
-
-    def say(record: Record) -> None:
-        typer.echo("\n".join(record.lines(column)), err=record.comparison is None)
-
     _say_compiling()
-    records = compare_capture(opened, out, effective, effective_flat, force=force, report=say)
+    records = compare_capture(
+        *(opened, out, effective, effective_flat),
+        force=force,
+        report=lambda record: typer.echo("\n".join(record.lines(column)), err=record.comparison is None),
+    )
     if not any(record.comparison for record in records):
         raise typer.Exit(NOTHING_DONE)
     agree = sum(record.agrees for record in records)

@@ -54,7 +54,7 @@ def _alone(photo: Path) -> Entry:
 
 def _place(folder: Path) -> Path:
     """Where the pictures of a folder are."""
-    if images_in(folder, PHOTO_SUFFIXES):
+    if images_in(folder, PHOTO_SUFFIXES) and not (folder / "depth").is_dir():
         return folder
     return next((folder / name for name in PICTURES if (folder / name).is_dir()), folder)
 

@@ -230,6 +230,7 @@ def test_masks_from_elsewhere(album, tmp_path, capture):
 
 def test_the_colour_of_a_recorded_folder(capture):
     folder = capture(frames=2, mask=True)
+    put(folder / "preview.png", picture())
     assert open_capture(folder).format == "folder"
     opened = open_capture(folder, flat=True)
     assert opened.format == "photos"
