@@ -302,6 +302,13 @@ def test_a_radius_too_large_for_the_gap_is_made_smaller():
     check_smooth(path, e1, d1, e2, d2, smallest_radius(path))
 
 
+def test_a_radius_too_large_becomes_about_the_largest():
+    """Between parallel lanes in one direction the largest is half their distance."""
+    for radius in (0.51, 0.6, 0.7, 1.3):
+        path = tangent_path(np.zeros(2), towards(0), np.array([0.0, 1.0]), towards(0), SPACING, radius=radius)
+        assert 0.47 < path[:, 0].max() < 0.5 + 1e-9
+
+
 @pytest.mark.parametrize("limit", [5.0, 20.0, 60.0])
 @pytest.mark.parametrize("seed", range(6))
 def test_the_line_keeps_its_direction(seed, limit):

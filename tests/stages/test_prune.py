@@ -151,8 +151,8 @@ def test_strands_over_each_other_do_not_overlap():
 
 @dims
 def test_first_and_last_of_a_ring_are_neighbours(dim):
-    turn = np.arange(13) * 2 * np.pi / 12.1
-    points = 0.5 / np.sin(np.pi / 12.1) * np.column_stack((np.cos(turn), np.sin(turn)))
+    turn = np.arange(13) * 2 * np.pi / 12.02
+    points = 0.5 / np.sin(np.pi / 12.02) * np.column_stack((np.cos(turn), np.sin(turn)))
     ring = Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0, closed=True)
     (kept,) = run(ring)
     assert kept.closed
