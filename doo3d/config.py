@@ -199,6 +199,12 @@ class MergeConfig(Section):
         10.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
     )
     max_cost: float = Field(500.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
+    patience: float = Field(
+        3.0, ge=1, description="times max_cost that a connection may cost where fewer chains are wanted than are left otherwise."
+    )
+    remnant: float = Field(
+        0.1, ge=0, le=1, description="share of the longest chain's length below which a chain is not joined at that cost."
+    )
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
     min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
     strategy: Literal["greedy", "global"] = Field(

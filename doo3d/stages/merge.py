@@ -57,7 +57,9 @@ def merge(
         )  # fmt: skip
         return config.free_space_weight * ends.unit_cost * evidence.free_length(way)
 
-    links = STRATEGIES[config.strategy](cost, free_space, config)
+    links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), free_space, config)
+    if config.chains is not None:
+        links += _insist(links, cost, [len(chain.joints) - 1 for chain in chains], free_space, config)
     result = _assemble(chains, ends, links)
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
     if config.chains is not None:
@@ -86,7 +88,8 @@ def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig, radius: f
         + config.direction_weight * costs.direction(towards)
         + config.curvature_weight * costs.curvature(ends.points, towards)
     )
-    total[(distance > config.max_gap) | (total > config.max_cost)] = np.inf
+    limit = config.max_cost * (1 if config.chains is None else config.patience)
+    total[(distance > config.max_gap) | (total > limit)] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf
     closed = np.repeat([chain.closed for chain in chains], 2)
     total[closed] = np.inf
@@ -169,6 +172,36 @@ def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     links = sorted(((a, b, prices[a, b]) for a, b in pairs), key=lambda link: link[2])
     surplus = len(links) - (len(cost) // 2 - config.chains) if config.chains is not None else 0
     return links[: len(links) - surplus] if surplus > 0 else links
+
+
+def _insist(links: list[Link], cost: Floats, sizes: list[int], extra: Price, config: MergeConfig) -> list[Link]:
+    """What more to join where fewer chains are wanted than there are: the cheapest pair, up to `patience` times `max_cost`.
+
+    Only chains that are not small beside the longest: remnants are better dropped. sizes : segments of each chain.
+    """
+    group = list(range(len(sizes)))
+    for a, b, _ in links:
+        group = [group[a // 2] if g == group[b // 2] else g for g in group]
+    used = {end for a, b, _ in links for end in (a, b)}
+    pairs = sorted((float(cost[a, b]), int(a), int(b)) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True))
+    more: list[Link] = []
+    while len(set(group)) > (config.chains or 1):
+        size = {g: sum(s for s, of in zip(sizes, group, strict=True) if of == g) for g in set(group)}
+        large = {g for g in size if size[g] >= config.remnant * max(size.values())}
+        best = (config.max_cost * config.patience, -1, -1)
+        for price, a, b in pairs:
+            if price >= best[0]:
+                break
+            one, other = group[a // 2], group[b // 2]
+            if one != other and not used & {a, b} and {one, other} <= large:
+                best = min(best, (price + extra(a, b), a, b))
+        if best[1] < 0:
+            break
+        price, a, b = best
+        used |= {a, b}
+        more.append((a, b, price))
+        group = [group[a // 2] if g == group[b // 2] else g for g in group]
+    return more
 
 
 def _ring(pairs: list[tuple[int, int]]) -> list[tuple[int, int]] | None:
