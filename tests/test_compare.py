@@ -218,11 +218,10 @@ FRAMES = [
 
 @pytest.mark.parametrize(("name", "index"), FRAMES)
 def test_samples(name, index):
-    """The number of cables is given and gaps cost nothing: what hides a cable the 2-D mode cannot know."""
+    """The number of cables is given: what hides a cable the 2-D mode cannot know."""
     wanted = {"merge.chains": CABLES[name]}
-    free = {"merge.free_space_weight": 0, "merge.max_cost": float("inf")}
     shot = open_capture(SAMPLES / name).frames[index].load()
-    result = compare(shot.data, load_config("default", wanted), load_config("image", wanted | free), shot.mask)
+    result = compare(shot.data, load_config("default", wanted), load_config("image", wanted), shot.mask)
     assert len(result.solid) == len(result.flat) == CABLES[name]
     assert result.agrees, [place.what for place in result.places]
     assert 0 < result.largest < result.tolerance
