@@ -186,6 +186,9 @@ class MergeConfig(Section):
     free_space_weight: float = Field(
         10.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
     )
+    unknown_weight: float = Field(
+        2.0, ge=0, description="per millimetre of the gap of which nothing is known: no depth there, or a cloud without a camera."
+    )
     keep_bending: float = Field(
         0.7,
         ge=0,
@@ -206,7 +209,7 @@ class MergeConfig(Section):
         0.1, ge=0, le=1, description="share of the longest chain's length below which a chain is not joined at that cost."
     )
     max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
-    min_length: float = Field(6.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
+    min_length: float = Field(4.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
     strategy: Literal["greedy", "global"] = Field(
         "global",
         description="greedy: the paper's rule, the cheapest pair first; global: all connections together at the least cost.",

@@ -82,5 +82,12 @@ class Evidence:
         """
         if len(path) < 2:
             return 0.0
+        return self._length(path, (Seen.FREE, Seen.OUTSIDE))
+
+    def unknown_length(self, path: Floats) -> float:
+        """Length, m, of the part of a path (P, 3) that has no reading at all."""
+        return self._length(path, (Seen.NO_DEPTH,))
+
+    def _length(self, path: Floats, said: tuple[Seen, ...]) -> float:
         middle = (path[1:] + path[:-1]) / 2
-        return float(steps(path)[np.isin(self.classify(middle), (Seen.FREE, Seen.OUTSIDE))].sum())
+        return float(steps(path)[np.isin(self.classify(middle), said)].sum())

@@ -168,7 +168,8 @@ def axis_depth(section: Section, path: Ints, radius: Floats, half: int) -> tuple
 def shell(section: Section, path: Ints, half: int) -> tuple[Floats, Floats, Floats]:
     """Middle and radius of a half shell from how its points spread sideways, pooled over `half` stations on either side.
 
-    Points that one view sees lie evenly over the width, so their lateral places have the variance r^2 / 3.
+    Points of a depth image lie evenly over the width, so their lateral places have the variance r^2 / 3 and the kurtosis 1.8;
+    points that lie evenly on the surface, as a voxel filter leaves them, have r^2 / 2 and 1.5. The kurtosis tells.
     Returns the lateral middle (S,) m, radii (S,) m, and counts (S,).
     """
 
@@ -178,8 +179,12 @@ def shell(section: Section, path: Ints, half: int) -> tuple[Floats, Floats, Floa
     count = pooled(np.ones_like(section.lateral))
     safe = np.maximum(count, 1e-9)
     middle = pooled(section.lateral) / safe
-    variance = pooled((section.lateral - middle[section.station]) ** 2) / safe
-    return middle, np.where(count >= 5, np.sqrt(3 * variance), np.nan), count
+    aside = section.lateral - middle[section.station]
+    variance = pooled(aside**2) / safe
+    scaled = aside / np.sqrt(np.maximum(variance, 1e-18))[section.station]
+    kurtosis = float(np.mean(scaled**4)) if len(scaled) else 1.8
+    factor = float(np.clip(3 - (1.8 - kurtosis) / 0.3, 2.0, 3.0))
+    return middle, np.where(count >= 5, np.sqrt(factor * variance), np.nan), count
 
 
 def faces(section: Section, path: Ints, places: Floats, frames: Frames, half: int, viewpoint: Floats) -> bool:

@@ -20,5 +20,9 @@ SEGMENTERS: dict[str, Segmenter] = {
     "background": background.mask,
     "everything": everything.mask,
     "ridge": ridge.mask,
-    "auto": auto.mask,
 }
+
+
+def method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
+    """The name in SEGMENTERS of the way that the config wants, `auto` resolved by what config and data hold."""
+    return auto.choose(data, config) if config.method == "auto" else config.method

@@ -8,8 +8,7 @@ from scipy.spatial import cKDTree
 
 from ..cells import SAMPLE, SEEDS, distinct, spacing
 from ..config import SegmentConfig
-from ..types import Bools, Cloud, Floats, Frame, Image
-from . import background, everything, hsv, plane, ridge
+from ..types import Cloud, Floats, Frame, Image
 
 SHARE = 0.5
 """A scene is broad when more than this share of it belongs to surfaces wider than `segment.max_width`."""
@@ -43,14 +42,14 @@ def _filled(points: Floats, size: float) -> int:
     return len(distinct(flat[:, 0] * 1_000_000 + flat[:, 1]))
 
 
-def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """hsv where ranges are set, background where a reference is; else plane for a broad scene, everything for a thin one."""
+def choose(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
+    """hsv where ranges are set, background where a reference is; else plane for a broad scene, everything for a thin one,
+    ridge for an image.
+    """
     if config.ranges:
-        return hsv.mask(data, config, seed)
+        return "hsv"
     if config.reference is not None:
-        return background.mask(data, config, seed)
+        return "background"
     if isinstance(data, Image):
-        return ridge.mask(data, config, seed)
-    if is_broad(data, config):
-        return plane.mask(data, config, seed)
-    return everything.mask(data, config, seed)
+        return "ridge"
+    return "plane" if is_broad(data, config) else "everything"

@@ -13,7 +13,7 @@ from ..arcs import tangent_path
 from ..config import FillConfig, MergeConfig
 from ..errors import require
 from ..evidence import Evidence
-from ..geometry import end_course, unit
+from ..geometry import end_course, steps, unit
 from ..types import Assembly, Chain, Floats
 
 
@@ -45,17 +45,20 @@ def merge(
         cost[np.ix_(leaving, leaving)] = np.inf
 
     def free_space(a: int, b: int) -> float:
-        if evidence is None or not config.free_space_weight:
+        if not config.free_space_weight and not config.unknown_weight:
             return 0.0
         straight = np.linspace(ends.points[a], ends.points[b], 20)
-        if not evidence.free_length(straight) and np.linalg.norm(straight[-1] - straight[0]) < config.direction_length * radius:
+        near = np.linalg.norm(straight[-1] - straight[0]) < config.direction_length * radius
+        if near and (evidence is None or not evidence.free_length(straight)):
             return 0.0
         settings = fill or FillConfig()
         way = tangent_path(
             ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
             settings.radius, settings.max_deviation, settings.side == "inside",
         )  # fmt: skip
-        return config.free_space_weight * ends.unit_cost * evidence.free_length(way)
+        free = evidence.free_length(way) if evidence is not None else 0.0
+        unknown = evidence.unknown_length(way) if evidence is not None else float(steps(way).sum())
+        return ends.unit_cost * (config.free_space_weight * free + config.unknown_weight * unknown)
 
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), free_space, config)
     if config.chains is not None:
@@ -170,7 +173,8 @@ def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
             break
         del prices[max(ring, key=lambda pair: prices[pair])]
     links = sorted(((a, b, prices[a, b]) for a, b in pairs), key=lambda link: link[2])
-    surplus = len(links) - (len(cost) // 2 - config.chains) if config.chains is not None else 0
+    rings = 0 if _ring(pairs) is None else 1
+    surplus = len(links) - rings - (len(cost) // 2 - config.chains) if config.chains is not None else 0
     return links[: len(links) - surplus] if surplus > 0 else links
 
 

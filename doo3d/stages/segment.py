@@ -10,7 +10,7 @@ from ..config import SegmentConfig
 from ..errors import InputError
 from ..kernels.depth import agreement
 from ..kernels.thinning import neighbours
-from ..segmenters import SEGMENTERS
+from ..segmenters import SEGMENTERS, method
 from ..silhouette import bounding_box, mask_pixels, ridge_radius
 from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, Image, check_mask
 
@@ -34,11 +34,12 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     given = mask is not None
     if not given:
         _check_depth(data.depth, config, "frame")
-    found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[config.method](data, config, seed)
+    way = "mask" if given else method(data, config)
+    found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[way](data, config, seed)
     if given and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
     found = tidy(found, config.min_component)
-    if not given and config.method != "everything" and found.any():
+    if way not in ("mask", "everything") and found.any():
         found = drop_wide(found, data.depth / data.camera.fx, config)
     _check_depth(data.depth[found], config, "object")
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
@@ -85,7 +86,7 @@ def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
     shape = image.color.shape[:2]
-    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[config.method](image, config, seed)
+    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[method(image, config)](image, config, seed)
     if mask is not None and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
     if found.all():
@@ -150,7 +151,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         raise InputError(
             f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)"
         )
-    found = check_mask(mask, (len(points),)) if mask is not None else SEGMENTERS[config.method](cloud, config, seed)
+    found = check_mask(mask, (len(points),)) if mask is not None else SEGMENTERS[method(cloud, config)](cloud, config, seed)
     if mask is not None and not found.any():
         raise InputError("the mask is empty: no point of it says object")
     kept = points[found]

@@ -8,13 +8,17 @@ import pytest
 from stages.drawn import CAMERA, frame_of, helix, line, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.segmenters import SEGMENTERS
-from doo3d.segmenters.auto import is_broad, mask
+from doo3d.segmenters import SEGMENTERS, method
+from doo3d.segmenters.auto import is_broad
 from doo3d.types import Cloud, Frame
 
 RADIUS = 0.005
 FLOOR = np.column_stack((np.random.default_rng(0).uniform(-0.3, 0.3, (20000, 2)), np.full(20000, 0.52)))
 CABLE = surface(wave(), RADIUS, np.zeros(3))
+
+
+def mask(data, config, seed):
+    return SEGMENTERS[method(data, config)](data, config, seed)
 
 
 def test_everything():
