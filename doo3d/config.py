@@ -71,6 +71,7 @@ class SegmentConfig(Section):
     ridge_sigmas: tuple[float, ...] = Field(
         (2.0, 4.0, 6.0), min_length=1, description="ridge: px, half-widths of the lines that are looked for."
     )
+    ridge_pixels: int = Field(2_000_000, ge=1000, description="ridge: larger images are filtered at this many pixels.")
     max_width: float = Field(
         0.05,
         gt=0,

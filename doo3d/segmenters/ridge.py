@@ -24,11 +24,16 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
         raise InputError("segment.method is ridge, which needs a colour image")
     filters = require("skimage.filters", "ridge")
     grey = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
+    full = grey.shape
+    shrink = max(1.0, (grey.size / config.ridge_pixels) ** 0.5)
+    if shrink > 1:
+        grey = cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     answer = getattr(filters, config.ridge_filter)
-    sigmas = list(config.ridge_sigmas)
+    sigmas = [max(1.0, sigma / shrink) for sigma in config.ridge_sigmas]
     found = [np.nan_to_num(answer(grey, sigmas=sigmas, black_ridges=black)) for black in (False, True)]
     best = max(found, key=lambda image: float(np.percentile(image, 99.5)))
     top = float(best.max())
     if top <= 0:
-        return np.zeros(grey.shape, dtype=bool)
-    return np.asarray(best > filters.threshold_otsu(best))
+        return np.zeros(full, dtype=bool)
+    found_mask = (best > filters.threshold_otsu(best)).astype(np.uint8)
+    return np.asarray(cv2.resize(found_mask, full[::-1], interpolation=cv2.INTER_NEAREST) > 0)
