@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .config import Config
+from .crossings import find_crossings
 from .errors import InputError
 from .evidence import Evidence
 from .stages.fill import fill
@@ -19,7 +20,7 @@ from .stages.segment import segment
 from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
-from .types import Array, Assembly, Chain, Cloud, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
+from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
 
 
 @dataclass
@@ -35,6 +36,7 @@ class Stages:
     merged: list[Assembly]
     filled: list[Path]
     chains: list[Chain]
+    crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -76,7 +78,9 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     clock("fill")
     chains = refine(filled, config.refine, config.fit.segment_length, foreground, grid, evidence)
     clock("refine")
-    return Stages(foreground, grid, skeleton, paths, fitted, pruned, merged, filled, chains, clock.seconds)
+    crossings = find_crossings(chains, foreground, config.refine)
+    clock("crossings")
+    return Stages(foreground, grid, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
 
 
 def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
@@ -109,6 +113,7 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
         timestamp=data.timestamp,
         seconds=stages.seconds,
         notes=stages.foreground.notes or _lost(stages),
+        crossings=stages.crossings,
     )
 
 

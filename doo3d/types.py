@@ -9,7 +9,7 @@ the frame of the cloud that was given; two-dimensional data is pixels (x right, 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -361,12 +361,42 @@ class Chain:
         }
 
 
+class Place(NamedTuple):
+    """A segment of one of a detection's chains: the number of the chain, and that of the segment in it."""
+
+    chain: int
+    segment: int
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Two strands, of one chain or of two, that cross in the view.
+
+    upper, lower : where; the upper strand is the nearer to the camera, and hides the lower. point : (D,) m (px in 2-D), on
+    the upper strand's axis. sure : 0 to 1, how sure it is which of them is the upper; 0 where nothing tells.
+    """
+
+    upper: Place
+    lower: Place
+    point: Floats
+    sure: float = 1.0
+
+    def __post_init__(self) -> None:
+        _set(self, point=np.asarray(self.point, dtype=float))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What the JSON file holds of a crossing."""
+        upper, lower = self.upper._asdict(), self.lower._asdict()
+        return {"upper": upper, "lower": lower, "point": self.point.tolist(), "sure": self.sure}
+
+
 @dataclass(frozen=True)
 class Detection:
     """What was found in one frame.
 
     chains : longest first. mode : "3d" or "2d". coordinates : which frame the joints are in (a key of COORDINATES).
-    seconds : stage -> s. notes : what the user should know, a sentence each.
+    seconds : stage -> s. notes : what the user should know, a sentence each. crossings : where strands cross in the view, in
+    the order of the chains and along them.
     """
 
     chains: tuple[Chain, ...]
@@ -376,6 +406,7 @@ class Detection:
     timestamp: float | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    crossings: tuple[Crossing, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """What the JSON file holds (schema doo3d/detection/1): plain lists, strings and numbers."""
@@ -387,6 +418,7 @@ class Detection:
             "units": "m" if self.mode == "3d" else "px",
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
+            "crossings": [crossing.to_dict() for crossing in self.crossings],
             "seconds": dict(self.seconds),
             "notes": list(self.notes),
         }

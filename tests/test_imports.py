@@ -16,7 +16,10 @@ LAYERS = [
     {"types"},
     {"config"},
     {"geometry"},
-    {"arcs", "axis", "cells", "costs", "evidence", "kernels", "segmenters", "segments", "silhouette", "stations", "surface"},
+    {
+        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "kernels", "meetings", "overlaps", "segmenters", "segments"),
+        *("silhouette", "stations", "surface"),
+    },
     {"stages"},
     {"pipeline"},
     {"batch"},
