@@ -8,7 +8,7 @@ import numpy as np
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .canvas import Canvas
 from .palette import DARK, LIGHT, chain_color
-from .strand import Strand, crossings
+from .strand import Strand, bridges
 from .view import flat_view, view_of
 
 _UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
@@ -20,8 +20,8 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     """The chains over the colour image (the depth in colours where there is none, the points of a cloud).
 
     Each chain has a colour of its own, a ribbon as wide as the object and a line through its joints; where it is
-    occluded the line is dashed. A disc marks the first joint, a ring the last. Of two strands that cross, the nearer is
-    drawn on top.
+    occluded the line is dashed. A disc marks the first joint, a ring the last. Of two strands that cross, the upper is drawn
+    on top, between two white lines where it is known; of a cloud without a viewpoint, the nearer in the picture.
 
     Parameters
     ----------
@@ -41,8 +41,11 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     canvas = Canvas(height, width)
     for strand in reversed(strands):
         strand.paint(canvas, np.ones(len(strand.hidden), dtype=bool))
-    for index, chosen, _ in crossings(strands):
+    same_view = not isinstance(data, Cloud) or data.viewpoint is not None
+    for index, chosen, known in bridges(strands, detection.crossings if same_view else ()):
         strands[index].paint(canvas, chosen)
+        if known:
+            strands[index].bridge(canvas, chosen)
     for strand in reversed(strands):
         strand.ends(canvas)
     return _caption(canvas.over(view.image), canvas, detection)

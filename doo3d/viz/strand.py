@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..types import Bools, Chain, Floats
+from ..types import Bools, Chain, Crossing, Floats
 from .canvas import Canvas
 from .palette import DARK, LIGHT, Rgb
 from .view import View
@@ -108,6 +108,17 @@ class Strand:
         for point in points:
             canvas.disc(point, radius, LIGHT, 1.0)
 
+    def bridge(self, canvas: Canvas, chosen: Bools) -> None:
+        """Lines along both sides of the chosen segments, as maps draw a bridge: this strand passes over another."""
+        for run in self.runs(chosen):
+            points = self.points[run]
+            across = np.gradient(points, axis=0)[:, ::-1] * (-1, 1)
+            across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+            for side in (-1, 1):
+                edge = points + side * across * (self.half[run] + 1.5 * self.unit)[:, None]
+                canvas.line(edge, DARK, 0.9, 3.6 * self.unit)
+                canvas.line(edge, LIGHT, 1.0, 1.6 * self.unit)
+
     def ends(self, canvas: Canvas) -> None:
         """Mark the first joint with a disc and the last with a ring; a closed chain has the disc alone."""
         first, last, u = self.points[0], self.points[-1], self.unit
@@ -140,8 +151,33 @@ def _dashes(points: Floats, unit: float) -> list[Floats]:
     return pieces
 
 
-def crossings(strands: list[Strand]) -> list[tuple[int, Bools, float]]:
-    """The pieces of strands that pass over others: strand, (N,) bool of its segments, their distance; far ones first."""
+def bridges(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
+    """The pieces of strands that pass over others: strand, (N,) bool of its segments, whether that is known; far ones first.
+
+    crossings : as detected; without any, of two strands that touch in the view the nearer one passes over.
+    """
+    if not crossings:
+        return [(index, chosen, False) for index, chosen, _ in _nearer(strands)]
+    pieces = []
+    for crossing in crossings:
+        upper, lower = strands[crossing.upper.chain], strands[crossing.lower.chain]
+        at, under = crossing.upper.segment, crossing.lower.segment
+        middle = (upper.points[1:] + upper.points[:-1]) / 2
+        step, other = upper.points[at + 1] - upper.points[at], lower.points[under + 1] - lower.points[under]
+        size = np.linalg.norm(step) * np.linalg.norm(other)
+        sine = max(abs(step[0] * other[1] - step[1] * other[0]) / max(size, 1e-9), 0.4)
+        reach = (lower.half[under] + 0.7 * upper.half[at]) / sine + np.linalg.norm(step) / 2
+        near = np.linalg.norm(middle - middle[at], axis=1) <= reach
+        chosen = np.zeros_like(near)
+        start, stop = next((start, stop) for start, stop in _stretches(near) if start <= at < stop)
+        chosen[start:stop] = True
+        if not upper.hidden[at]:
+            pieces.append((crossing.upper.chain, chosen, crossing.sure > 0, float(upper.away[at])))
+    return [(index, chosen, known) for index, chosen, known, _ in sorted(pieces, key=lambda piece: -piece[3])]
+
+
+def _nearer(strands: list[Strand]) -> list[tuple[int, Bools, float]]:
+    """The pieces of strands that lie nearer than what they touch: strand, (N,) bool, their distance; far ones first."""
     middle = [(strand.points[1:] + strand.points[:-1]) / 2 for strand in strands]
     away = [(strand.away[1:] + strand.away[:-1]) / 2 for strand in strands]
     reach = [
