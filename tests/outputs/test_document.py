@@ -27,7 +27,8 @@ def test_what_the_file_holds(tmp_path):
     assert "Bild é".encode() in data
     read = json.loads(data)
     assert read == found.to_dict()
-    assert list(read) == ["schema", "frame", "timestamp", "mode", "units", "coordinates", "chains", "crossings", "seconds", "notes"]
+    about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
+    assert list(read) == [*about, "chains", "crossings", "seconds", "notes"]
     assert list(read["chains"][0]) == ["joints", "segment_length", "radius", "radii", "length", "occluded", "closed"]
     assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/1", "m", "3d")
     assert np.array_equal(read["chains"][0]["joints"], found.chains[0].joints)
