@@ -113,13 +113,14 @@ def extended(paths: list[Path], stations: Stations, config: RefineConfig, points
     tree = cKDTree(stations.places)
     for p, path in enumerate(paths):
         part = stations.of(p)
-        places, filled = path.points, path.filled
+        places, filled, joins = path.points, path.filled, path.joins
         for end, inwards in () if path.closed else ((part.start, 1), (part.stop - 1, -1)):
             seen = ahead(stations, tree, end, inwards, config, points, grain)
             if len(seen.along) and seen.along[-1] > 0:
                 tip = stations.places[end] + seen.along[-1] * seen.heading
                 places = np.concatenate(([tip], places) if inwards == 1 else (places, [tip]))
+                joins = tuple((step + (inwards == 1), sure) for step, sure in joins)
                 if filled is not None:
                     filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
-        result.append(Path(places, path.closed, filled))
+        result.append(Path(places, path.closed, filled, joins))
     return result

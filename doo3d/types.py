@@ -272,11 +272,13 @@ class Path:
 
     points : (P, D) m. closed : the last point is followed by the first (which is not repeated).
     filled : (P - 1,) bool (P where closed): the step from this point to the next bridges a gap; None where nothing does.
+    joins : per connection the step in the middle of its gap, and how sure it is, 0 to 1.
     """
 
     points: Floats
     closed: bool = False
     filled: Bools | None = None
+    joins: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
         _set(self, points=self.points, filled=self.filled)
@@ -289,7 +291,8 @@ class Assembly:
     pieces : the joints of each piece, (N + 1, D) m, from the start of the object to its end.
     headings : per gap the unit directions (2, D) that leave the piece before it and the piece after it, both into the
     gap; one more than gaps between pieces where the object is a ring. costs : what each connection cost.
-    segment_length : m. closed : the last piece is joined to the first.
+    segment_length : m. closed : the last piece is joined to the first. sure : 0 to 1, how sure each connection is; none:
+    they all are.
     """
 
     pieces: tuple[Floats, ...]
@@ -297,6 +300,18 @@ class Assembly:
     costs: tuple[float, ...]
     segment_length: float
     closed: bool = False
+    sure: tuple[float, ...] = ()
+
+
+class Connection(NamedTuple):
+    """Where merging joined two pieces to one chain, and how sure it is that they belong together.
+
+    segment : the segment of the chain that lies there. sure : 0 to 1, the connection's cost against the next best
+    alternative: 0 where another would have cost no more, 1 where all others cost as much more as is ever paid.
+    """
+
+    segment: int
+    sure: float
 
 
 @dataclass(frozen=True)
@@ -307,6 +322,7 @@ class Chain:
     segment_length : m (px in 2-D). radius : m (px in 2-D), of the whole chain.
     radii : (N + 1,) the same at each joint, where it was seen; filled in between.
     occluded : (N,) bool, the segment was filled in, not seen. closed : a ring, whose last joint meets the first.
+    connections : where pieces were joined to make this chain, and how sure that is, along the chain.
     """
 
     joints: Floats
@@ -315,6 +331,7 @@ class Chain:
     radii: Floats = field(default_factory=lambda: np.zeros(0))
     occluded: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
     closed: bool = False
+    connections: tuple[Connection, ...] = ()
 
     def __post_init__(self) -> None:
         joints = np.asarray(self.joints, dtype=float)
@@ -333,6 +350,11 @@ class Chain:
     def length(self) -> float:
         """N * segment_length, m (px in 2-D)."""
         return (len(self.joints) - 1) * self.segment_length
+
+    @property
+    def sure(self) -> float:
+        """0 to 1: how sure the least sure of its connections is; 1 where there are none."""
+        return min((connection.sure for connection in self.connections), default=1.0)
 
     def nodes(self, count: int) -> Floats:
         """(count, D): points at equal arc length from the first joint to the last, as trackers want them.
@@ -358,6 +380,8 @@ class Chain:
             "length": self.length,
             "occluded": self.occluded.tolist(),
             "closed": self.closed,
+            "connections": [connection._asdict() for connection in self.connections],
+            "sure": self.sure,
         }
 
 
@@ -408,6 +432,11 @@ class Detection:
     notes: tuple[str, ...] = ()
     crossings: tuple[Crossing, ...] = ()
 
+    @property
+    def sure(self) -> float:
+        """0 to 1: how sure the least sure connection of all chains is; 1 where there are none."""
+        return min((chain.sure for chain in self.chains), default=1.0)
+
     def to_dict(self) -> dict[str, Any]:
         """What the JSON file holds (schema doo3d/detection/1): plain lists, strings and numbers."""
         return {
@@ -419,6 +448,7 @@ class Detection:
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
+            "sure": self.sure,
             "seconds": dict(self.seconds),
             "notes": list(self.notes),
         }

@@ -18,7 +18,7 @@ LAYERS = [
     {"geometry"},
     {
         *("arcs", "axis", "cells", "costs", "crossings", "evidence", "kernels", "meetings", "overlaps", "segmenters", "segments"),
-        *("silhouette", "stations", "surface"),
+        *("silhouette", "stations", "sureness", "surface"),
     },
     {"stages"},
     {"pipeline"},

@@ -23,6 +23,7 @@ def fill(assemblies: list[Assembly], config: FillConfig) -> list[Path]:
 def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
     length = assembly.segment_length
     points, filled = [assembly.pieces[0]], [np.zeros(len(assembly.pieces[0]) - 1, dtype=bool)]
+    middles: list[int] = []
     following = [*assembly.pieces[1:], *([assembly.pieces[0]] if assembly.closed else [])]
     for i, (piece, heading) in enumerate(zip(following, assembly.headings, strict=True)):
         start, end = points[-1][-1], piece[0]
@@ -34,8 +35,10 @@ def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
         if len(joints) and np.linalg.norm(joints[-1] - end) < 1e-9 * length:
             joints = joints[:-1]
         last = assembly.closed and i == len(assembly.pieces) - 1
+        middles.append(sum(map(len, filled)) + len(joints) // 2)
         points += [joints] if last else [joints, piece]
         filled.append(np.full(len(joints) + 1, gap >= length))
         if not last:
             filled.append(np.zeros(len(piece) - 1, dtype=bool))
-    return Path(np.concatenate([part for part in points if len(part)]), assembly.closed, np.concatenate(filled))
+    joins = tuple(zip(middles, assembly.sure, strict=False))
+    return Path(np.concatenate([part for part in points if len(part)]), assembly.closed, np.concatenate(filled), joins)

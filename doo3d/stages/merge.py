@@ -14,6 +14,7 @@ from ..config import FillConfig, MergeConfig
 from ..errors import require
 from ..evidence import Evidence
 from ..geometry import end_course, steps, unit
+from ..sureness import alternatives, sureness
 from ..types import Assembly, Chain, Floats
 
 
@@ -63,7 +64,8 @@ def merge(
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), free_space, config)
     if config.chains is not None:
         links += _insist(links, cost, [len(chain.joints) - 1 for chain in chains], free_space, config)
-    result = _assemble(chains, ends, links)
+    others = alternatives(cost, ends.points, ends.unit_cost, radius, config, evidence)
+    result = _assemble(chains, ends, links, sureness(links, others, config.max_cost, config.rings))
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
     if config.chains is not None:
         return result[: config.chains]
@@ -226,15 +228,16 @@ def _ring(pairs: list[tuple[int, int]]) -> list[tuple[int, int]] | None:
 STRATEGIES: dict[str, Callable[[Floats, Price, MergeConfig], list[Link]]] = {"greedy": _greedy, "global": _global}
 
 
-def _assemble(chains: list[Chain], ends: _Ends, links: list[Link]) -> list[Assembly]:
-    partner = {a: (b, price) for a, b, price in links} | {b: (a, price) for a, b, price in links}
+def _assemble(chains: list[Chain], ends: _Ends, links: list[Link], sure: list[float]) -> list[Assembly]:
+    partner = {a: (b, price, s) for (a, b, price), s in zip(links, sure, strict=True)}
+    partner |= {b: (a, price, s) for a, (b, price, s) in partner.items()}
     done: set[int] = set()
     result = []
     starts = [e for e in range(len(ends.points)) if e not in partner]
     for start in [*starts, *range(0, len(ends.points), 2)]:
         if start // 2 in done:
             continue
-        pieces, headings, prices, e, closed = [], [], [], start, False
+        pieces, headings, prices, known, e, closed = [], [], [], [], start, False
         while True:
             chain = chains[e // 2]
             done.add(e // 2)
@@ -245,11 +248,13 @@ def _assemble(chains: list[Chain], ends: _Ends, links: list[Link]) -> list[Assem
                 closed = True
             if out not in partner:
                 break
-            e, price = partner[out]
+            e, price, s = partner[out]
             headings.append(ends.directions[[out, e]])
             prices.append(price)
+            known.append(s)
             if e == start:
                 closed = True
                 break
-        result.append(Assembly(tuple(pieces), tuple(headings), tuple(prices), chains[0].segment_length, closed))
+        length = chains[0].segment_length
+        result.append(Assembly(tuple(pieces), tuple(headings), tuple(prices), length, closed, tuple(known)))
     return result

@@ -10,10 +10,11 @@ from scipy.spatial import cKDTree
 from ..axis import to_axis, with_viewpoint
 from ..config import RefineConfig
 from ..evidence import Evidence
+from ..geometry import arc_length
 from ..segments import bulged, carried, equal_ring, equal_segments
 from ..stations import Ahead, Stations, ahead, extended, lay
 from ..surface import thinned
-from ..types import Chain, Floats, Foreground, Path, VoxelGrid
+from ..types import Chain, Connection, Floats, Foreground, Path, VoxelGrid
 
 
 def refine(
@@ -29,7 +30,8 @@ def refine(
         return []
     stations = lay(paths, grid.radius, config, segment_length)
     points = _ascending(foreground.points)
-    stations = lay(extended(paths, stations, config, points, grid.size), grid.radius, config, segment_length)
+    paths = extended(paths, stations, config, points, grid.size)
+    stations = lay(paths, grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
         to_axis(stations, config, foreground)
@@ -38,7 +40,8 @@ def refine(
     for p in range(len(paths)):
         joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
-            chains.append(_chain(joints, stations, p, config, segment_length, tree, grid.size, evidence))
+            chain = _chain(joints, stations, p, config, segment_length, tree, grid.size, evidence)
+            chains.append(replace(chain, connections=_connections(paths[p], chain, stations.places[stations.of(p)])))
     thickest = max((chain.radius for chain in chains), default=0.0)
     chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_width * thickest]
     return sorted(chains, key=lambda chain: -chain.length)
@@ -97,6 +100,21 @@ def _chain(
     return Chain(joints, length, radius, stations.radii[part][along.query(joints)[1]], occluded, stations.closed[p])
 
 
+def _connections(path: Path, chain: Chain, places: Floats) -> tuple[Connection, ...]:
+    """The connections of a path at the segments that lie there; places (S, D) : the stations laid along it."""
+    if not path.joins:
+        return ()
+    along = arc_length(np.concatenate((path.points, path.points[:1])) if path.closed else path.points)
+    nearest = cKDTree(places).query((chain.joints[1:] + chain.joints[:-1]) / 2)[1]
+    found = []
+    for step, sure in path.joins:
+        station = (along[step] + along[step + 1]) / 2 / along[-1] * (len(places) - (not path.closed))
+        gap = np.abs(nearest - station)
+        gap = np.minimum(gap, len(places) - gap) if path.closed else gap
+        found.append(Connection(int(gap.argmin()), sure))
+    return tuple(sorted(found))
+
+
 def _directed(chain: Chain, foreground: Foreground) -> Chain:
     """The chain from the end nearer the left edge of the view (ties: nearer the top)."""
     ends = chain.joints[[0, -1]] if not chain.closed else chain.joints[[1, -2]]
@@ -105,4 +123,8 @@ def _directed(chain: Chain, foreground: Foreground) -> Chain:
     first, last = (tuple(end.tolist()) for end in ends[:, :2])
     if first <= last:
         return chain
-    return replace(chain, joints=chain.joints[::-1], radii=chain.radii[::-1], occluded=chain.occluded[::-1])
+    last_segment = len(chain.occluded) - 1
+    connections = tuple(Connection(last_segment - segment, sure) for segment, sure in chain.connections[::-1])
+    return replace(
+        chain, joints=chain.joints[::-1], radii=chain.radii[::-1], occluded=chain.occluded[::-1], connections=connections
+    )

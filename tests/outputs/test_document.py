@@ -28,8 +28,8 @@ def test_what_the_file_holds(tmp_path):
     read = json.loads(data)
     assert read == found.to_dict()
     about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
-    assert list(read) == [*about, "chains", "crossings", "seconds", "notes"]
-    assert list(read["chains"][0]) == ["joints", "segment_length", "radius", "radii", "length", "occluded", "closed"]
+    assert list(read) == [*about, "chains", "crossings", "sure", "seconds", "notes"]
+    assert list(read["chains"][0]) == ["joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections", "sure"]
     assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/1", "m", "3d")
     assert np.array_equal(read["chains"][0]["joints"], found.chains[0].joints)
 
