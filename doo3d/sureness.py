@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .config import MergeConfig
@@ -40,12 +42,94 @@ def alternatives(
     return total
 
 
+@dataclass(frozen=True)
+class _Chosen:
+    """The connections as they are.
+
+    full : (E, E) cost of joining any two ends. partner : (E,) what each end is joined to, -1 for nothing. most : cost of
+    leaving two ends free. spare : (E,) the free end that each end would be joined to at the least cost, -1 where none is
+    worth it. settled : (E,) what it costs to leave what an end is joined to, or that it is free, for something else.
+    """
+
+    full: Floats
+    partner: Ints
+    most: float
+    spare: Ints
+    settled: Floats
+
+    @staticmethod
+    def of(links: list[Link], cost: Floats, most: float) -> _Chosen:
+        """All that is asked of links and costs more than once."""
+        full = np.minimum(cost, cost.T)
+        full[full > most] = np.inf
+        partner = np.full(len(full), -1)
+        for a, b, price in links:
+            partner[[a, b]] = b, a
+            full[a, b] = full[b, a] = price
+        matched, free = np.flatnonzero(partner >= 0), np.flatnonzero(partner < 0)
+        spare, least = np.full(len(full), -1), np.full(len(full), np.inf)
+        if len(free):
+            best = full[:, free].argmin(axis=1)
+            least = full[np.arange(len(full)), free[best]]
+            spare = np.where(least < most, free[best], -1)
+        settled = np.full(len(full), -most / 2)
+        left = partner[matched]
+        settled[matched] = np.minimum(most / 2, least[left] - most / 2) - full[matched, left]
+        return _Chosen(full, partner, most, spare, settled)
+
+    def rises(self, a: int, b: int) -> Floats:
+        """(E + 1, E + 1): the least by which the total rises when a goes to end c and b to end d instead; the last is none."""
+        matched = np.flatnonzero(self.partner >= 0)
+        first, second = (np.append(self.full[end] + self.settled, self.most / 2) for end in (a, b))
+        rise = first[:, None] + second[None] - self.full[a, b]
+        left = self.partner[matched]
+        own = self.settled[matched] + self.full[matched, left]
+        apart = np.add.outer(own, own)
+        rise[np.ix_(matched, matched)] += np.minimum(self.full[np.ix_(left, left)] - apart, 0.0)
+        rise[matched, left] = self.full[a, matched] + self.full[b, left] - self.full[matched, left] - self.full[a, b]
+        np.fill_diagonal(rise[:-1, :-1], np.inf)
+        rise[[a, b]] = np.inf
+        rise[:, [a, b]] = np.inf
+        return np.asarray(rise)
+
+    def exchange(self, a: int, b: int, c: int, d: int) -> tuple[float, list[tuple[int, int]], set[int]]:
+        """What an exchange costs: the rise, the connections made, and the ends whose connections are gone; -1 is none."""
+        made = [(one, other) for one, other in ((a, c), (b, d)) if other >= 0]
+        broken = {end for end in (c, d) if end >= 0 and self.partner[end] >= 0}
+        left = [int(self.partner[end]) for end in sorted(broken) if self.partner[end] not in (c, d)]
+        if len(left) == 2 and self.full[left[0], left[1]] < self.most:
+            made.append((left[0], left[1]))
+        else:
+            for end in left:
+                if self.spare[end] >= 0 and self.spare[end] not in [other for _, other in made]:
+                    made.append((end, int(self.spare[end])))
+        gone = {a, b, *broken, *(int(self.partner[end]) for end in broken)}
+        before = sum(self.full[end, self.partner[end]] for end in gone) / 2
+        after = sum(self.full[pair] for pair in made)
+        used = {end for pair in made for end in pair}
+        free = len(gone - used) - len(used - gone)
+        return float(after - before + free * self.most / 2), made, gone
+
+    def closes(self, made: list[tuple[int, int]], gone: set[int]) -> bool:
+        """Whether an exchange closes a ring."""
+        now = {end: int(to) for end, to in enumerate(self.partner) if to >= 0 and end not in gone}
+        for one, other in made:
+            now[one], now[other] = other, one
+        for one, _ in made:
+            end = one ^ 1
+            while end in now and now[end] != one:
+                end = now[end] ^ 1
+            if end in now:
+                return True
+        return False
+
+
 def sureness(links: list[Link], cost: Floats, most: float, rings: bool = False) -> list[float]:
     """How sure each connection is, 0 to 1: the rise of the total cost without it, over the most that a connection may cost.
 
-    Without a connection either of its ends stays free, which costs half of `most`, or goes to another end; what that was
-    joined to stays free, or is joined to what the other end's new partner was joined to. These are the exchanges of up to
-    three connections for up to three others between the same ends, or fewer; no end is used twice.
+    Without a connection either of its ends stays free, which costs half of `most`, or goes to another end. What that was
+    joined to stays free, goes to an end that was free, or to what was joined to the other end's new partner. So up to three
+    connections are exchanged; no end is used twice.
 
     Parameters
     ----------
@@ -56,74 +140,20 @@ def sureness(links: list[Link], cost: Floats, most: float, rings: bool = False) 
     """
     if not np.isfinite(most):
         most = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(price for _, _, price in links)]) + 1
-    full = np.minimum(cost, cost.T)
-    full[full > most] = np.inf
-    partner = np.full(len(cost), -1)
-    for a, b, price in links:
-        partner[[a, b]] = b, a
-        full[a, b] = full[b, a] = price
-    gain = _joined_instead(full, partner, most)
-    found = []
-    for a, b, price in links:
-        rise = _rises(a, b, full, partner, gain, most)
-        found.append(float(np.clip(_least(a, b, rise, full, partner, most - price, most, rings) / most, 0.0, 1.0)))
-    return found
+    chosen = _Chosen.of(links, cost, most)
+    return [float(np.clip(_least(chosen, a, b, most - price, rings) / most, 0.0, 1.0)) for a, b, price in links]
 
 
-def _joined_instead(full: Floats, partner: Ints, most: float) -> Floats:
-    """(E, E): what it saves to join the partners of two ends to each other rather than to leave them free."""
-    result = np.zeros_like(full)
-    matched = np.flatnonzero(partner >= 0)
-    old = np.ix_(partner[matched], partner[matched])
-    result[np.ix_(matched, matched)] = np.maximum(most - full[old], 0.0)
-    return result
-
-
-def _rises(a: int, b: int, full: Floats, partner: Ints, gain: Floats, most: float) -> Floats:
-    """By how much the total rises when a goes to end c and b to end d instead: (E + 1, E + 1), the last is none."""
-    ends = np.arange(len(full))
-    matched = np.flatnonzero(partner >= 0)
-    settled = np.full(len(full), -most / 2)
-    settled[matched] = most / 2 - full[matched, partner[matched]]
-    first, second = (np.append(full[end] + settled, most / 2) for end in (a, b))
-    rise = first[:, None] + second[None] - full[a, b]
-    rise[:-1, :-1] -= gain
-    swapped = partner[matched]
-    rise[matched, swapped] = full[a, matched] + full[b, swapped] - full[matched, swapped] - full[a, b]
-    rise[ends, ends] = np.inf
-    rise[[a, b]] = np.inf
-    rise[:, [a, b]] = np.inf
-    return np.asarray(rise)
-
-
-def _least(
-    a: int, b: int, rise: Floats, full: Floats, partner: Ints, apart: float, most: float, rings: bool
-) -> float:  # fmt: skip
-    """The least of the rises whose connections close no ring; `apart` is that of leaving both ends free."""
-    none = len(full)
+def _least(chosen: _Chosen, a: int, b: int, apart: float, rings: bool) -> float:
+    """The least rise of the total without a connection; `apart` is that of leaving both its ends free."""
+    rise = chosen.rises(a, b)
     rows, columns = np.nonzero(rise < apart)
+    best, none = apart, len(rise) - 1
     for k in np.argsort(rise[rows, columns], kind="stable"):
-        c, d = int(rows[k]), int(columns[k])
-        if rings or not _closes(a, b, c if c != none else -1, d if d != none else -1, full, partner, most):
-            return float(rise[c, d])
-    return apart
-
-
-def _closes(a: int, b: int, c: int, d: int, full: Floats, partner: Ints, most: float) -> bool:
-    """Whether a ring comes of a going to end c and b to end d instead of to each other; -1 is none."""
-    now = {end: int(to) for end, to in enumerate(partner) if to >= 0 and end not in (a, b)}
-    left = [now.pop(to) for to in (c, d) if to in now]
-    for end in left:
-        now.pop(end, None)
-    made = [(one, other) for one, other in ((a, c), (b, d)) if other >= 0]
-    if len(left) == 2 and left[0] != d and full[left[0], left[1]] < most:
-        made.append((left[0], left[1]))
-    for one, other in made:
-        now[one], now[other] = other, one
-    for one, _ in made:
-        end = one ^ 1
-        while end in now and now[end] != one:
-            end = now[end] ^ 1
-        if end in now:
-            return True
-    return False
+        if rise[rows[k], columns[k]] >= best:
+            break
+        c, d = (-1 if end == none else int(end) for end in (rows[k], columns[k]))
+        value, made, gone = chosen.exchange(a, b, c, d)
+        if value < best and (rings or not chosen.closes(made, gone)):
+            best = value
+    return best
