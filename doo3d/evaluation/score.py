@@ -9,7 +9,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ..types import Bools, Chain, Floats, Ints
+from ..types import Bools, Chain, Crossing, Floats, Ints
+from .crossed import count_right, true_crossings
 from .follow import Track, Walk, follow, hidden_runs, tolerance
 from .model import Truth
 
@@ -31,6 +32,8 @@ class FrameScore:
     rms_seen, rms_hidden : mm, chain to true axis; NaN where there is no such part.
     radius_ratio : found over true, mean over objects. end_error : mm, mean distance of chain ends from true tips.
     coverage : least share of an object that its chain follows. off : greatest share of a chain off its object.
+    crossings, crossings_right : places where true cables cross in the view and the upper one is seen, and those found with
+    the right strand on top. crossings_extra : found where there are none.
     """
 
     correct: bool
@@ -47,15 +50,19 @@ class FrameScore:
     end_error: float
     coverage: float
     off: float
+    crossings: int = 0
+    crossings_right: int = 0
+    crossings_extra: int = 0
 
 
-def score(chains: Sequence[Chain], truths: Sequence[Truth]) -> FrameScore:
+def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[Crossing] | None = None) -> FrameScore:
     """The score of one frame.
 
     Parameters
     ----------
     chains : what was found, in the camera frame, m. The direction of a chain and the order of chains do not matter.
     truths : what is there; where `seen` is None all of it is taken as seen.
+    crossings : of the chains, as the camera sees them; None: not looked at.
     """
     chains, truths = tuple(chains), tuple(truths)
     walks = [follow(chain, truths) for chain in chains] if truths else [Walk((), 0, 0) for _ in chains]
@@ -72,6 +79,8 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth]) -> FrameScore:
     passed = sum(any(_passes(chain, walk, truths[t], t, run) for chain, walk in ways) for t, run in runs)
     wrong = sum(walk.wrong for walk in walks)
     reasons = _reasons(len(chains), len(truths), len(pairs), wrong, coverage, off)
+    true = true_crossings(truths if crossings is not None else ())
+    right, extra = count_right(crossings or (), chains, walks, truths, true)
     return FrameScore(
         correct=not reasons,
         reasons=reasons,
@@ -87,6 +96,9 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth]) -> FrameScore:
         end_error=_mean([_end_error(chains[c], truths[t]) for c, t in pairs if not truths[t].closed]),
         coverage=min(coverage, default=1.0),
         off=max(off, default=0.0),
+        crossings=int(true.seen.sum()),
+        crossings_right=right,
+        crossings_extra=extra,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -21,18 +22,23 @@ from .score import FrameScore, score
 from .truthfile import read_truth
 
 Masking = Literal["mask", "hsv", "auto"]
+DOUBTFUL = 0.1  # share of the frames that are left out to see what the surest are worth
 HUE, SATURATION, VALUE = 10, 90, 25  # half-width in hue, least saturation and value of a cable's HSV box, OpenCV's units
 
 
 @dataclass(frozen=True)
 class Row:
-    """One frame: its name and family, the score, seconds that the detection took, and the error that ended it, if any."""
+    """One frame: its name and family, the score, seconds that the detection took, and the error that ended it, if any.
+
+    sure : 0 to 1, how sure the detection is.
+    """
 
     name: str
     family: str
     score: FrameScore
     seconds: float
     error: str | None = None
+    sure: float = 1.0
 
 
 def render_scenes(
@@ -124,10 +130,12 @@ def _row(
     run: Callable[..., Detection] = detect
     start = time.perf_counter()
     try:
-        chains, error = run(data, config, mask=mask).chains, None
+        found, error = run(data, config, mask=mask), None
     except DooError as failure:
-        chains, error = (), str(failure)
-    return Row(name, family, score(chains, truths), time.perf_counter() - start, error)
+        found, error = Detection(()), str(failure)
+    seconds = time.perf_counter() - start
+    crossings = found.crossings if isinstance(data, Frame) else None
+    return Row(name, family, score(found.chains, truths, crossings), seconds, error, found.sure)
 
 
 def _config(config: Config, truths: tuple[Truth, ...], chains_wanted: bool, method: Masking) -> Config:
@@ -147,8 +155,10 @@ def _hsv_range(color: Color) -> HsvRange:
 
 COLUMNS = (
     ("frames correct", "", 18),
+    ("surest 90 %", "correct", 12),
     ("occlusions correct", "", 20),
     ("connections correct", "", 24),
+    ("upper", "", 16),
     ("RMS seen", "mm", 9),
     ("hidden", "mm", 7),
     ("radius", "ratio", 7),
@@ -158,7 +168,11 @@ COLUMNS = (
 
 
 def format_table(rows: Sequence[Row]) -> str:
-    """Per family and in all: counts by the paper's strict rule; medians over frames of distances, radius and time."""
+    """Per family and in all: counts by the paper's strict rule; medians over frames of distances, radius and time.
+
+    surest 90 %: the correct ones of the frames without the tenth whose connections are least sure. upper: the crossings at
+    which the right strand is on top, of all that the camera sees.
+    """
     families = list(dict.fromkeys(row.family for row in rows))
     wide = max(map(len, [*families, "all"]))
     lines = [" ".join([" " * wide, *(f"{column[k]:>{column[2]}s}" for column in COLUMNS)]) for k in (0, 1)]
@@ -174,8 +188,10 @@ def _line(name: str, wide: int, rows: Sequence[Row]) -> str:
     connections = sum(item.connections for item in scores)
     cells = (
         _share(sum(item.correct for item in scores), len(scores), 1),
+        _percent([row.score.correct for row in surest(rows)]),
         _share(sum(item.occlusions_correct for item in scores), occlusions, 1),
         _share(connections - sum(item.connections_wrong for item in scores), connections, 2),
+        _share(sum(item.crossings_right for item in scores), sum(item.crossings for item in scores), 1),
         _median([item.rms_seen for item in scores], 2),
         _median([item.rms_hidden for item in scores], 2),
         _median([item.radius_ratio for item in scores], 2),
@@ -183,6 +199,16 @@ def _line(name: str, wide: int, rows: Sequence[Row]) -> str:
         _median([1e3 * row.seconds for row in rows], 0),
     )
     return " ".join([f"{name:{wide}s}", *(f"{cell:>{column[2]}s}" for cell, column in zip(cells, COLUMNS, strict=True))])
+
+
+def surest(rows: Sequence[Row]) -> list[Row]:
+    """The rows without the tenth that is least sure; of equals the later go."""
+    order = sorted(range(len(rows)), key=lambda k: (-rows[k].sure, k))
+    return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL * len(rows))])]
+
+
+def _percent(good: list[bool]) -> str:
+    return f"{100 * np.mean(good):.1f} %" if good else "-"
 
 
 def _share(good: int, total: int, digits: int) -> str:

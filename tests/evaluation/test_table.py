@@ -1,5 +1,6 @@
 """The table, with a detection that is known: the truth itself, nothing, or an error."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -8,12 +9,13 @@ import pytest
 
 from doo3d.config import Config
 from doo3d.errors import InputError
+from doo3d.evaluation.crossed import true_crossings
 from doo3d.evaluation.renderer import render
 from doo3d.evaluation.scenes import make_scene
-from doo3d.evaluation.table import _hsv_range, evaluate_captures, evaluate_rendered, evaluate_scenes, format_table
+from doo3d.evaluation.table import _hsv_range, evaluate_captures, evaluate_rendered, evaluate_scenes, format_table, surest
 from doo3d.evaluation.truthfile import read_truth
 from doo3d.kernels.walking import walk
-from doo3d.types import Chain, Detection
+from doo3d.types import Chain, Crossing, Detection, Place
 
 SAMPLES = Path(__file__).parents[2] / "sample_clouds"
 SMALL = (640, 480)
@@ -30,6 +32,7 @@ def calls(monkeypatch):
 
     class Calls(list):
         give = ()
+        given = None
 
     made = Calls()
 
@@ -37,7 +40,7 @@ def calls(monkeypatch):
         made.append((data, config, mask))
         if isinstance(made.give, Exception):
             raise made.give
-        return Detection(tuple(made.give))
+        return made.given or Detection(tuple(made.give))
 
     monkeypatch.setattr("doo3d.pipeline.detect", detect)
     return made
@@ -52,6 +55,23 @@ def test_perfect_chains_fill_the_table(calls):
     assert "1/1 100.0 %" in text
     assert "1.00" in text
     assert len({len(line) for line in text.splitlines()}) == 1
+
+
+def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand_is_right(calls):
+    rendered = render(make_scene("crossing", 5, SMALL), "none")
+    chains = tuple(even(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
+    (upper, lower), *_ = (true_crossings(rendered.truths).arc / 0.01).astype(int).tolist()
+    for right in (True, False):
+        places = Place(0, upper), Place(0, lower)
+        calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
+        (row,) = evaluate_rendered([("crossing", rendered)], Config())
+        assert (row.score.crossings, row.score.crossings_right, row.sure) == (1, int(right), 1.0)
+        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row])[-60:]
+    doubtful = [replace(row, sure=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
+    assert [row.sure for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
+    assert "17/20 85.0 %       94.4 %" in format_table(doubtful)
+    assert surest([]) == []
+    assert len(surest(doubtful[:3])) == 2
 
 
 def test_method_and_wanted_chains_are_passed_on(calls):
