@@ -21,6 +21,9 @@ SPREAD = 0.5
 UNSEEN = 1.0
 """The same where a strand was not seen on both sides of the crossing."""
 
+MEASURED = 0.75
+"""Share of the surfaces beyond the crossing, beside that of the chains there: the lower one's was not seen at the crossing."""
+
 SURFACE = 4.0
 """Log odds when the surface in the overlap is just where one strand's should be, and a thickness from the other's."""
 
@@ -94,7 +97,7 @@ def _odds(found: Meetings, lines: Lines, radius: Floats, view: View, foreground:
         front, miss = by_surface(seen, _surface(foreground, view, seen.place, seen.half), depth, radius)
         apart = (depth[:, 1] - depth[:, 0]) / thick
         spread = np.where(np.isfinite(front), SPREAD, UNSEEN)
-        apart = np.where(np.isfinite(front), (apart + front / thick) / 2, apart)
+        apart = np.where(np.isfinite(front), MEASURED * front / thick + (1 - MEASURED) * apart, apart)
         odds += 2 * np.clip(apart, -1.5, 1.5) / spread**2
         odds += SURFACE * np.nan_to_num(np.clip(miss / thick, -1.0, 1.0))
     color = foreground.color

@@ -80,7 +80,7 @@ def test_where_chains_and_surface_contradict_each_other_the_surface_counts_and_i
     right, wrong = [even(axis) for axis in axes], [even(over(height=-2 * RADIUS)), even(LOW)]
     one, other = (find_crossings(chains, foreground(*axes))[0] for chains in (right, wrong))
     assert one.upper.chain == other.upper.chain == 0
-    assert other.sure < one.sure - 0.01
+    assert other.sure < one.sure - 1e-4
 
 
 def test_a_chain_that_crosses_itself_and_a_ring():
