@@ -12,20 +12,23 @@ from ..config import SegmentConfig
 from ..errors import InputError
 from ..types import Array, Bools, Cloud, Frame, Image
 
+UPRIGHT = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # turned as EXIF says, as photographs are read
+STORED = cv2.IMREAD_UNCHANGED  # as the colour of frames is read, for depth would not follow a turn
 
-def _reference(path: str) -> Array:
+
+def _reference(path: str, flags: int) -> Array:
     """The image, read again only when the file has changed."""
     try:
         found = os.stat(path)
     except OSError as error:
         raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})") from None
-    return _read(path, found.st_mtime_ns, found.st_size)
+    return _read(path, flags, found.st_mtime_ns, found.st_size)
 
 
 @lru_cache(maxsize=4)
-def _read(path: str, changed: int, size: int) -> Array:
+def _read(path: str, flags: int, changed: int, size: int) -> Array:
     try:
-        image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+        image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), flags)
     except (OSError, cv2.error) as error:
         raise InputError(f"segment.reference {path}: cannot be read ({error})") from None
     if image is None:
@@ -42,7 +45,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     """
     if isinstance(data, Cloud):
         raise InputError("segment.method is background, which needs a frame with an image: for a cloud use plane or everything")
-    image = _reference(str(config.reference))
+    image = _reference(str(config.reference), UPRIGHT if isinstance(data, Image) else STORED)
     height, width = data.color.shape[:2] if isinstance(data, Image) else data.depth.shape
     if image.shape[:2] != (height, width):
         raise InputError(

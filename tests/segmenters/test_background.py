@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from doo3d.config import SegmentConfig
 from doo3d.errors import InputError
 from doo3d.segmenters.background import mask
-from doo3d.types import Camera, Cloud, Frame
+from doo3d.types import Camera, Cloud, Frame, Image
 
 CAMERA = Camera(fx=100.0, fy=100.0, cx=20.0, cy=15.0, width=40, height=30)
 OBJECT = np.zeros((30, 40), bool)
@@ -82,3 +83,35 @@ def test_a_reference_that_changed_on_disk_is_read_again(tmp_path):
     write(path, np.full((30, 40), 500, np.uint16))
     os.utime(path, ns=(1, 1))
     assert not mask(frame(), config(path), 0).any()
+
+
+def turned(path, orientation):
+    """The JPEG at the path with EXIF that says nothing but how it is to be turned."""
+    exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01" + struct.pack(">HH", orientation, 0) + b"\0\0\0\0"
+    data = path.read_bytes()
+    path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + data[2:])
+    return path
+
+
+def halves():
+    """Dark above, bright below."""
+    image = np.full((30, 40, 3), 200, np.uint8)
+    image[:15] = 40
+    return image
+
+
+@pytest.mark.parametrize(("orientation", "quarters"), [(6, -1), (3, 2)])
+def test_the_reference_of_photographs_is_turned_as_its_exif_says(tmp_path, orientation, quarters):
+    photo = np.rot90(halves(), quarters).copy()
+    photo[10:14, 5:20] = (160, 90, 100)
+    expected = np.zeros(photo.shape[:2], bool)
+    expected[10:14, 5:20] = True
+    path = turned(write(tmp_path / "empty.jpg", halves()), orientation)
+    np.testing.assert_array_equal(mask(Image(photo), config(path), 0), expected)
+
+
+def test_the_reference_of_frames_is_as_stored_like_their_colour(tmp_path):
+    path = turned(write(tmp_path / "empty.jpg", halves()), 3)
+    same = Frame(halves(), np.full((30, 40), 0.6, np.float32), CAMERA)
+    assert not mask(same, config(path), 0).any()
+    assert mask(Image(halves()), config(path), 0).all()
