@@ -69,9 +69,9 @@ class SegmentConfig(Section):
     plane_iterations: int = Field(200, ge=10, le=100_000, description="plane: RANSAC draws.")
     ridge_filter: Literal["sato", "frangi"] = Field("sato", description="ridge: which of scikit-image's filters.")
     ridge_sigmas: tuple[float, ...] = Field(
-        (2.0, 4.0, 6.0), min_length=1, description="ridge: px, half-widths of the lines that are looked for."
+        (2.0, 4.0, 6.0), min_length=1, description="ridge: px at the size of the filter, half-widths of the lines looked for."
     )
-    ridge_pixels: int = Field(2_000_000, ge=1000, description="ridge: larger images are filtered at this many pixels.")
+    ridge_pixels: int = Field(500_000, ge=1000, description="ridge: larger images are filtered at this many pixels.")
     max_width: float = Field(
         0.05,
         gt=0,

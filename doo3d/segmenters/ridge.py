@@ -13,7 +13,8 @@ from ..types import Bools, Cloud, Frame, Image
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Pixels where scikit-image's Sato or Frangi filter answers strongly, by Otsu's threshold, dark or bright.
 
-    Of the two polarities the one with the stronger answer is taken.
+    Of the two polarities the one with the stronger answer is taken. A larger image than `ridge_pixels` is filtered at that
+    size, so that the same lines are found at any resolution; its answer is enlarged before the threshold, for smooth edges.
 
     Raises
     ------
@@ -29,11 +30,9 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if shrink > 1:
         grey = cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     answer = getattr(filters, config.ridge_filter)
-    sigmas = [max(1.0, sigma / shrink) for sigma in config.ridge_sigmas]
-    found = [np.nan_to_num(answer(grey, sigmas=sigmas, black_ridges=black)) for black in (False, True)]
+    found = [np.nan_to_num(answer(grey, sigmas=config.ridge_sigmas, black_ridges=black)) for black in (False, True)]
     best = max(found, key=lambda image: float(np.percentile(image, 99.5)))
-    top = float(best.max())
-    if top <= 0:
+    if best.max() <= 0:
         return np.zeros(full, dtype=bool)
-    found_mask = (best > filters.threshold_otsu(best)).astype(np.uint8)
-    return np.asarray(cv2.resize(found_mask, full[::-1], interpolation=cv2.INTER_NEAREST) > 0)
+    threshold = filters.threshold_otsu(best)
+    return np.asarray((cv2.resize(best, full[::-1], interpolation=cv2.INTER_LINEAR) if shrink > 1 else best) > threshold)
