@@ -14,13 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .geometry import TINY, angle, perpendicular, unit
+from .kernels import arcs as kernel
 from .types import Array, Floats
 
-ROUNDS = 200
-CONVERGED = 1e-13
-BISECTIONS = 3
-"""Of the step of sqrt 2 in which a radius is searched for: to 5 percent."""
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -55,24 +52,9 @@ def turn_towards(start: Floats, direction: Floats, target: Floats, radius: float
 
     It bends to the side of the target, or with `inside` to the other.
     """
-    way = target - start
-    x = float(way @ direction)
-    across = way - x * direction
-    y = float(np.linalg.norm(across))
-    scale = float(np.linalg.norm(way))
-    if y <= 1e-12 * max(scale, 1e-300):
-        if x >= 0:
-            return Turn(start, direction, perpendicular(direction), 0.0, radius)
-        normal, y = perpendicular(direction), 0.0
-    else:
-        normal = across / y
-    if inside:
-        normal, y = -normal, -y
-    reach2 = x * x + (y - radius) ** 2 - radius * radius
-    if reach2 < 0:
-        return None
-    theta = (math.atan2(y - radius, x) + math.atan2(radius, math.sqrt(reach2))) % (2 * math.pi)
-    return Turn(start, direction, normal, 0.0 if theta > 2 * math.pi - 1e-9 else theta, radius)
+    flat = len(start) == 2
+    found, turn = kernel.turn_towards(_vector(start), _vector(direction), _vector(target), float(radius), inside, flat)
+    return _turn(turn, flat) if found else None
 
 
 def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool = False) -> tuple[Turn, Turn] | None:
@@ -82,76 +64,20 @@ def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, insid
     pointing into the gap; the line lies between their ends. None where no member of this radius is found,
     the shorter one where both orders of looking for it find different ones.
     """
-    there, back = _aimed(e1, d1, e2, d2, radius, inside), _aimed(e2, d2, e1, d1, radius, inside)
-    if there and back:
-        return there if _length(there) <= _length(back) * (1 + 1e-9) else back[::-1]
-    if there or back:
-        return there or (back and back[::-1])
-    return None if inside else _cornered(e1, d1, e2, d2, radius)
+    flat = len(e1) == 2
+    found, first, second = kernel.connect(_vector(e1), _vector(d1), _vector(e2), _vector(d2), float(radius), inside, flat)
+    return (_turn(first, flat), _turn(second, flat)) if found else None
 
 
-def _length(turns: tuple[Turn, Turn]) -> float:
-    first, second = turns
-    return first.radius * (first.angle + second.angle) + float(np.linalg.norm(second.end - first.end))
+def _vector(array: Floats) -> Vector:
+    """(D,) as the kernel has it."""
+    x, y, *z = map(float, array)
+    return x, y, z[0] if z else 0.0
 
 
-def _aimed(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool) -> tuple[Turn, Turn] | None:
-    """The member of the family found by aiming each arc at the end of the other in turn.
-
-    It finds turns of any angle, but not members whose first arc reaches round the end that it is aimed at first.
-    """
-    scale = float(np.linalg.norm(e2 - e1))
-    target = e2
-    moved = math.inf
-    first = second = None
-    for _ in range(ROUNDS):
-        first = turn_towards(e1, d1, target, radius, inside)
-        second = turn_towards(e2, d2, first.end, radius, inside) if first else None
-        if first is None or second is None:
-            return None
-        moved = float(np.linalg.norm(second.end - target))
-        target = second.end
-        if moved <= CONVERGED * scale:
-            break
-    if moved > 1e-6 * scale or first is None or second is None or first.heading @ second.heading > 1e-9 - 1:
-        return None
-    return (first, second) if (second.end - first.end) @ first.heading >= -1e-9 * scale else None
-
-
-def _cornered(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float) -> tuple[Turn, Turn] | None:
-    """The member of the family found by its two corners, where the end lines meet the line, in turn with its direction.
-
-    A corner lies r tan(turn / 2) ahead of its end. It finds members with large arcs, but no turns of nearly 180 degrees.
-    """
-    way = e2 - e1
-    scale = math.sqrt(float(way @ way))
-    line, length, ahead = way / scale, scale, 0.0
-    moved = math.inf
-    for _ in range(ROUNDS):
-        cosine1, cosine2 = float(d1 @ line), -float(d2 @ line)
-        if min(cosine1, cosine2) < -0.999:
-            return None
-        ahead1 = radius * math.sqrt(max(0.0, 1 - cosine1) / (1 + cosine1))
-        ahead2 = radius * math.sqrt(max(0.0, 1 - cosine2) / (1 + cosine2))
-        between = way + ahead2 * d2 - ahead1 * d1
-        length, ahead = math.sqrt(float(between @ between)), ahead1 + ahead2
-        if length <= TINY * scale:
-            return None
-        before, line = line, between / length
-        moved = math.sqrt(float((line - before) @ (line - before)))
-        if moved <= CONVERGED:
-            break
-    if moved > 1e-10 or length < ahead - 1e-9 * scale:
-        return None
-    return _bent(e1, d1, line, radius), _bent(e2, d2, -line, radius)
-
-
-def _bent(start: Floats, direction: Floats, heading: Floats, radius: float) -> Turn:
-    """The arc from `start` that turns from one unit direction to another."""
-    across = heading - float(heading @ direction) * direction
-    if not across.any():
-        return Turn(start, direction, perpendicular(direction), 0.0, radius)
-    return Turn(start, direction, unit(across), float(angle(direction, heading)), radius)
+def _turn(turn: tuple[Vector, Vector, Vector, float, float], flat: bool) -> Turn:
+    start, direction, normal = (np.array(vector[:2] if flat else vector) for vector in turn[:3])
+    return Turn(start, direction, normal, turn[3], turn[4])
 
 
 def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
@@ -161,16 +87,8 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
     distance from the corner. Lines that are skew are taken at their closest points. None where the corner is not
     ahead of both ends or the lines are parallel.
     """
-    cosine = float(d1 @ d2)
-    sine2 = 1 - cosine * cosine
-    if sine2 < 1e-12:
-        return None
-    way = e2 - e1
-    a = (way @ d1 - cosine * (way @ d2)) / sine2
-    b = (cosine * (way @ d1) - way @ d2) / sine2
-    if a <= 0 or b <= 0:
-        return None
-    return float(min(a, b)) / math.tan(float(angle(d1, -d2)) / 2)
+    radius = float(kernel.corner_radius(_vector(e1), _vector(d1), _vector(e2), _vector(d2)))
+    return radius if radius > 0 else None
 
 
 def tangent_path(
@@ -191,61 +109,6 @@ def tangent_path(
     inside : ends that turn away from each other are joined through the inside of the gap instead of round it.
     Returns (P, D), P >= 2, or (1, D) where the ends touch.
     """
-    gap = float(np.linalg.norm(e2 - e1))
-    if gap < 1e-12:
-        return np.asarray(e1, dtype=float)[None]
-    turns = _turns(e1, unit(d1), e2, unit(d2), gap, radius, math.radians(max_deviation), inside)
-    if turns is None:
-        return np.array([e1, e2], dtype=float)
-    first, second = turns
-    length = float(np.linalg.norm(second.end - first.end))
-    line = np.linspace(first.end, second.end, max(2, math.ceil(length / spacing) + 1))
-    parts = [_sampled(first, spacing)[:-1], line, _sampled(second, spacing)[::-1][1:]]
-    return np.concatenate(parts)
-
-
-def _sampled(turn: Turn, spacing: float) -> Floats:
-    count = max(1, math.ceil(turn.angle * turn.radius / spacing)) if turn.angle > 0 else 0
-    return turn.at(np.linspace(0.0, turn.angle, count + 1))
-
-
-def _turns(
-    e1: Floats, d1: Floats, e2: Floats, d2: Floats, gap: float, radius: float | None, deviation: float, inside: bool
-) -> tuple[Turn, Turn] | None:
-    away = max(float(d1 @ (e2 - e1)), float(d2 @ (e1 - e2))) < 0
-    corner = corner_radius(e1, d1, e2, d2)
-    if corner is not None:
-        return _largest(e1, d1, e2, d2, corner, math.pi, False)
-    if radius is not None:
-        return _largest(e1, d1, e2, d2, radius, math.pi, inside and away)
-    return _largest(e1, d1, e2, d2, gap / 2, deviation, inside and away)
-
-
-def _largest(
-    e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, deviation: float, inside: bool
-) -> tuple[Turn, Turn] | None:
-    """The member with about the largest radius up to `radius` that exists and keeps its direction."""
-
-    def member(radius: float) -> tuple[Turn, Turn] | None:
-        turns = connect(e1, d1, e2, d2, radius, inside)
-        if turns is None:
-            return None
-        line = turns[1].end - turns[0].end
-        none = np.linalg.norm(line) <= 1e-9 * np.linalg.norm(e2 - e1)
-        return turns if none or float(angle(line, e2 - e1)) <= deviation else None
-
-    found = member(radius)
-    if found is not None:
-        return found
-    for _ in range(40):
-        radius /= math.sqrt(2)
-        found = member(radius)
-        if found is not None:
-            break
-    step = 2**0.25
-    for _ in range(BISECTIONS):
-        larger = member(radius * step)
-        if larger is not None:
-            found, radius = larger, radius * step
-        step = math.sqrt(step)
-    return found
+    ends = np.array((e1, d1, e2, d2), dtype=float)
+    way: Floats = kernel.path(ends, float(spacing), float(radius or 0.0), math.radians(max_deviation), inside)
+    return way
