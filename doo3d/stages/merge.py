@@ -11,9 +11,9 @@ import numpy as np
 from .. import costs
 from ..arcs import tangent_path
 from ..config import FillConfig, MergeConfig
-from ..errors import require
 from ..evidence import Evidence
 from ..geometry import end_course, steps, unit
+from ..kernels.matching import matching
 from ..sureness import alternatives, sureness
 from ..types import Assembly, Chain, Floats
 
@@ -151,30 +151,29 @@ def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
 def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     """The set of connections with the largest total of (max_cost - cost): every end used once at most, no rings unless wanted.
 
-    A maximum-weight matching of the ends (Edmonds' blossoms, networkx). Free space is asked for only of the pairs that a
-    matching chose, and the matching then made again: as it only adds to a cost, nothing better is missed. A matching
-    that closes a ring is made again without the dearest of the ring's connections. With a number of chains wanted and
-    fewer found, the dearest connections are undone.
+    A maximum-weight matching of the ends. Free space is asked for only of the pairs that a matching chose, and the matching
+    then made again: as it only adds to a cost, nothing better is missed. A matching that closes a ring is made again without
+    the dearest of the ring's connections. With a number of chains wanted and fewer found, the dearest connections are undone.
     """
-    nx = require("networkx")
-    prices = {(int(a), int(b)): float(cost[a, b]) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)}
-    top = config.max_cost if np.isfinite(config.max_cost) else 2 * max(prices.values(), default=0.0) + 1
+    prices = np.minimum(cost, cost.T)
+    top = config.max_cost if np.isfinite(config.max_cost) else 2 * float(prices[np.isfinite(prices)].max(initial=0.0)) + 1
     known: set[tuple[int, int]] = set()
     while True:
-        graph = nx.Graph()
-        graph.add_weighted_edges_from((a, b, top - price) for (a, b), price in prices.items() if price < top)
-        pairs = sorted((min(pair), max(pair)) for pair in nx.max_weight_matching(graph))
+        partner = matching(np.maximum(top - prices, 0.0))
+        pairs = [(a, b) for a, b in enumerate(partner.tolist()) if a < b]
         added = {pair: extra(*pair) for pair in pairs if pair not in known}
         known |= set(added)
-        for pair, price in added.items():
-            prices[pair] += price
+        for (a, b), price in added.items():
+            prices[a, b] += price
+            prices[b, a] = prices[a, b]
         if any(added.values()):
             continue
         ring = _ring(pairs) if not config.rings else None
         if ring is None:
             break
-        del prices[max(ring, key=lambda pair: prices[pair])]
-    links = sorted(((a, b, prices[a, b]) for a, b in pairs), key=lambda link: link[2])
+        a, b = max(ring, key=lambda pair: float(prices[pair]))
+        prices[a, b] = prices[b, a] = np.inf
+    links = sorted(((a, b, float(prices[a, b])) for a, b in pairs), key=lambda link: link[2])
     rings = 0 if _ring(pairs) is None else 1
     surplus = len(links) - rings - (len(cost) // 2 - config.chains) if config.chains is not None else 0
     return links[: len(links) - surplus] if surplus > 0 else links

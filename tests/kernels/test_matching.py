@@ -1,0 +1,94 @@
+"""Matching: against all others, and against networkx where there are too many to try."""
+
+from __future__ import annotations
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from doo3d.kernels.matching import FEW, best, matching, settle
+
+
+def weights(seed, count, share=1.0):
+    """Random, of which a share is not 0."""
+    random = np.random.default_rng(seed)
+    upper = np.triu(random.uniform(1, 100, (count, count)) * (random.uniform(size=(count, count)) < share), 1)
+    return upper + upper.T
+
+
+def near(seed, count):
+    """Weights of places in the plane: the nearer, the more; as ends of chains have them."""
+    places = np.random.default_rng(seed).uniform(0, 100, (count, 2))
+    return np.triu(np.maximum(20 - np.linalg.norm(places[:, None] - places, axis=2), 0), 1) * 1.0
+
+
+def total(weight, partner):
+    pairs = [(a, b) for a, b in enumerate(partner.tolist()) if b >= 0]
+    assert all(partner[b] == a and weight[a, b] > 0 for a, b in pairs)
+    return sum(weight[pair] for pair in pairs) / 2
+
+
+def by_trying(weight, left):
+    """The largest total weight of pairs among some."""
+    if len(left) < 2:
+        return 0.0
+    first, rest = left[0], left[1:]
+    with_it = (weight[first, b] + by_trying(weight, [e for e in rest if e != b]) for b in rest if weight[first, b] > 0)
+    return max(by_trying(weight, rest), *with_it, 0.0)
+
+
+def by_blossoms(weight):
+    graph = nx.Graph()
+    graph.add_weighted_edges_from((a, b, weight[a, b]) for a, b in np.argwhere(np.triu(weight) > 0).tolist())
+    return sum(weight[pair] for pair in nx.max_weight_matching(graph))
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 1.0])
+@pytest.mark.parametrize("count", [2, 3, 5, 8])
+@pytest.mark.parametrize("seed", range(5))
+def test_against_trying_all(seed, count, share):
+    weight = weights(seed, count, share)
+    expected = by_trying(weight, list(range(count)))
+    assert total(weight, matching(weight)) == pytest.approx(expected)
+    assert total(weight, best(weight)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("count", [FEW - 1, FEW + 1, 30, 60])
+@pytest.mark.parametrize("seed", range(5))
+def test_against_blossoms(seed, count):
+    for weight in (weights(seed, count), weights(seed, count, 0.1), near(seed, count) + near(seed, count).T):
+        assert total(weight, matching(weight)) == pytest.approx(by_blossoms(weight))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_settled_is_in_the_best(seed):
+    weight = near(seed, 24) + near(seed, 24).T
+    partner, piece = settle(weight)
+    assert not ((partner >= 0) & (piece >= 0)).any()
+    left = np.flatnonzero(piece >= 0)
+    apart = piece[left][:, None] != piece[left]
+    assert not weight[np.ix_(left, left)][apart].any()
+    rest = by_blossoms(weight[np.ix_(left, left)])
+    assert total(weight, partner) + rest == pytest.approx(by_blossoms(weight))
+    assert (partner >= 0).any()
+
+
+def test_three_of_one_weight_are_not_settled():
+    """Any of the pairs may be the best for what lies beyond them."""
+    weight = np.full((3, 3), 10.0) - 10 * np.eye(3)
+    partner, piece = settle(weight)
+    assert partner.tolist() == [-1, -1, -1]
+    assert piece.tolist() == [0, 0, 0]
+    assert total(weight, matching(weight)) == 10
+
+
+def test_two_good_pairs_are_worth_more_than_the_best():
+    weight = np.zeros((5, 5))
+    weight[0, 1] = weight[2, 3] = 8
+    weight[1, 2] = 10
+    assert matching(weight + weight.T).tolist() == [1, 0, 3, 2, -1]
+
+
+def test_nothing_to_pair():
+    assert matching(np.zeros((0, 0))).tolist() == []
+    assert matching(np.zeros((3, 3))).tolist() == [-1, -1, -1]
