@@ -53,7 +53,7 @@ def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
         raise InputError(f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data")
     if mask.dtype != bool and not np.issubdtype(mask.dtype, np.integer):
         raise InputError(f"mask has type {mask.dtype}, expected bool or integers (non-zero = object)")
-    return np.ascontiguousarray(mask != 0)
+    return mask.astype(bool, order="C")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ _ROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 
 
 def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each of the 256 neighbourhoods: deletable in the first and in the second sub-iteration, and simple.
+    """For each of the 256 neighbourhoods: deletable in the first and in the second sub-iteration; simple and no end.
 
     Simple: exactly one 8-connected piece of the object among the neighbours, and one 4-connected piece of background
     that touches a side (the Yokoi number is 1).
@@ -28,64 +28,61 @@ def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     second = base & (p2 * p4 * p8 == 0) & (p2 * p6 * p8 == 0)
     clear = 1 - bits
     yokoi = sum(clear[:, k] * (1 - clear[:, (k + 1) % 8] * clear[:, (k + 2) % 8]) for k in (0, 2, 4, 6))
-    return first, second, yokoi == 1
+    return first, second, (yokoi == 1) & (set_ > 1)
 
 
-_FIRST, _SECOND, _SIMPLE = _tables()
+_FIRST, _SECOND, _FREE = _tables()
+_DELETABLE = np.array((_FIRST, _SECOND))
 
 
 @numba.njit(cache=True)
-def _code(image, row, column):  # type: ignore[no-untyped-def]
-    code = 0
+def _delete(codes, pixels, offsets):  # type: ignore[no-untyped-def]
+    """Delete those of the pixels, one after the other, that still may go; whether there was one."""
+    changed = False
+    for at in pixels:
+        if _FREE[codes[at]]:
+            codes[at] = 0
+            changed = True
+            for k in range(8):
+                codes[at - offsets[k]] &= ~(1 << k)
+    return changed
+
+
+@numba.njit(cache=True)
+def thin(coords):  # type: ignore[no-untyped-def]
+    """Which pixels of a mask are its skeleton, lines one pixel wide.
+
+    Every pixel has a code, which of its neighbours are there, kept up to date with every deletion. What is deleted, or
+    alone, has the code 0, and nothing becomes alone: what has one neighbour keeps it.
+
+    coords : (M, 2) int64 >= 1 in lexicographic order. Returns (M,) bool.
+    """
+    width = coords[:, 1].max() + 2
+    offsets = np.empty(8, np.int64)
     for k in range(8):
-        if image[row + _ROUND[k][0], column + _ROUND[k][1]]:
-            code |= 1 << k
-    return code
-
-
-@numba.njit(cache=True)
-def _ends(code):  # type: ignore[no-untyped-def]
-    return code & (code - 1) == 0
-
-
-@numba.njit(cache=True)
-def thin(mask):  # type: ignore[no-untyped-def]
-    """The skeleton of a mask: (H, W) uint8 of 0 and 1 whose border is 0 -> the same, lines one pixel wide."""
-    image = mask.copy()
-    active = np.empty((image.size, 2), np.int32)
-    size = 0
-    for row in range(1, image.shape[0] - 1):
-        for column in range(1, image.shape[1] - 1):
-            if image[row, column]:
-                active[size, 0] = row
-                active[size, 1] = column
-                size += 1
-    chosen = np.empty(size, np.int32)
+        offsets[k] = _ROUND[k][0] * width + _ROUND[k][1]
+    places = coords[:, 0] * width + coords[:, 1]
+    codes = np.zeros((coords[-1, 0] + 2) * width, np.uint8)
+    for at in places:
+        for k in range(8):
+            codes[at - offsets[k]] |= 1 << k
+    alone = codes[places] == 0
+    active, chosen = places.astype(np.int32), np.empty(places.size, np.int32)
+    size = places.size
     changed = True
     while changed:
         changed = False
         for half in range(2):
-            table = _FIRST if half == 0 else _SECOND
-            count = 0
+            table = _DELETABLE[half]
+            left, count = 0, 0
             for a in range(size):
-                if table[_code(image, active[a, 0], active[a, 1])]:
-                    chosen[count] = a
-                    count += 1
-            for c in range(count):
-                row, column = active[chosen[c], 0], active[chosen[c], 1]
-                code = _code(image, row, column)
-                if _SIMPLE[code] and not _ends(code):
-                    image[row, column] = 0
-                    changed = True
-            left = 0
-            for a in range(size):
-                if image[active[a, 0], active[a, 1]]:
-                    active[left] = active[a]
-                    left += 1
+                at = active[a]
+                code = codes[at]
+                active[left] = at
+                left += code != 0
+                chosen[count] = at
+                count += table[code]
             size = left
-    for a in range(size):  # corners of staircases
-        row, column = active[a, 0], active[a, 1]
-        code = _code(image, row, column)
-        if _SIMPLE[code] and not _ends(code):
-            image[row, column] = 0
-    return image
+            changed |= _delete(codes, chosen[:count], offsets)
+    _delete(codes, active[:size], offsets)  # corners of staircases
+    return alone | (codes[places] != 0)

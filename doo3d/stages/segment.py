@@ -94,8 +94,13 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     found = tidy(found, config.min_component)
     if mask is None and config.method != "everything" and found.any():
         found = drop_wide(found, np.ones(shape), config)
+    pixels = mask_pixels(found)
     return Foreground(
-        points=mask_pixels(found).astype(float), mask=found, color=image.color, notes=() if found.any() else (_nothing(config),)
+        points=pixels.astype(float),
+        pixels=pixels,
+        mask=found,
+        color=image.color,
+        notes=() if found.any() else (_nothing(config),),
     )
 
 
@@ -127,18 +132,20 @@ def tidy(mask: Bools, least: int) -> Bools:
     if least <= 1 or not mask.any():
         return mask
     box = bounding_box(mask)
-    image = mask[box].astype(np.uint8)
-    borders, tree = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    borders, tree = cv2.findContours(mask[box].view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    small = []
     for border, (_, _, _, outer) in zip(borders, tree[0], strict=True):
         if len(border) > 4 * least:
             continue
-        area = cv2.contourArea(border)
-        if outer < 0 and area + len(border) / 2 + 1 < least:
-            cv2.drawContours(image, [border], 0, 0, cv2.FILLED)
-        elif outer >= 0 and area - len(border) / 2 + 1 < least:
-            cv2.drawContours(image, [border], 0, 1, cv2.FILLED)
-    result = np.zeros_like(mask)
-    result[box] = image > 0
+        free = 1 if outer < 0 else -1
+        if cv2.contourArea(border) + free * len(border) / 2 + 1 < least:
+            small.append((border, int(outer >= 0)))
+    if not small:
+        return mask
+    result = mask.copy()
+    image = result.view(np.uint8)[box]
+    for border, value in small:
+        cv2.drawContours(image, [border], 0, value, cv2.FILLED)
     return result
 
 

@@ -14,10 +14,5 @@ def thin(grid: VoxelGrid, config: ThinConfig) -> Skeleton:
     """The voxels of the curve skeleton, each at the centroid of its points; in 2-D pixels, by Zhang and Suen's rule."""
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids, grid.size, grid.radius)
-    if grid.coords.shape[1] == 2:
-        image = np.zeros(grid.coords.max(axis=0) + 2, dtype=np.uint8)
-        image[tuple(grid.coords.T)] = 1
-        kept = np.flatnonzero(zhang_suen.thin(image)[tuple(grid.coords.T)])
-    else:
-        kept = np.flatnonzero(skeletonize(grid.coords))
+    kept = np.flatnonzero(zhang_suen.thin(grid.coords) if grid.coords.shape[1] == 2 else skeletonize(grid.coords))
     return Skeleton(grid.coords[kept], grid.centroids[kept], grid.size, grid.radius)

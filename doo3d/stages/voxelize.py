@@ -13,8 +13,8 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import components
-from ..silhouette import bounding_box, ridge_radius
-from ..types import Array, Bools, Camera, Floats, Foreground, Ints, VoxelGrid
+from ..silhouette import bounding_box, mask_radius
+from ..types import Bools, Floats, Foreground, Ints, VoxelGrid
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
@@ -28,7 +28,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """
     points = foreground.points
     if points.shape[1] == 2 and foreground.mask is not None:
-        return _pixels(foreground.mask, points.astype(np.int64), config)
+        return _pixels(foreground.mask, foreground, config)
     if not len(points):
         zero = np.zeros((0, points.shape[1]))
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
@@ -70,17 +70,16 @@ def in_core(mask: Bools, pixels: Ints, share: float, radius: float) -> Bools:
     return np.asarray(inside[v, u] >= share * most[v, u])
 
 
-def _pixels(mask: Bools, pixels: Ints, config: VoxelizeConfig) -> VoxelGrid:
-    """In 2-D the mask is the grid: pixels (N, 2) are all of it."""
+def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
+    """In 2-D the mask is the grid: the points (N, 2) are all of its pixels, in lexicographic order."""
+    pixels = foreground.points.astype(np.int64) if foreground.pixels is None else foreground.pixels
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
     if len(pixels) > config.max_voxels:
         raise InputError(f"the mask has {len(pixels)} pixels, the limit is {config.max_voxels}: scale the image down")
-    box = bounding_box(mask)
-    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    radius = config.radius or max(ridge_radius(inside, np.ones_like(inside)), 0.5)
-    origin = pixels.min(axis=0) - 1
-    return VoxelGrid(pixels - origin, pixels.astype(float), np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
+    radius = config.radius or max(mask_radius(mask), 0.5)
+    origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
+    return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 
 
 def _too_large(count: float, limit: float, size: float) -> str:
@@ -135,15 +134,8 @@ def point_spacing(foreground: Foreground) -> float:
 def seen_radius(foreground: Foreground, apart: float) -> float:
     """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
-        return max(_mask_radius(foreground.mask, foreground.depth, foreground.camera), apart)
+        return max(mask_radius(foreground.mask, foreground.depth, foreground.camera.fx), apart)
     return max(_cloud_radius(foreground.points, apart), apart)
-
-
-def _mask_radius(mask: Bools, depth: Array, camera: Camera) -> float:
-    """Median over the ridge of the mask's distance transform, times depth over focal length."""
-    box = bounding_box(mask)
-    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    return ridge_radius(inside, depth[box] / camera.fx)
 
 
 def _cloud_radius(points: Floats, apart: float) -> float:
