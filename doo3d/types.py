@@ -338,7 +338,7 @@ class Chain:
         if joints.ndim != 2 or joints.shape[1] not in (2, 3) or len(joints) < 2:
             raise InputError(f"joints have shape {joints.shape}, expected (N + 1, 2 or 3) with N >= 1")
         steps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
-        if not np.allclose(steps, self.segment_length, rtol=1e-6, atol=0):
+        if not (np.abs(steps - self.segment_length) <= 1e-6 * self.segment_length).all():
             raise InputError(f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}")
         radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
         occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)

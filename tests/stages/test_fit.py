@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.config import FitConfig
-from doo3d.stages.fit import fit, traverse_contour
+from doo3d.stages.fit import fit
 from doo3d.types import Path
 
 
@@ -97,6 +97,7 @@ def test_a_path_shorter_than_a_segment_gives_none(dim):
     curled = np.pad(0.45 * np.column_stack((np.cos(np.arange(30)), np.sin(np.arange(30)))), ((0, 0), (0, dim - 2)))
     assert fit([Path(curled)], config) == []
     assert fit([Path(np.zeros((1, dim)))], config) == []
+    assert fit([Path(np.zeros((0, dim)))], config) == []
     assert fit([], config) == []
     (chain,) = fit([Path(straight(0.9, dim)), Path(straight(1.1, dim))], config)
     assert len(chain.joints) == 2
@@ -152,4 +153,3 @@ def test_what_is_given_stays():
     before = points.copy()
     fit([Path(points)], FitConfig(segment_length=2.0))
     np.testing.assert_array_equal(points, before)
-    assert traverse_contour([(0.0, 0.0)], 1.0, 60.0) == []
