@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -75,19 +76,17 @@ class Evidence:
         """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""
         return np.asarray(self.classify(points) == Seen.MASKED)
 
-    def free_length(self, path: Floats) -> float:
-        """Length, m, of the part of a path (P, 3) that runs where the camera saw through, or out of its view.
+    def lengths(self, paths: Sequence[Floats]) -> Floats:
+        """How much of each path (P, D), m (px in 2-D), runs where the camera saw through or out of its view, and how much where
+        it has no reading: (K, 2).
 
         What leaves the view may come back, but where is anyone's guess.
         """
-        if len(path) < 2:
-            return 0.0
-        return self._length(path, (Seen.FREE, Seen.OUTSIDE))
-
-    def unknown_length(self, path: Floats) -> float:
-        """Length, m, of the part of a path (P, 3) that has no reading at all."""
-        return self._length(path, (Seen.NO_DEPTH,))
-
-    def _length(self, path: Floats, said: tuple[Seen, ...]) -> float:
-        middle = (path[1:] + path[:-1]) / 2
-        return float(steps(path)[np.isin(self.classify(middle), said)].sum())
+        points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
+        said = self.classify((points[1:] + points[:-1]) / 2)
+        step = steps(points)
+        step[after[:-1] - 1] = 0
+        told = np.zeros((len(points), 2))
+        told[:-1, 0] = np.where((said == Seen.FREE) | (said == Seen.OUTSIDE), step, 0)
+        told[:-1, 1] = np.where(said == Seen.NO_DEPTH, step, 0)
+        return np.asarray(np.add.reduceat(told, np.append(0, after[:-1])))

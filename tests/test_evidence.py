@@ -68,16 +68,34 @@ def test_within_the_margin_nothing_is_free(evidence):
     assert evidence.classify(place(PIXELS[Seen.FREE], 0.775)).tolist() == [Seen.FREE]
 
 
+def lengths(depth, mask, *paths):
+    return Evidence(depth, mask, CAMERA, 0.02).lengths(paths)
+
+
 def test_free_length_is_that_part_of_the_path(evidence):
     """Along one row: 0.8 m is measured but for the pixels of the fixture and a patch in front."""
     depth = evidence.depth.copy()
     depth[20, 20:] = 0.3
     path = np.linspace(place((5.0, 20))[0], place((34.0, 20))[0], 500)
     length = np.linalg.norm(path[-1] - path[0])
-    found = Evidence(depth, evidence.mask, CAMERA, 0.02).free_length(path)
-    assert found == pytest.approx(length * (19.5 - 5) / 29, rel=0.01)
-    assert Evidence(depth, evidence.mask, CAMERA, 0.02).free_length(path[:1]) == 0
-    assert Evidence(np.zeros_like(depth), evidence.mask, CAMERA, 0.02).free_length(path) == 0
+    assert lengths(depth, evidence.mask, path)[0, 0] == pytest.approx(length * (19.5 - 5) / 29, rel=0.01)
+    assert not lengths(depth, evidence.mask, path[:1]).any()
+    nothing = lengths(np.zeros_like(depth), evidence.mask, path)
+    assert nothing[0, 0] == 0
+    assert nothing[0, 1] > 0.9 * length
+
+
+def test_lengths_of_many_are_those_of_each(evidence):
+    """Nothing is counted between the end of one path and the start of the next."""
+    ways = [np.linspace(place((5.0, v))[0], place((u, 20.0))[0], count) for u, v, count in ((34, 20, 90), (10, 2, 1), (60, 9, 7))]
+    depth = evidence.depth.copy()
+    depth[10:15] = 0
+    together = lengths(depth, evidence.mask, *ways, ways[0][:1])
+    expected = [lengths(depth, evidence.mask, way)[0] for way in ways]
+    np.testing.assert_allclose(together, [*expected, (0, 0)], atol=1e-15)
+    assert (together[[0, 2], 0] > 0).all()
+    assert together[2, 1] > 0
+    assert not together[1].any()
 
 
 def test_a_cloud_says_nothing():

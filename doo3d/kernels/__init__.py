@@ -9,9 +9,12 @@ def compiled() -> bool:
     """Whether the kernels were compiled before, so that the next run does not spend seconds on it."""
     from numba.core.caching import FunctionCache
 
-    from . import arcs, depth, matching, thinning, tracing, walking
+    from . import arcs, depth, ends, exchanging, matching, thinning, tracing, walking
 
-    kernels = (arcs.path, depth.agreement, matching.settle, thinning.thin, thinning.link, tracing.trace, walking.walk)
+    kernels = (
+        *(arcs.path, depth.agreement, ends.courses, exchanging.least, matching.settle),
+        *(thinning.thin, thinning.link, tracing.trace, walking.walk),
+    )
     folders = [Path(FunctionCache(kernel.py_func).cache_path) for kernel in kernels]
     return all(
         any(folder.glob(f"{Path(kernel.py_func.__code__.co_filename).stem}.{kernel.py_func.__name__}-*.nbi"))

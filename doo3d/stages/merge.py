@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,10 +13,14 @@ from .. import costs
 from ..arcs import tangent_path
 from ..config import FillConfig, MergeConfig
 from ..evidence import Evidence
-from ..geometry import end_course, steps, unit
+from ..geometry import steps, unit
+from ..kernels.ends import courses
 from ..kernels.matching import matching
-from ..sureness import alternatives, sureness
+from ..sureness import Link, alternatives, sureness
 from ..types import Assembly, Chain, Floats
+
+Pair = tuple[int, int]
+Price = Callable[[list[Pair]], list[float]]
 
 
 @dataclass(frozen=True)
@@ -45,25 +50,10 @@ def merge(
         leaving = evidence.leaves(ends.points, ends.directions, config.border * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
 
-    def free_space(a: int, b: int) -> float:
-        if not config.free_space_weight and not config.unknown_weight:
-            return 0.0
-        straight = np.linspace(ends.points[a], ends.points[b], 20)
-        near = np.linalg.norm(straight[-1] - straight[0]) < config.direction_length * radius
-        if near and (evidence is None or not evidence.free_length(straight)):
-            return 0.0
-        settings = fill or FillConfig()
-        way = tangent_path(
-            ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
-            settings.radius, settings.max_deviation, settings.side == "inside",
-        )  # fmt: skip
-        free = evidence.free_length(way) if evidence is not None else 0.0
-        unknown = evidence.unknown_length(way) if evidence is not None else float(steps(way).sum())
-        return ends.unit_cost * (config.free_space_weight * free + config.unknown_weight * unknown)
-
-    links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), free_space, config)
+    extra = partial(_extra, ends, config, radius, fill or FillConfig(), evidence)
+    links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), extra, config)
     if config.chains is not None:
-        links += _insist(links, cost, [len(chain.joints) - 1 for chain in chains], free_space, config)
+        links += _insist(links, cost, [len(chain.joints) - 1 for chain in chains], extra, config)
     others = alternatives(cost, ends.points, ends.unit_cost, radius, config, evidence)
     result = _assemble(chains, ends, links, sureness(links, others, config.max_cost, config.rings))
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
@@ -77,10 +67,10 @@ def _length(assembly: Assembly) -> float:
 
 
 def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> _Ends:
-    reach = config.direction_length * radius
-    courses = [end_course(joints, reach) for chain in chains for joints in (chain.joints[::-1], chain.joints)]
-    directions, curvatures = (np.array(part) for part in zip(*courses, strict=True))
-    points = np.concatenate([chain.joints[[0, -1]] for chain in chains])
+    bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
+    joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
+    directions, curvatures = courses(joints, bounds, float(config.direction_length * radius))
+    points = joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()]
     return _Ends(points, directions, curvatures, 1000.0 if points.shape[1] == 3 else 1.0)
 
 
@@ -105,6 +95,33 @@ def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig, radius: f
     return np.asarray(total)
 
 
+def _extra(
+    ends: _Ends, config: MergeConfig, radius: float, fill: FillConfig, evidence: Evidence | None, pairs: list[Pair]
+) -> list[float]:
+    """What connections cost for what of their ways runs through free space, or where nothing is known.
+
+    A short gap costs nothing where the straight way across it is not free.
+    """
+    if not pairs or not (config.free_space_weight or config.unknown_weight):
+        return [0.0] * len(pairs)
+    one, other = ends.points[np.array(pairs)].swapaxes(0, 1)
+    asked = np.linalg.norm(other - one, axis=1) >= config.direction_length * radius
+    if evidence is not None:
+        asked |= evidence.lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
+    ways = [
+        tangent_path(
+            ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
+            fill.radius, fill.max_deviation, fill.side == "inside",
+        )
+        for (a, b), ask in zip(pairs, asked, strict=True) if ask
+    ]  # fmt: skip
+    cost = np.zeros(len(pairs))
+    if ways:
+        told = evidence.lengths(ways) if evidence is not None else np.array([(0.0, steps(way).sum()) for way in ways])
+        cost[asked] = ends.unit_cost * told @ (config.free_space_weight, config.unknown_weight)
+    return [float(price) for price in cost]
+
+
 def _expected(ends: _Ends, distance: Floats, config: MergeConfig, radius: float) -> Floats:
     """The direction of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
 
@@ -115,10 +132,6 @@ def _expected(ends: _Ends, distance: Floats, config: MergeConfig, radius: float)
     strength = np.linalg.norm(ends.curvatures, axis=1, keepdims=True)
     bend = ends.curvatures * np.minimum(1.0, 1 / np.maximum(2 * radius * strength, 1e-12))
     return unit(ends.directions[:, None] + config.keep_bending * half * bend[:, None])
-
-
-Link = tuple[int, int, float]
-Price = Callable[[int, int], float]
 
 
 def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
@@ -134,7 +147,7 @@ def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
         if a in used or b in used:
             continue
         if not known:
-            price += extra(a, b)
+            price += extra([(a, b)])[0]
             if price <= config.max_cost:
                 heapq.heappush(heap, (price, a, b, True))
             continue
@@ -157,16 +170,17 @@ def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     """
     prices = np.minimum(cost, cost.T)
     top = config.max_cost if np.isfinite(config.max_cost) else 2 * float(prices[np.isfinite(prices)].max(initial=0.0)) + 1
-    known: set[tuple[int, int]] = set()
+    known: set[Pair] = set()
     while True:
         partner = matching(np.maximum(top - prices, 0.0))
         pairs = [(a, b) for a, b in enumerate(partner.tolist()) if a < b]
-        added = {pair: extra(*pair) for pair in pairs if pair not in known}
-        known |= set(added)
-        for (a, b), price in added.items():
+        new = [pair for pair in pairs if pair not in known]
+        added = extra(new)
+        known |= set(new)
+        for (a, b), price in zip(new, added, strict=True):
             prices[a, b] += price
             prices[b, a] = prices[a, b]
-        if any(added.values()):
+        if any(added):
             continue
         ring = _ring(pairs) if not config.rings else None
         if ring is None:
@@ -199,7 +213,7 @@ def _insist(links: list[Link], cost: Floats, sizes: list[int], extra: Price, con
                 break
             one, other = group[a // 2], group[b // 2]
             if one != other and not used & {a, b} and {one, other} <= large:
-                best = min(best, (price + extra(a, b), a, b))
+                best = min(best, (price + extra([(a, b)])[0], a, b))
         if best[1] < 0:
             break
         price, a, b = best
@@ -209,7 +223,7 @@ def _insist(links: list[Link], cost: Floats, sizes: list[int], extra: Price, con
     return more
 
 
-def _ring(pairs: list[tuple[int, int]]) -> list[tuple[int, int]] | None:
+def _ring(pairs: list[Pair]) -> list[Pair] | None:
     """The connections of a ring that they close, if they close one."""
     partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
     seen: set[int] = set()
