@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from .axis import with_viewpoint
 from .config import RefineConfig
+from .kernels.sampling import bilinear
 from .meetings import Lines, Meetings, meetings
 from .overlaps import Look, by_color, by_surface, strands
 from .stations import lay
@@ -182,8 +183,4 @@ def _nearest(image: Array, places: Floats) -> Floats:
 
 def _shades(image: Array, places: Floats) -> Floats:
     """Colours (..., 3) of the image between the four pixels round each place (..., 2) px; NaN outside."""
-    low = np.floor(places)
-    part = places - low
-    corners = [_nearest(image, low + np.array(step)) for step in ((0, 0), (1, 0), (0, 1), (1, 1))]
-    x, y = part[..., :1], part[..., 1:]
-    return np.asarray((corners[0] * (1 - x) + corners[1] * x) * (1 - y) + (corners[2] * (1 - x) + corners[3] * x) * y)
+    return np.asarray(bilinear(np.ascontiguousarray(image), places.reshape(-1, 2))).reshape(*places.shape[:-1], -1)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from .kernels import lines
 from .types import Array, Floats
 
 TINY = 1e-12
@@ -15,6 +16,8 @@ TINY = 1e-12
 def unit(vectors: Array) -> Floats:
     """(..., D) -> (..., D) of length 1; zero vectors stay zero."""
     vectors = np.asarray(vectors, dtype=float)
+    if vectors.ndim <= 2:
+        return np.asarray(lines.unit(vectors) if vectors.ndim == 1 else lines.unit_rows(vectors))
     norm = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(norm > 0, norm, 1.0))
 
@@ -36,13 +39,12 @@ def steps(points: Floats, closed: bool = False) -> Floats:
 
 def arc_length(points: Floats) -> Floats:
     """(P, D) -> (P,) length along the polyline from its first point."""
-    return np.concatenate(([0.0], np.cumsum(steps(points)))) if len(points) else np.zeros(0)
+    return np.asarray(lines.arc_length(points))
 
 
 def resample(points: Floats, at: Array) -> Floats:
     """Points of the polyline (P, D) at the arc lengths `at` (S,) -> (S, D); beyond its ends, its ends."""
-    along = arc_length(points)
-    return np.column_stack([np.interp(at, along, points[:, d]) for d in range(points.shape[1])])
+    return np.asarray(lines.resample(points, np.asarray(at, dtype=float)))
 
 
 def densify(points: Floats, spacing: float) -> Floats:

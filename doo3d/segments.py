@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .geometry import arc_length, resample, steps, unit
-from .kernels.walking import walk
+from .kernels.walking import lay, walk
 from .types import Floats
 
 
@@ -42,18 +42,7 @@ def equal_segments(points: Floats, length: float) -> Floats:
     if total < length / 2:
         return points[:0]
     before, after = points[0] - length * unit(points[1] - points[0]), points[-1] + length * unit(points[-1] - points[-2])
-    longer = np.concatenate(([before], points, [after]))
-    along = arc_length(longer) - length
-    start, count = 0.0, 0
-    for _ in range(4):
-        joints, at = walk(np.concatenate((resample(longer, np.array([start + length])), longer[along > start])), length)
-        at += start
-        if count == 0:
-            last = int(np.searchsorted(at, total, side="right")) - 1
-            count = max(1, round(last + (total - at[last]) / length))
-        count = min(count, len(joints) - 1)
-        start = float(np.clip(start - (start + at[count] - total) / 2, -length / 2, length / 2))
-    return np.asarray(joints[: count + 1])
+    return np.asarray(lay(np.concatenate(([before], points, [after])), length))
 
 
 def equal_ring(points: Floats, length: float) -> Floats:

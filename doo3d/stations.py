@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .config import RefineConfig
 from .geometry import arc_length, resample, tangents, unit
+from .kernels.near import beside, nearest
 from .types import Bools, Floats, Ints, Path
 
 
@@ -80,26 +80,22 @@ class Ahead:
     heading: Floats
 
 
-def ahead(stations: Stations, tree: cKDTree, end: int, inwards: int, config: RefineConfig, points: Floats, grain: float) -> Ahead:
+def ahead(stations: Stations, end: int, inwards: int, config: RefineConfig, points: Floats, grain: float) -> Ahead:
     """The surface points (N, D), ascending in their first coordinate, ahead of a free end, up to the first empty stretch of a
     radius.
 
-    tree : of the stations' places. end : the end's station. inwards : 1 where the path goes on to higher stations, -1 to
+    end : the end's station. inwards : 1 where the path goes on to higher stations, -1 to
     lower. grain : m, how far apart the points may lie anyway. What lies nearer to another part of any path does not count.
     """
     tip, radius = stations.places[end], float(stations.radius[end])
     heading = unit(tip - stations.inside(end, inwards, 2 * radius))
     reach = config.extend * radius
     low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
-    near = points[low:high]
-    near = near[(np.abs(near - tip) < reach).all(axis=1)]
-    if not reach or not len(near):
+    near, along, aside = beside(points[low:high], tip, heading, reach, 1.6 * radius)
+    if not len(near):
         return Ahead(np.zeros(0), np.zeros(0), heading)
-    along = (near - tip) @ heading
-    aside = np.linalg.norm(near - tip - along[:, None] * heading, axis=1)
-    close = aside < 1.6 * radius
-    own = np.abs(tree.query(near[close])[1] - end) <= 3 * stations.half + 3
-    along, aside = along[close][own], aside[close][own]
+    own = np.abs(nearest(near, stations.places, 2 * radius, False)[1] - end) <= 3 * stations.half + 3
+    along, aside = along[own], aside[own]
     order = np.argsort(along)
     along, aside = along[order], aside[order]
     gap = np.flatnonzero((np.diff(along) > max(radius, 2 * grain)) & (along[1:] > 0))
@@ -110,12 +106,11 @@ def ahead(stations: Stations, tree: cKDTree, end: int, inwards: int, config: Ref
 def extended(paths: list[Path], stations: Stations, config: RefineConfig, points: Floats, grain: float) -> list[Path]:
     """The paths carried on straight at their free ends as far as the surface goes: points as for `ahead`."""
     result = []
-    tree = cKDTree(stations.places)
     for p, path in enumerate(paths):
         part = stations.of(p)
         places, filled, joins = path.points, path.filled, path.joins
         for end, inwards in () if path.closed else ((part.start, 1), (part.stop - 1, -1)):
-            seen = ahead(stations, tree, end, inwards, config, points, grain)
+            seen = ahead(stations, end, inwards, config, points, grain)
             if len(seen.along) and seen.along[-1] > 0:
                 tip = stations.places[end] + seen.along[-1] * seen.heading
                 places = np.concatenate(([tip], places) if inwards == 1 else (places, [tip]))

@@ -7,17 +7,24 @@ stations: places (S, 3) m along all paths of a frame, close together, each with 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .geometry import perpendicular, unit
+from .kernels.near import nearest
 from .types import Array, Camera, Floats, Ints
 
 ENOUGH = 10_000
-"""Pixels of the mask, and points, that suffice to measure on; more are thinned out evenly."""
+"""Points that suffice to measure on; more are thinned out evenly."""
+
+PIXELS = 40_000
+"""The same of the mask's pixels, whose number is the width of the object."""
+
+
+GOLDEN = (1 + 5**0.5) / 2
 
 
 @dataclass(frozen=True)
@@ -82,14 +89,15 @@ def silhouette(
     station do not belong to it.
     """
     pixels, across, scale = _in_image(places, frames, camera)
-    some = thinned(mask_pixels)
+    some = on_lattice(mask_pixels)
     share = len(mask_pixels) / max(1, len(some))
-    distance, nearest = cKDTree(pixels).query(some)
-    kept = distance < (reach * np.abs(scale))[nearest]
-    nearest, some = nearest[kept], some[kept]
-    offset = np.einsum("ij,ij->i", some - pixels[nearest], across[nearest])
-    count = window_sum(np.bincount(nearest, minlength=len(places)) * share, path, half)
-    total = window_sum(np.bincount(nearest, weights=offset, minlength=len(places)) * share, path, half)
+    reach = reach * np.abs(scale)
+    distance, near = nearest(some.astype(float), pixels, float(reach.max()), True)
+    kept = distance < reach[near]
+    near, some = near[kept], some[kept]
+    offset = np.einsum("ij,ij->i", some - pixels[near], across[near])
+    count = window_sum(np.bincount(near, minlength=len(places)) * share, path, half)
+    total = window_sum(np.bincount(near, weights=offset, minlength=len(places)) * share, path, half)
     radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
     return Silhouette(total / np.maximum(count, 1e-9) / scale, radius)
 
@@ -107,9 +115,17 @@ def _in_image(places: Floats, frames: Frames, camera: Camera | None) -> tuple[Fl
 
 
 def thinned(rows: Array) -> Array:
-    """About ENOUGH of the rows (N, C), scattered evenly, always the same ones."""
-    step = -(-len(rows) // ENOUGH)
-    return rows if step <= 1 else rows[(np.arange(len(rows)) * 7919) % step == 0]
+    """About ENOUGH of the rows (N, C), evenly, always the same ones."""
+    return np.ascontiguousarray(rows[:: max(1, -(-len(rows) // ENOUGH))])
+
+
+def on_lattice(pixels: Array) -> Array:
+    """About PIXELS of the pixels (N, 2), on a lattice that is nearly as fine in every direction: areas keep their share."""
+    step = -(-len(pixels) // PIXELS)
+    if step <= 1:
+        return pixels
+    slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / GOLDEN))
+    return np.asarray(pixels[(pixels[:, 0] + slope * pixels[:, 1]) % step == 0])
 
 
 def _lengths(pixels: Floats, path: Ints) -> Floats:
@@ -132,16 +148,11 @@ class Section:
 
 def sections(points: Floats, places: Floats, frames: Frames, reach: Floats) -> Section:
     """Each point (N, 3) m in the cross-section of its nearest station, those farther than its `reach` (S,) m left out."""
-    distance, nearest = cKDTree(places).query(points, distance_upper_bound=float(reach.max()))
-    kept = np.flatnonzero(np.isfinite(distance))
-    kept = kept[distance[kept] < reach[nearest[kept]]]
-    nearest = nearest[kept]
-    offset = points[kept] - places[nearest]
-    return Section(
-        nearest,
-        np.einsum("ij,ij->i", offset, frames.lateral[nearest]),
-        np.einsum("ij,ij->i", offset, frames.away[nearest]),
-    )
+    distance, near = nearest(points, places, float(reach.max()), True)
+    kept = distance < reach[near]
+    near = near[kept]
+    offset = points[kept] - places[near]
+    return Section(near, np.einsum("ij,ij->i", offset, frames.lateral[near]), np.einsum("ij,ij->i", offset, frames.away[near]))
 
 
 def axis_depth(section: Section, path: Ints, radius: Floats, half: int) -> tuple[Floats, Floats]:

@@ -15,9 +15,10 @@ LAYERS = [
     {"errors"},
     {"types"},
     {"config"},
+    {"kernels"},
     {"geometry"},
     {
-        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "kernels", "meetings", "overlaps", "segmenters", "segments"),
+        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "meetings", "overlaps", "segmenters", "segments"),
         *("silhouette", "stations", "sureness", "surface"),
     },
     {"stages"},

@@ -9,6 +9,14 @@ import numpy as np
 
 
 @numba.njit(cache=True)
+def _distance(a, b):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for d in range(a.shape[0]):
+        total += (a[d] - b[d]) ** 2
+    return math.sqrt(total)
+
+
+@numba.njit(cache=True)
 def walk(points, length):  # type: ignore[no-untyped-def]
     """Lay chords of exactly `length` along a polyline, the first from its first point.
 
@@ -18,7 +26,7 @@ def walk(points, length):  # type: ignore[no-untyped-def]
     count, dim = points.shape
     total = 0.0
     for i in range(1, count):
-        total += math.sqrt(np.sum((points[i] - points[i - 1]) ** 2))
+        total += _distance(points[i], points[i - 1])
     joints = np.empty((int(total / length) + 2, dim))
     at = np.zeros(joints.shape[0])
     joints[0] = points[0]
@@ -35,7 +43,7 @@ def walk(points, length):  # type: ignore[no-untyped-def]
             half += step * offset
             inside -= offset * offset
         if math.sqrt(away) < length:
-            before += math.sqrt(np.sum((points[i] - points[i - 1]) ** 2))
+            before += _distance(points[i], points[i - 1])
             here[:] = points[i]
             i += 1
             continue
@@ -47,6 +55,36 @@ def walk(points, length):  # type: ignore[no-untyped-def]
         for d in range(dim):
             joints[size, d] = start[d] + (here[d] - start[d]) * length / math.sqrt(norm)
         here[:] = joints[size]
-        at[size] = before + math.sqrt(np.sum((here - points[i - 1]) ** 2))
+        at[size] = before + _distance(here, points[i - 1])
         size += 1
     return joints[:size], at[:size]
+
+
+@numba.njit(cache=True)
+def lay(points, length):  # type: ignore[no-untyped-def]
+    """Chords of exactly `length` along a polyline that begins and ends `length` before and behind the curve to be covered.
+
+    The whole number of chords that fits the curve best is laid so that they are as much too long, or too short, at one end
+    as at the other. points : (P, D) float64. Returns (N + 1, D) joints.
+    """
+    size, dim = points.shape
+    along = np.zeros(size)
+    for i in range(1, size):
+        along[i] = along[i - 1] + _distance(points[i], points[i - 1])
+    total = along[-1] - 2 * length
+    joints, start, count = points[:0], length, 0
+    for _ in range(4):
+        edge = max(1, min(size - 1, np.searchsorted(along, start, side="right")))
+        step = along[edge] - along[edge - 1]
+        rest = np.empty((size - edge + 1, dim))
+        rest[0] = points[edge - 1] + (points[edge] - points[edge - 1]) * ((start - along[edge - 1]) / step if step > 0 else 0.0)
+        rest[1:] = points[edge:]
+        joints, at = walk(rest, length)
+        at += start - length
+        if count == 0:
+            last = np.searchsorted(at, total, side="right") - 1
+            count = max(1, round(last + (total - at[last]) / length))
+        count = min(count, joints.shape[0] - 1)
+        shift = start - length - (start - length + at[count] - total) / 2
+        start = length + min(max(shift, -length / 2), length / 2)
+    return joints[: count + 1]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..axis import to_axis, with_viewpoint
 from ..config import RefineConfig
 from ..evidence import Evidence
 from ..geometry import arc_length
+from ..kernels.near import nearest
 from ..segments import bulged, carried, equal_ring, equal_segments
 from ..stations import Ahead, Stations, ahead, extended, lay
 from ..surface import thinned
@@ -35,12 +35,12 @@ def refine(
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
         to_axis(stations, config, foreground)
-    tree = cKDTree(thinned(grid.centroids))
+    surface = thinned(grid.centroids)
     chains = []
     for p in range(len(paths)):
         joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
-            chain = _chain(joints, stations, p, config, segment_length, tree, grid.size, evidence)
+            chain = _chain(joints, stations, p, config, segment_length, surface, grid.size, evidence)
             chains.append(replace(chain, connections=_connections(paths[p], chain, stations.places[stations.of(p)])))
     thickest = max((chain.radius for chain in chains), default=0.0)
     chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_width * thickest]
@@ -59,11 +59,10 @@ def _joints(stations: Stations, p: int, config: RefineConfig, length: float, poi
     axis = stations.places[part]
     if stations.closed[p]:
         return equal_ring(axis, length)
-    tree = cKDTree(stations.places)
     end = _area_end if axis.shape[1] == 2 else _wall_end
     radius = float(stations.radius[part.start])
-    first = end(ahead(stations, tree, part.start, 1, config, points, grain), radius)
-    last = end(ahead(stations, tree, part.stop - 1, -1, config, points, grain), radius)
+    first = end(ahead(stations, part.start, 1, config, points, grain), radius)
+    last = end(ahead(stations, part.stop - 1, -1, config, points, grain), radius)
     return equal_segments(carried(carried(bulged(axis, length), last)[::-1], first)[::-1], length)
 
 
@@ -84,20 +83,23 @@ def _area_end(seen: Ahead, radius: float) -> float:
 
 
 def _chain(
-    joints: Floats, stations: Stations, p: int, config: RefineConfig, length: float, tree: cKDTree, grain: float,
+    joints: Floats, stations: Stations, p: int, config: RefineConfig, length: float, surface: Floats, grain: float,
     evidence: Evidence | None,
 ) -> Chain:  # fmt: skip
     """The chain with its radii, and the segments marked that were filled in, not seen (paper, section III-H)."""
     part = stations.of(p)
-    along = cKDTree(stations.places[part])
     radius = float(stations.radius[part.start])
     middle = (joints[1:] + joints[:-1]) / 2
-    filled = stations.filled[part][along.query(middle)[1]]
-    seen = tree.query(middle)[0] < 1.5 * radius + grain
-    if evidence is not None:
-        seen |= evidence.masked(middle)
-    occluded = {"carried": filled, "mapped": ~seen, "both": filled & ~seen}[config.occluded]
-    return Chain(joints, length, radius, stations.radii[part][along.query(joints)[1]], occluded, stations.closed[p])
+    occluded = np.ones(len(middle), dtype=bool)
+    if config.occluded != "mapped":
+        occluded = stations.filled[part][nearest(middle, stations.places[part], length, False)[1]]
+    if config.occluded != "carried" and occluded.any():
+        unseen = np.isinf(nearest(middle[occluded], surface, 1.5 * radius + grain, True)[0])
+        if evidence is not None:
+            unseen &= ~evidence.masked(middle[occluded])
+        occluded[occluded] = unseen
+    radii = stations.radii[part][nearest(joints, stations.places[part], length, False)[1]]
+    return Chain(joints, length, radius, radii, occluded, stations.closed[p])
 
 
 def _connections(path: Path, chain: Chain, places: Floats) -> tuple[Connection, ...]:
@@ -105,11 +107,11 @@ def _connections(path: Path, chain: Chain, places: Floats) -> tuple[Connection, 
     if not path.joins:
         return ()
     along = arc_length(np.concatenate((path.points, path.points[:1])) if path.closed else path.points)
-    nearest = cKDTree(places).query((chain.joints[1:] + chain.joints[:-1]) / 2)[1]
+    near = nearest((chain.joints[1:] + chain.joints[:-1]) / 2, places, chain.segment_length, False)[1]
     found = []
     for step, sure in path.joins:
         station = (along[step] + along[step + 1]) / 2 / along[-1] * (len(places) - (not path.closed))
-        gap = np.abs(nearest - station)
+        gap = np.abs(near - station)
         gap = np.minimum(gap, len(places) - gap) if path.closed else gap
         found.append(Connection(int(gap.argmin()), sure))
     return tuple(sorted(found))

@@ -1,0 +1,67 @@
+"""Polylines: the small sums that every stage asks for thousands of times."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+POINTS = numba.types.Array(numba.float64, 2, "A", readonly=True)
+"""(P, D) in any layout: one compilation serves slices, reversed and read-only arrays."""
+
+VALUES = numba.types.Array(numba.float64, 1, "A", readonly=True)
+
+
+@numba.njit([numba.float64[::1](POINTS)], cache=True)
+def arc_length(points):  # type: ignore[no-untyped-def]
+    """(P, D) -> (P,) length along the polyline from its first point."""
+    along = np.zeros(points.shape[0])
+    for i in range(1, points.shape[0]):
+        square = 0.0
+        for d in range(points.shape[1]):
+            square += (points[i, d] - points[i - 1, d]) ** 2
+        along[i] = along[i - 1] + math.sqrt(square)
+    return along
+
+
+@numba.njit([numba.float64[:, ::1](POINTS, VALUES)], cache=True)
+def resample(points, at):  # type: ignore[no-untyped-def]
+    """Points of the polyline (P, D) at the arc lengths `at` (S,) -> (S, D); beyond its ends, its ends."""
+    along = arc_length(points)
+    last = points.shape[0] - 1
+    result = np.empty((at.shape[0], points.shape[1]))
+    for s in range(at.shape[0]):
+        edge = np.searchsorted(along, at[s], side="right") - 1
+        if edge < 0 or edge >= last:
+            result[s] = points[max(0, min(edge, last))]
+            continue
+        for d in range(points.shape[1]):
+            slope = (points[edge + 1, d] - points[edge, d]) / (along[edge + 1] - along[edge])
+            result[s, d] = slope * (at[s] - along[edge]) + points[edge, d]
+    return result
+
+
+@numba.njit([numba.float64[:, ::1](POINTS)], cache=True)
+def unit_rows(vectors):  # type: ignore[no-untyped-def]
+    """(N, D) -> (N, D) of length 1; zero vectors stay zero."""
+    result = np.zeros(vectors.shape)
+    for n in range(vectors.shape[0]):
+        square = 0.0
+        for d in range(vectors.shape[1]):
+            square += vectors[n, d] ** 2
+        if square > 0:
+            norm = math.sqrt(square)
+            for d in range(vectors.shape[1]):
+                result[n, d] = vectors[n, d] / norm
+    return result
+
+
+@numba.njit([numba.float64[::1](VALUES)], cache=True)
+def unit(vector):  # type: ignore[no-untyped-def]
+    """(D,) -> (D,) of length 1; a zero vector stays zero."""
+    square = 0.0
+    for d in range(vector.shape[0]):
+        square += vector[d] ** 2
+    norm = math.sqrt(square)
+    return vector / norm if norm > 0 else np.zeros(vector.shape[0])
