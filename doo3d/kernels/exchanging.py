@@ -10,8 +10,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+_inner = numba.njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-@numba.njit(cache=True)
+
+@_inner
 def _rises(full, partner, most, settled, a, b, rise):  # type: ignore[no-untyped-def]
     """Into (E + 1, E + 1): the least by which the total rises when a goes to end c and b to end d instead; the last is none."""
     count = len(full)
@@ -33,7 +35,7 @@ def _rises(full, partner, most, settled, a, b, rise):  # type: ignore[no-untyped
                 rise[c, d] += min(full[e, f] - apart, 0.0)
 
 
-@numba.njit(cache=True)
+@_inner
 def _exchange(full, partner, most, spare, ends, made, gone):  # type: ignore[no-untyped-def]
     """What an exchange costs: a goes to c and b to d, -1 being none, and what those were joined to elsewhere.
 
@@ -42,7 +44,7 @@ def _exchange(full, partner, most, spare, ends, made, gone):  # type: ignore[no-
     """
     left = np.empty(2, np.int64)
     size, lefts, lost = 0, 0, 2
-    gone[:2] = ends[:2]
+    gone[0], gone[1] = ends[0], ends[1]
     before = full[ends[0], ends[1]]
     low, high = min(ends[2], ends[3]), max(ends[2], ends[3])
     for k in range(2):
@@ -76,21 +78,31 @@ def _exchange(full, partner, most, spare, ends, made, gone):  # type: ignore[no-
     return after - before + (lost - 2 * size) * most / 2, size, lost
 
 
-@numba.njit(cache=True)
-def _closes(partner, made, gone):  # type: ignore[no-untyped-def]
+@_inner
+def _closes(partner, made, size, gone, lost):  # type: ignore[no-untyped-def]
     """Whether an exchange closes a ring."""
     now = partner.copy()
-    for end in gone:
-        now[end] = -1
-    for m in range(len(made)):
+    for k in range(lost):
+        now[gone[k]] = -1
+    for m in range(size):
         now[made[m, 0]], now[made[m, 1]] = made[m, 1], made[m, 0]
-    for m in range(len(made)):
+    for m in range(size):
         end = made[m, 0] ^ 1
         while now[end] >= 0 and now[end] != made[m, 0]:
             end = now[end] ^ 1
         if now[end] >= 0:
             return True
     return False
+
+
+@_inner
+def _lowest(table):  # type: ignore[no-untyped-def]
+    row, column = 0, 0
+    for r in range(len(table)):
+        for c in range(len(table)):
+            if table[r, c] < table[row, column]:
+                row, column = r, c
+    return row, column
 
 
 @numba.njit(cache=True)
@@ -105,13 +117,12 @@ def least(full, partner, most, spare, settled, pairs, rings):  # type: ignore[no
         found[k] = most - full[ends[0], ends[1]]
         _rises(full, partner, most, settled, ends[0], ends[1], rise)
         while True:
-            next_ = rise.argmin()
-            c, d = next_ // (count + 1), next_ % (count + 1)
+            c, d = _lowest(rise)
             if not rise[c, d] < found[k]:
                 break
             rise[c, d] = np.inf
             ends[2], ends[3] = c if c < count else -1, d if d < count else -1
             value, size, lost = _exchange(full, partner, most, spare, ends, made, gone)
-            if value < found[k] and (rings or not _closes(partner, made[:size], gone[:lost])):
+            if value < found[k] and (rings or not _closes(partner, made, size, gone, lost)):
                 found[k] = value
     return found
