@@ -6,15 +6,16 @@ ordered points are had by other means; in 3-D there is no contour, and the graph
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from ..config import TraverseConfig
 from ..errors import ConfigError
 from ..geometry import arc_length, moving_mean, resample, steps
+from ..kernels.clearance import first_clear
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import trace
 from ..types import Floats, Ints, Path, Skeleton
@@ -32,6 +33,10 @@ class _Branch:
     length: float = 0.0
 
 
+_Ways = list[tuple[_Branch, Floats]]
+"""Branches with all their points (P, D), those of their nodes too."""
+
+
 @dataclass
 class _Graph:
     """The branches, and the place of every node, (D,) m."""
@@ -46,8 +51,12 @@ class _Graph:
 
     def whole(self, branch: _Branch) -> Floats:
         """The branch's points with those of the nodes at its ends."""
-        first, last = ([self.places[node][None]] if node != FREE else [] for node in (branch.a, branch.b))
-        return np.concatenate((*first, branch.points, *last))
+        parts = [branch.points]
+        if branch.a != FREE:
+            parts.insert(0, self.places[branch.a][None])
+        if branch.b != FREE:
+            parts.append(self.places[branch.b][None])
+        return np.concatenate(parts)
 
     def at(self, node: int) -> list[_Branch]:
         """The branches that end at a node; a loop counts twice."""
@@ -101,9 +110,10 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     least = config.min_loop * skeleton.radius
     rings += [graph.whole(branch)[:-1] for branch in graph.branches if _is_ring(graph, branch)]
     paths = [Path(moving_mean(ring, half, closed=True), closed=True) for ring in rings if steps(ring, True).sum() >= least]
-    for branch in graph.branches:
+    ways = [(branch, graph.whole(branch)) for branch in graph.branches]
+    for branch, points in ways:
         if not _is_ring(graph, branch):
-            points = _trim(graph, branch, config, skeleton.radius)
+            points = _trim(branch, points, ways, config, skeleton.radius)
             if len(points) > 1:
                 paths.append(Path(moving_mean(points, half)))
     return paths
@@ -140,11 +150,14 @@ def _build(skeleton: Skeleton) -> tuple[_Graph, list[Floats]]:
         coords = np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
     cluster, order, bounds, nodes = trace(neighbours(coords))
     graph = _Graph()
-    for node in range(int(cluster.max(initial=-1)) + 1):
-        graph.places[node] = skeleton.points[cluster == node].mean(axis=0)
+    crowd = np.flatnonzero(cluster >= 0)
+    node = cluster[crowd]
+    sums = [np.bincount(node, weights=column) for column in skeleton.points[crowd].T]
+    graph.places = dict(enumerate(np.column_stack(sums) / np.bincount(node)[:, None]))
     rings = []
-    for (a, b), start, end in zip(nodes.tolist(), bounds[:-1], bounds[1:], strict=True):
-        points = skeleton.points[order[start:end]]
+    ordered = skeleton.points[order]
+    for (a, b), (start, end) in zip(nodes.tolist(), itertools.pairwise(bounds.tolist()), strict=True):
+        points = ordered[start:end]
         if a == -2:
             rings.append(points)
         else:
@@ -190,14 +203,13 @@ def _droppable(graph: _Graph, config: TraverseConfig, radius: float) -> list[_Br
     return result
 
 
-def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float) -> Floats:
-    """The branch without its ends. Empty when nothing is left.
+def _trim(branch: _Branch, points: Floats, ways: _Ways, config: TraverseConfig, radius: float) -> Floats:
+    """The points (P, D) of a branch without its ends. Empty when nothing is left.
 
     `trim` radii of a free end go, which thinning draws into a corner of the surface. Of an end that a junction pulls out
     of shape as much goes, and on until it is `separation` radii from every other branch there, where the surfaces of
     two strands no longer touch; but at most 0.4 of the branch.
     """
-    points = graph.whole(branch)
     along = arc_length(points)
     cut = [0.0, 0.0]
     for end, node in enumerate((branch.a, branch.b)):
@@ -207,9 +219,8 @@ def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float)
         inwards = points if end == 0 else points[::-1]
         away = along if end == 0 else along[-1] - along[::-1]
         reach = int(np.searchsorted(away, config.max_trim * radius)) + 1
-        apart = _apart(graph, branch, node, end, inwards[:reach], reach)
-        near = np.flatnonzero(apart > config.separation * radius)
-        clear = float(away[near[0] if len(near) else len(apart) - 1])
+        others = _others(branch, ways, node, end, reach)
+        clear = float(away[first_clear(np.ascontiguousarray(inwards[:reach]), others, config.separation * radius)])
         cut[end] = max(config.trim * radius, min(clear, 0.4 * float(along[-1])))
     if cut[0] + cut[1] >= along[-1]:
         return points[:0]
@@ -218,16 +229,13 @@ def _trim(graph: _Graph, branch: _Branch, config: TraverseConfig, radius: float)
     return np.concatenate((ends[:1], points[(along > low) & (along < high)], ends[1:]))
 
 
-def _apart(graph: _Graph, branch: _Branch, node: int, end: int, points: Floats, reach: int) -> Floats:
-    """How far each point of a branch is from the nearest of the first `reach` of any other branch at a node: (P,) m."""
-    result = np.full(len(points), np.inf)
-    for other in graph.branches:
-        for side, at in enumerate((other.a, other.b)):
-            if at != node or (other is branch and side == end):
-                continue
-            whole = graph.whole(other)
-            if side == 1:
-                whole = whole[::-1]
-            whole = whole[: min(reach, len(whole) // 2 + 1) if other.a == other.b else reach]
-            result = np.minimum(result, cdist(points, whole).min(axis=1))
-    return result
+def _others(branch: _Branch, ways: _Ways, node: int, end: int, reach: int) -> Floats:
+    """The first `reach` points of every way that leaves a node but the end of the branch there, (Q, D) m."""
+    found: list[Floats] = [branch.points[:0]]
+    for other, points in ways:
+        many = min(reach, len(points) // 2 + 1) if other.a == other.b else reach
+        if other.a == node and (other is not branch or end == 1):
+            found.append(points[:many])
+        if other.b == node and (other is not branch or end == 0):
+            found.append(points[::-1][:many])
+    return np.concatenate(found)
