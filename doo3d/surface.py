@@ -20,7 +20,7 @@ from .types import Array, Camera, Floats, Ints
 ENOUGH = 10_000
 """Points that suffice to measure on; more are thinned out evenly."""
 
-PIXELS = 40_000
+PIXELS = 20_000
 """The same of the mask's pixels, whose number is the width of the object."""
 
 
