@@ -5,6 +5,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+_RING = np.array(((-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1)))
+"""The neighbours of a pixel, clockwise: the odd ones share a side with it."""
+
 
 @numba.njit(cache=True)
 def _label(table, wanted):  # type: ignore[no-untyped-def]
@@ -98,3 +101,72 @@ def trace(table):  # type: ignore[no-untyped-def]
                 branches += 1
                 bounds[branches] = size
     return cluster, order[:size], bounds[: branches + 1], nodes[:branches]
+
+
+@numba.njit(cache=True)
+def _rises(image, row, column):  # type: ignore[no-untyped-def]
+    """How many lines leave a pixel of a 2-D skeleton: 1 at a tip, 2 along a line, 3 and more where lines meet."""
+    count = 0
+    before = image[row, column - 1]
+    for k in range(8):
+        here = image[row + _RING[k, 0], column + _RING[k, 1]]
+        if here and not before:
+            count += 1
+        before = here
+    return count
+
+
+@numba.njit(cache=True)
+def leaving(image, rows, columns):  # type: ignore[no-untyped-def]
+    """How many lines leave each pixel (K,) of a 2-D skeleton, as `without_spurs` takes it: (K,) int64, 0 where it is 0."""
+    count = np.zeros(len(rows), np.int64)
+    for k in range(len(rows)):
+        if image[rows[k], columns[k]]:
+            count[k] = _rises(image, rows[k], columns[k])
+    return count
+
+
+@numba.njit(cache=True)
+def without_spurs(image, rows, columns, least):  # type: ignore[no-untyped-def]
+    """Take the spurs out of a 2-D skeleton, in place, the shortest first: lines from a tip to where lines meet.
+
+    image : (H, W) uint8, 1 on the skeleton, 0 in a margin of a pixel. rows, columns : (K,) int64, its pixels. least : px,
+    the length of a line that stays. A line between two tips stays, however short it is.
+    """
+    walked = np.empty((2, len(rows)), np.int64)
+    spur = np.empty((2, len(rows)), np.int64)
+    while True:
+        shortest, size = float(least), 0
+        for start in range(len(rows)):
+            row, column = rows[start], columns[start]
+            if not image[row, column] or _rises(image, row, column) != 1:
+                continue
+            length, steps, meets = 0.0, 0, False
+            while length < shortest:
+                walked[0, steps], walked[1, steps] = row, column
+                image[row, column] = 0
+                steps += 1
+                best = -1
+                for k in range(1, 9):  # sides before corners
+                    turn = (2 * k - 1) % 8 if k < 5 else (2 * k) % 8
+                    if image[row + _RING[turn, 0], column + _RING[turn, 1]]:
+                        best = turn
+                        break
+                if best < 0:
+                    break
+                length += 1.0 if best % 2 else 2.0**0.5
+                row, column = row + _RING[best, 0], column + _RING[best, 1]
+                image[walked[0, steps - 1], walked[1, steps - 1]] = 1
+                meets = _rises(image, row, column) > 2
+                image[walked[0, steps - 1], walked[1, steps - 1]] = 0
+                if meets:
+                    break
+            for k in range(steps):
+                image[walked[0, k], walked[1, k]] = 1
+            if meets and length < shortest:
+                shortest, size = length, steps
+                spur[:, :steps] = walked[:, :steps]
+        if not size:
+            return
+        for k in range(size):
+            image[spur[0, k], spur[1, k]] = 0

@@ -11,13 +11,14 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..config import TraverseConfig
 from ..errors import ConfigError
 from ..geometry import arc_length, moving_mean, resample, steps
 from ..kernels.clearance import first_clear
 from ..kernels.thinning import neighbours
-from ..kernels.tracing import trace
+from ..kernels.tracing import leaving, trace, without_spurs
 from ..types import Floats, Ints, Path, Skeleton
 
 FREE = -1
@@ -103,7 +104,7 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     if not len(skeleton.coords):
         return []
     if config.method == "contours":
-        return _contours(skeleton)
+        return _contours(skeleton, config)
     graph, rings = _build(skeleton)
     _simplify(graph, config, skeleton.radius)
     half = round(config.smooth * skeleton.radius / skeleton.size)
@@ -119,25 +120,38 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     return paths
 
 
-def _contours(skeleton: Skeleton) -> list[Path]:
-    """The boundary round each piece of a 2-D skeleton, from a tip and back to it (paper, section III-C; Suzuki and Abe 1985)."""
+def _contours(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
+    """The boundary round each piece of a 2-D skeleton, from a tip and back to it (paper, section III-C; Suzuki and Abe 1985).
+
+    Spurs go first: thinning leaves lines into the corners of an end, and the paper wants one line per branch (III-B). A
+    boundary inside a loop has no tip and starts where lines meet.
+    """
     if skeleton.coords.shape[1] != 2:
         raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph")
-    u, v = skeleton.coords.T
-    image = np.zeros((v.max() + 3, u.max() + 3), dtype=np.uint8)
-    image[v + 1, u + 1] = 1
-    near = cv2.filter2D(image, -1, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)
-    tips = np.argwhere((image == 1) & (near == 2))[:, ::-1]
+    u, v = (skeleton.coords - skeleton.coords.min(axis=0) + 1).T
+    image = np.zeros((v.max() + 2, u.max() + 2), dtype=np.uint8)
+    image[v, u] = 1
+    without_spurs(image, v, u, config.min_branch * skeleton.radius)
+    lines = leaving(image, v, u)
+    tips, meetings = (np.column_stack((u, v))[which] for which in (lines == 1, lines > 2))
     found, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    shift = skeleton.points[0] - skeleton.coords[0] - 1
+    shift = skeleton.points[0] - (u[0], v[0])
     paths = []
     for contour in found:
         points = contour[:, 0].astype(float)
-        if len(tips):
-            distance = np.abs(points[:, None] - tips[None]).max(axis=2).min(axis=1)
-            points = np.roll(points, -int(np.argmin(distance)), axis=0)
+        starts = [at for at in (_nearest(points, tips, 1.0), _nearest(points, meetings, 2.0)) if at is not None]
+        points = np.roll(points, -starts[0] if starts else 0, axis=0)
         paths.append(Path(np.concatenate((points, points[:1])) + shift))
     return paths
+
+
+def _nearest(points: Floats, places: Ints, reach: float) -> int | None:
+    """The first of the points (P, 2) that is nearest to one of the places (T, 2), if it is within reach (of rows or columns)."""
+    if not len(places):
+        return None
+    distance = cKDTree(places).query(points, p=np.inf)[0]
+    nearest = int(np.argmin(distance))
+    return nearest if distance[nearest] <= reach else None
 
 
 def _is_ring(graph: _Graph, branch: _Branch) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from kernels.blobs import blob, coords_of
 
 from doo3d.kernels.thinning import neighbours, skeletonize
-from doo3d.kernels.tracing import components, trace
+from doo3d.kernels.tracing import components, trace, without_spurs
 
 FREE, LOOP = -1, -2
 
@@ -144,3 +144,46 @@ def test_components_are_those_of_the_graph(seed):
         frozenset(group) for group in nx.connected_components(graph)
     }
     assert (np.diff(np.unique(label, return_index=True)[1]) > 0).all()
+
+
+def spared(rows, least):
+    """What is left of a picture: # is the skeleton."""
+    image = np.array([[mark == "#" for mark in row] for row in rows], dtype=np.uint8)
+    image = np.pad(image, 1)
+    without_spurs(image, *np.nonzero(image), least)
+    return ["".join(".#"[bit] for bit in row) for row in image[1:-1, 1:-1].tolist()]
+
+
+FORKED = [
+    "#.........#",
+    ".#.......#.",
+    "..#.....#..",
+    "...#####...",
+    "..#........",
+    ".#.........",
+]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_shorter_line_into_a_corner_goes(turned):
+    rows = ["".join(row) for row in zip(*FORKED, strict=True)] if turned else FORKED
+    left = spared(rows, 4.0)
+    if turned:
+        left = ["".join(row) for row in zip(*left, strict=True)]
+    assert left == [*FORKED[:4], "...........", "..........."]
+
+
+def test_a_line_long_enough_stays():
+    assert spared(FORKED, 2.0) == FORKED
+    assert spared(FORKED, 0.0) == FORKED
+
+
+@pytest.mark.parametrize("rows", [["####"], ["#"], ["##", "#."], [".##.", "#..#", ".##."]])
+def test_what_has_no_fork_stays(rows):
+    assert spared(rows, 100.0) == rows
+
+
+def test_spurs_on_a_ring_go():
+    ring = ["..####..", ".#....#.", "#......#", "#......#", ".#....#.", "..####.."]
+    spur = ["#.......", ".#......"]
+    assert spared([*spur, *ring], 4.0)[2:] == ring
