@@ -256,6 +256,21 @@ class RefineConfig(Section):
     )
 
 
+class GrowConfig(Section):
+    """Strands beyond the mask, by their colours in the image (2-D)."""
+
+    reach: float = Field(
+        0.0, ge=0, le=1000, description="radii that a strand is followed beyond the end of the mask, at most; 0: none."
+    )
+    hidden: float = Field(8.0, ge=0, description="radii of the way that may look different: another strand, a print, a glare.")
+    noise: float = Field(6.0, gt=0, description="grey levels by which the colours of one strand differ at least.")
+    max_difference: float = Field(
+        2.5, gt=0, description="squared difference of the strand ahead to the strand so far, in variances of the latter."
+    )
+    min_contrast: float = Field(1.5, ge=0, description="by how much more, at least, the background on either side has to differ.")
+    adapt: float = Field(0.2, ge=0, le=1, description="share of its colours that a strand takes over at a step of half a radius.")
+
+
 class EvidenceConfig(Section):
     """What the camera says about a place."""
 
@@ -283,6 +298,7 @@ class Config(Section):
     merge: MergeConfig = MergeConfig()
     fill: FillConfig = FillConfig()
     refine: RefineConfig = RefineConfig()
+    grow: GrowConfig = GrowConfig()
     evidence: EvidenceConfig = EvidenceConfig()
 
     def to_yaml(self) -> str:

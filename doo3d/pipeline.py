@@ -13,6 +13,7 @@ from .errors import InputError
 from .evidence import Evidence
 from .stages.fill import fill
 from .stages.fit import fit
+from .stages.grow import grow
 from .stages.merge import merge
 from .stages.prune import prune
 from .stages.refine import refine
@@ -46,8 +47,9 @@ class _Clock:
         self.last = time.perf_counter()
 
     def __call__(self, stage: str) -> None:
+        """What has passed since the last call went to this stage; all its times together where it is gone through again."""
         now = time.perf_counter()
-        self.seconds[stage] = now - self.last
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self.last
         self.last = now
 
 
@@ -61,6 +63,14 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     clock = _Clock()
     foreground = segment(data, config.segment, mask, config.seed)
     clock("segment")
+    stages = _walk(foreground, config, clock)
+    grown = grow(stages.chains, foreground, config.grow)
+    clock("grow")
+    return stages if grown is None else _walk(segment(data, config.segment, grown, config.seed), config, clock)
+
+
+def _walk(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
+    """From what is the object to its chains."""
     grid = voxelize(foreground, config.voxelize)
     evidence = Evidence.of(foreground, config.evidence, grid.radius)
     clock("voxelize")

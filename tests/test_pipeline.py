@@ -24,7 +24,7 @@ from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground
 
 RADIUS = 0.005
-STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine", "crossings"]
+STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine", "crossings", "grow"]
 
 
 def config(**settings):
