@@ -96,31 +96,36 @@ def _closes(partner, made, size, gone, lost):  # type: ignore[no-untyped-def]
 
 
 @_inner
-def _lowest(table):  # type: ignore[no-untyped-def]
-    row, column = 0, 0
-    for r in range(len(table)):
-        for c in range(len(table)):
-            if table[r, c] < table[row, column]:
-                row, column = r, c
-    return row, column
+def _lowest(row):  # type: ignore[no-untyped-def]
+    lowest = 0
+    for k in range(len(row)):
+        if row[k] < row[lowest]:
+            lowest = k
+    return lowest
 
 
 @numba.njit(cache=True)
 def least(full, partner, most, spare, settled, pairs, rings):  # type: ignore[no-untyped-def]
     """The least rise of the total without each of the connections (K, 2) int64, at most that of leaving its ends free: (K,)."""
     count = len(full)
-    rise = np.empty((count + 1, count + 1))
+    rise, column, low = np.empty((count + 1, count + 1)), np.empty(count + 1, np.int64), np.empty(count + 1)
     found = np.empty(len(pairs))
     ends, made, gone = np.empty(4, np.int64), np.empty((4, 2), np.int64), np.empty(6, np.int64)
     for k in range(len(pairs)):
         ends[0], ends[1] = pairs[k, 0], pairs[k, 1]
         found[k] = most - full[ends[0], ends[1]]
         _rises(full, partner, most, settled, ends[0], ends[1], rise)
+        for c in range(count + 1):
+            column[c] = _lowest(rise[c])
+            low[c] = rise[c, column[c]]
         while True:
-            c, d = _lowest(rise)
-            if not rise[c, d] < found[k]:
+            c = _lowest(low)
+            d = column[c]
+            if not low[c] < found[k]:
                 break
             rise[c, d] = np.inf
+            column[c] = _lowest(rise[c])
+            low[c] = rise[c, column[c]]
             ends[2], ends[3] = c if c < count else -1, d if d < count else -1
             value, size, lost = _exchange(full, partner, most, spare, ends, made, gone)
             if value < found[k] and (rings or not _closes(partner, made, size, gone, lost)):
