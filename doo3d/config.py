@@ -262,6 +262,7 @@ class GrowConfig(Section):
     reach: float = Field(
         0.0, ge=0, le=1000, description="radii that a strand is followed beyond the end of the mask, at most; 0: none."
     )
+    rounds: int = Field(3, ge=1, le=10, description="times at most that ends are followed and the chains found anew.")
     hidden: float = Field(8.0, ge=0, description="radii of the way that may look different: another strand, a print, a glare.")
     noise: float = Field(6.0, gt=0, description="grey levels by which the colours of one strand differ at least.")
     max_difference: float = Field(

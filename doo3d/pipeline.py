@@ -64,9 +64,15 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     foreground = segment(data, config.segment, mask, config.seed)
     clock("segment")
     stages = _walk(foreground, config, clock)
-    grown = grow(stages.chains, foreground, config.grow)
-    clock("grow")
-    return stages if grown is None else _walk(segment(data, config.segment, grown, config.seed), config, clock)
+    for _ in range(config.grow.rounds):
+        grown = grow(stages.chains, stages.foreground, config.grow)
+        clock("grow")
+        if grown is None:
+            break
+        foreground = segment(data, config.segment, grown, config.seed)
+        clock("segment")
+        stages = _walk(foreground, config, clock)
+    return stages
 
 
 def _walk(foreground: Foreground, config: Config, clock: _Clock) -> Stages:

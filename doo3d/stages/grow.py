@@ -2,7 +2,7 @@
 
 A segmentation misses stretches: another light, a shadow, a background like the strand. Each free end of a chain is followed
 by steps of half a radius: the strand ahead has the colours across that it has had so far, and the background on both of its
-sides has others. What is found is added to the mask, and the stages are gone through once more.
+sides has others. What is found is added to the mask, and the stages are gone through again.
 """
 
 from __future__ import annotations
