@@ -33,8 +33,7 @@ def angle(a: Array, b: Array) -> Floats:
 
 def steps(points: Floats, closed: bool = False) -> Floats:
     """(P, D) -> (P - 1,) distances between consecutive points ((P,) where closed)."""
-    after = np.roll(points, -1, axis=0) if closed else points[1:]
-    return np.asarray(np.linalg.norm(after - (points if closed else points[:-1]), axis=1))
+    return np.asarray(lines.steps(np.asarray(points, dtype=float), closed))
 
 
 def arc_length(points: Floats) -> Floats:
@@ -68,12 +67,8 @@ def moving_mean(points: Floats, half: int, closed: bool = False) -> Floats:
         return points
     if closed:
         points = np.concatenate((points[-half:], points, points[:half]))
-    total = np.concatenate((np.zeros((1, points.shape[1])), np.cumsum(points, axis=0)))
-    if closed:
-        return np.asarray((total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1))
-    i = np.arange(count)
-    width = np.minimum(np.minimum(i, count - 1 - i), half)
-    return np.asarray((total[i + width + 1] - total[i - width]) / (2 * width + 1)[:, None])
+    means = np.asarray(lines.moving_mean(points, half))
+    return means[half:-half] if closed else means
 
 
 def smooth_fit(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:

@@ -13,6 +13,36 @@ POINTS = numba.types.Array(numba.float64, 2, "A", readonly=True)
 VALUES = numba.types.Array(numba.float64, 1, "A", readonly=True)
 
 
+@numba.njit([numba.float64[::1](POINTS, numba.boolean)], cache=True)
+def steps(points, closed):  # type: ignore[no-untyped-def]
+    """(P, D) -> (P - 1,) distances between consecutive points; (P,) where closed, the last from the last to the first."""
+    count = points.shape[0]
+    result = np.empty(count if closed else max(0, count - 1))
+    for i in range(result.size):
+        after = i + 1 if i + 1 < count else 0
+        square = 0.0
+        for d in range(points.shape[1]):
+            square += (points[after, d] - points[i, d]) ** 2
+        result[i] = math.sqrt(square)
+    return result
+
+
+@numba.njit([numba.float64[:, ::1](POINTS, numba.int64)], cache=True)
+def moving_mean(points, half):  # type: ignore[no-untyped-def]
+    """(P, D) with each point the mean of itself and `half` on either side, of fewer near the ends; by running sums."""
+    count, dim = points.shape
+    total = np.zeros((count + 1, dim))
+    for i in range(count):
+        for d in range(dim):
+            total[i + 1, d] = total[i, d] + points[i, d]
+    result = np.empty((count, dim))
+    for i in range(count):
+        width = min(i, count - 1 - i, half)
+        for d in range(dim):
+            result[i, d] = (total[i + width + 1, d] - total[i - width, d]) / (2 * width + 1)
+    return result
+
+
 @numba.njit([numba.float64[::1](POINTS)], cache=True)
 def arc_length(points):  # type: ignore[no-untyped-def]
     """(P, D) -> (P,) length along the polyline from its first point."""
