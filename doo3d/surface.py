@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .geometry import perpendicular, unit
-from .kernels.near import nearest
+from .kernels.near import nearest, spread
 from .types import Array, Camera, Floats, Ints
 
 ENOUGH = 10_000
@@ -89,15 +89,12 @@ def silhouette(
     station do not belong to it.
     """
     pixels, across, scale = _in_image(places, frames, camera)
-    some = on_lattice(mask_pixels)
+    some = on_lattice(mask_pixels).astype(float)
     share = len(mask_pixels) / max(1, len(some))
     reach = reach * np.abs(scale)
-    distance, near = nearest(some.astype(float), pixels, float(reach.max()), True)
-    kept = distance < reach[near]
-    near, some = near[kept], some[kept]
-    offset = np.einsum("ij,ij->i", some - pixels[near], across[near])
-    count = window_sum(np.bincount(near, minlength=len(places)) * share, path, half)
-    total = window_sum(np.bincount(near, weights=offset, minlength=len(places)) * share, path, half)
+    distance, near = nearest(some, pixels, float(reach.max()), True)
+    sums = spread(some, distance, near, pixels, across, reach)
+    count, total = (window_sum(share * each, path, half) for each in sums)
     radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
     return Silhouette(total / np.maximum(count, 1e-9) / scale, radius)
 

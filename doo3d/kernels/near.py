@@ -76,6 +76,22 @@ def nearest(points, places, reach, limited):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
+def spread(points, distance, near, places, across, reach):  # type: ignore[no-untyped-def]
+    """How many points belong to each place, and the sum of how far aside of it they lie: (S,) float64 and (S,) float64.
+
+    points : (N, 2) float64, their `distance` and `near` from `nearest`. places, across : (S, 2), and the direction across there.
+    reach : (S,), points farther from their place do not belong to it.
+    """
+    count, total = np.zeros(places.shape[0]), np.zeros(places.shape[0])
+    for n in range(points.shape[0]):
+        s = near[n]
+        if distance[n] < reach[s]:
+            count[s] += 1
+            total[s] += (points[n, 0] - places[s, 0]) * across[s, 0] + (points[n, 1] - places[s, 1]) * across[s, 1]
+    return count, total
+
+
+@numba.njit(cache=True)
 def _in_cells(places, reach):  # type: ignore[no-untyped-def]
     """The places (S, D) in the order of their cells: (S,) int64 which each is, and (S, 3) where, 0 for what D has not.
 

@@ -32,7 +32,7 @@ def grow(chains: list[Chain], foreground: Foreground, config: GrowConfig) -> Boo
     mask, color = foreground.mask, foreground.color
     if not config.reach or mask is None or color is None or foreground.points.shape[1] != 2:
         return None
-    smooth = cv2.GaussianBlur(color, (3, 3), 0).astype(np.float32)
+    smooth = cv2.GaussianBlur(color, (3, 3), 0)
     grown, found = mask.astype(np.uint8), False
     for chain in chains:
         for joints, radii in ((chain.joints, chain.radii), (chain.joints[::-1], chain.radii[::-1])):
@@ -50,39 +50,50 @@ def grow(chains: list[Chain], foreground: Foreground, config: GrowConfig) -> Boo
 def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: GrowConfig) -> Floats:
     """(P, 2) px, the way on from the last of the joints (N, 2), which comes first; P = 1 where there is none.
 
-    image : (H, W, 3) float. What hides the strand is jumped, up to `hidden` radii; it ends in what the mask has already.
+    image : (H, W, 3). What hides the strand is jumped, up to `hidden` radii; it ends in what the mask has already.
     """
     tail = _tail(joints, TAIL * radius)
     course = tail[-1] - _tail(tail, COURSE * radius)[0]
     angle, place = float(np.arctan2(course[1], course[0])), tail[-1]
     colors, spread = _colors(image, tail, radius, config.noise)
-    step = STEP * radius
-    way, gone, ahead = [place], 0.0, 0.0
-    while gone < config.reach * radius and ahead <= config.hidden * radius:
+    step, scan = STEP * radius, int(config.hidden / STEP) + 1
+    way, gone, blocked = [place], 0.0, True
+    while gone < config.reach * radius:
         angles = angle + TURNS[:, None, None]
         along = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
         aside = np.stack((-along[..., 1], along[..., 0]), axis=-1)
-        looks = ahead + step * np.arange(1, LOOKS + 1)[:, None]
-        places = place + along * looks + aside * SHIFTS[:, None, None]  # (turns, shifts, looks, 2)
-        inside = _read(image, places[..., None, :] + aside[..., None, :] * radius * INSIDE[:, None])
-        beside = _read(image, places[..., None, :] + aside[..., None, :] * radius * BESIDE[:, None])
-        difference = _strange(inside - colors, spread).mean(axis=(-1, -2))
-        other = _strange(beside[..., None, :] - colors, spread).min(axis=-1)
-        sides = other.reshape(*other.shape[:-1], 2, -1).mean(axis=(-1, -3))
-        contrast = sides.min(axis=-1)
-        cost = difference - CONTRAST_WEIGHT * np.minimum(contrast, CONTRAST_ENOUGH)
-        cost += TURN_WEIGHT * (TURNS[:, None] / TURNS[-1]) ** 2 + SHIFT_WEIGHT * SHIFTS**2
-        best = np.unravel_index(np.argmin(cost), cost.shape)
-        if difference[best] > config.max_difference or contrast[best] < difference[best] + config.min_contrast:
-            ahead += step
-            continue
-        colors = colors + config.adapt * (inside[best][0] - colors)
-        place, angle = places[best][0], angle + float(TURNS[best[0]])
+        for first, count in ((0, 1), (1, scan - 1))[:scan]:  # the next step; where that fails, all beyond what may hide it
+            looks = step * np.arange(first + 1, first + count + LOOKS)[:, None]
+            places = place + along * looks + aside * SHIFTS[:, None, None]  # (turns, shifts, looks, 2)
+            inside = _read(image, places[..., None, :] + aside[..., None, :] * radius * INSIDE[:, None])
+            beside = _read(image, places[..., None, :] + aside[..., None, :] * radius * BESIDE[:, None])
+            difference = _ahead(_strange(inside - colors, spread).mean(axis=-1))
+            other = _strange(beside[..., None, :] - colors, spread).min(axis=-1)
+            contrast = _ahead(other.reshape(*other.shape[:-1], 2, -1).mean(axis=-1), axis=-2).min(axis=-1)
+            cost = difference - CONTRAST_WEIGHT * np.minimum(contrast, CONTRAST_ENOUGH)
+            cost += (TURN_WEIGHT * (TURNS[:, None] / TURNS[-1]) ** 2 + SHIFT_WEIGHT * SHIFTS**2)[..., None]
+            best = cost.reshape(-1, count).argmin(axis=0)
+            each = np.arange(count)
+            strange, clear = difference.reshape(-1, count)[best, each], contrast.reshape(-1, count)[best, each]
+            seen = np.flatnonzero((strange <= config.max_difference) & (clear >= strange + config.min_contrast))
+            blocked = not len(seen)
+            if not blocked:
+                break
+        if blocked:
+            break
+        turn, shift = np.unravel_index(best[seen[0]], cost.shape[:2])
+        colors = colors + config.adapt * (inside[turn, shift, seen[0]] - colors)
+        place, angle = places[turn, shift, seen[0]], angle + float(TURNS[turn])
         way.append(place)
-        gone, ahead = gone + ahead + step, 0.0
+        gone += float(looks[seen[0], 0])
         if not _within(place, mask, 0) or (gone > 2 * radius and mask[tuple(np.rint(place[::-1]).astype(int))]):
             break
     return np.array(way)
+
+
+def _ahead(values: Floats, axis: int = -1) -> Floats:
+    """The means over LOOKS neighbours along an axis."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(values, LOOKS, axis=axis).mean(axis=-1))
 
 
 def _within(place: Floats, mask: Bools, margin: float) -> bool:
