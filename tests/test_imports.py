@@ -24,6 +24,7 @@ LAYERS = [
     {"stages"},
     {"pipeline"},
     {"batch"},
+    {"commands"},
     {"cli"},
 ]
 BESIDE = {"inputs", "outputs", "viz"}  # of the layers, these may import no stage and nothing above

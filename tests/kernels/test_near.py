@@ -31,7 +31,8 @@ def test_nearest_is_that_of_a_tree(dim, limited, scattered):
 def test_of_places_equally_near_the_first_is_taken():
     places = np.array([(9.0, 9.0), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0)])
     distance, found = nearest(np.zeros((3, 2)), places, 2.0, True)
-    assert distance.tolist() == [1, 1, 1] and found.tolist() == [1, 1, 1]
+    assert distance.tolist() == [1, 1, 1]
+    assert found.tolist() == [1, 1, 1]
 
 
 def test_nothing_is_near_where_there_is_nothing():
@@ -42,10 +43,14 @@ def test_nothing_is_near_where_there_is_nothing():
 def test_beside_a_line():
     points = np.array([(1.0, 0.5, 0), (1.0, 2.0, 0), (9.0, 0, 0), (-2.0, 0, 0.5)])
     kept, along, aside = beside(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
-    assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]] and along.tolist() == [1, -2] and aside.tolist() == [0.5, 0.5]
+    assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]]
+    assert along.tolist() == [1, -2]
+    assert aside.tolist() == [0.5, 0.5]
 
 
 def test_bilinear_between_four_pixels():
     image = np.array([[(0, 10), (4, 10)], [(8, 10), (12, 10)]], dtype=np.uint8)
     found = bilinear(image, np.array([(0.5, 0.5), (0.25, 0.0), (-0.1, 0.0), (1.5, 0.0), (np.nan, 0.0)]))
-    assert found[0].tolist() == [6, 10] and found[1].tolist() == [1, 10] and np.isnan(found[2:]).all()
+    assert found[0].tolist() == [6, 10]
+    assert found[1].tolist() == [1, 10]
+    assert np.isnan(found[2:]).all()
