@@ -140,12 +140,12 @@ def compare(
 
     Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
     """
-    from .config import parse_overrides
+    from .config import load_config, parse_overrides
     from .inputs import open_capture
 
     effective = config_of(config, overrides)
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
-    effective_flat = loadconfig_of(flat, wanted | parse_overrides(flat_overrides or []))
+    effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
     opened = open_capture(capture, masks=mask)
     from .compare import compare_capture
 
@@ -193,7 +193,7 @@ def presets() -> None:
 
 
 @app.command("config")
-def showconfig_of(
+def show_config(
     name: Annotated[str, typer.Argument(help="A preset or a YAML file.")] = "default",
     overrides: Overrides = None,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the page of the documentation instead.")] = False,

@@ -1,0 +1,1 @@
+"""What the commands share, and the commands of `doo3d evaluate`."""

@@ -1,0 +1,27 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from ..config import Config
+
+Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d presets) or a YAML file.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
+]
+
+
+def config_of(name: str, overrides: list[str] | None) -> Config:
+    """The effective configuration."""
+    from ..config import load_config, parse_overrides
+
+    return load_config(name, parse_overrides(overrides or []))
+
+
+def split(names: str | None) -> list[str] | None:
+    """The names of a comma-separated list."""
+    return None if names is None else [name.strip() for name in names.split(",")]
