@@ -12,7 +12,9 @@ from scipy.spatial.distance import cdist
 from ..types import Bools, Chain, Crossing, Floats, Ints
 from .crossed import count_right, true_crossings
 from .follow import Track, Walk, follow, hidden_runs, tolerance
+from .merges import wrong_merges
 from .model import Truth
+from .nodes import node_error
 
 RUN = 0.008  # m; a hidden run of this length or more is an occlusion
 COVERED, OFF = 0.94, 0.03  # least share of an object that its chain follows; share of a chain off it that is too much
@@ -29,8 +31,10 @@ class FrameScore:
     correct : by all the rules; reasons : why not, a phrase each. objects, chains : how many there are, and were found.
     occlusions, occlusions_correct : hidden runs of at least RUN with the cable seen on both sides, and those passed well.
     connections, connections_wrong : pairs of joints along the truth, and those that jump or reverse.
+    merges, merges_wrong : connections that merging made, and those that are wrong.
     rms_seen, rms_hidden : mm, chain to true axis; NaN where there is no such part.
     radius_ratio : found over true, mean over objects. end_error : mm, mean distance of chain ends from true tips.
+    node_error : mm, mean distance of node i of a chain from node i of its object, evenly along it in the same order.
     coverage : least share of an object that its chain follows. off : greatest share of a chain off its object.
     crossings, crossings_right : places where true cables cross in the view and the upper one is seen, and those found with
     the right strand on top. crossings_extra : found where there are none.
@@ -50,6 +54,9 @@ class FrameScore:
     end_error: float
     coverage: float
     off: float
+    merges: int = 0
+    merges_wrong: int = 0
+    node_error: float = float("nan")
     crossings: int = 0
     crossings_right: int = 0
     crossings_extra: int = 0
@@ -96,6 +103,9 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
         end_error=_mean([_end_error(chains[c], truths[t]) for c, t in pairs if not truths[t].closed]),
         coverage=min(coverage, default=1.0),
         off=max(off, default=0.0),
+        merges=sum(len(chain.connections) for chain in chains),
+        merges_wrong=sum(wrong_merges(chain, walk) for chain, walk in zip(chains, walks, strict=True)),
+        node_error=_mean([node_error(chains[c], truths[t]) for c, t in pairs]),
         crossings=int(true.seen.sum()),
         crossings_right=right,
         crossings_extra=extra,

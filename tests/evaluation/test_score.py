@@ -1,12 +1,15 @@
 """The score: what is right scores in full, and each way of being wrong costs what it must."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from doo3d.evaluation.model import Truth
+from doo3d.evaluation.nodes import node_error
 from doo3d.evaluation.score import score
 from doo3d.kernels.walking import walk
-from doo3d.types import Chain
+from doo3d.types import Chain, Connection
 
 RADIUS = 0.004
 
@@ -59,6 +62,7 @@ def test_the_truth_itself_scores_in_full(name, segment, turned):
     assert got.rms_hidden < 0.25 + sag
     assert got.radius_ratio == pytest.approx(1)
     assert got.end_error < 1e3 * segment / 2 + 0.1
+    assert got.node_error < 1e3 * segment / 2 + sag
     assert got.coverage > 0.96
     assert got.off == 0
 
@@ -78,6 +82,7 @@ def test_offset_is_measured():
     assert got.correct
     assert got.rms_seen == pytest.approx(2.0, abs=0.02)
     assert got.rms_hidden == pytest.approx(2.0, abs=0.02)
+    assert got.node_error == pytest.approx(2.0, abs=0.2)
 
 
 def test_two_radii_beside_is_off():
@@ -97,6 +102,7 @@ def test_inner_part_reversed_is_two_wrong_connections():
         got = score([even(_dense(order))], [truth])
         assert not got.correct
         assert got.connections_wrong == 2
+        assert got.node_error > 20
 
 
 def test_swapped_at_a_crossing():
@@ -129,6 +135,7 @@ def test_cut_short():
     truth = TRUTHS["wave"]
     got = score([even(truth.axis[: int(0.8 * len(truth.axis))])], [truth])
     assert not got.correct
+    assert got.node_error == pytest.approx(1e3 * 0.2 * truth.length / 2, rel=0.2)  # from nothing at one end to all at the other
     assert got.coverage == pytest.approx(0.8, abs=0.02)
     assert got.end_error > 30
     assert score([even(truth.axis[: int(0.97 * len(truth.axis))])], [truth]).correct
@@ -187,8 +194,49 @@ def test_ring_scores_in_full_wherever_it_starts():
             assert got.correct, got.reasons
             assert (got.occlusions, got.connections_wrong) == (1, 0)
             assert got.occlusions_correct == 1
+            assert got.node_error < 1
 
 
 def test_nothing_there_and_nothing_found_is_correct():
     assert score([], []).correct
     assert not score([even(_wave())], []).correct
+
+
+def _joined(chain, *at):
+    """The chain with connections at segments."""
+    return replace(chain, connections=tuple(Connection(segment, 0.5) for segment in at))
+
+
+def test_a_merge_is_wrong_where_the_order_breaks():
+    x = np.linspace(-0.2, 0.2, 801)
+    one, other = np.column_stack((x, x, np.full(801, 0.6))), np.column_stack((x, -x, np.full(801, 0.608)))
+    truths = [_truth(one), _truth(other)]
+    right = [_joined(even(one), 10, 28), _joined(even(other), 28)]
+    assert (score(right, truths).merges, score(right, truths).merges_wrong) == (3, 0)
+    swapped = [_dense(np.concatenate((one[:395], other[405:]))), _dense(np.concatenate((other[:395], one[405:])))]
+    wrong = [_joined(even(swapped[0]), 10, 28), _joined(even(swapped[1]), 28)]
+    assert (score(wrong, truths).merges, score(wrong, truths).merges_wrong) == (3, 2)
+    far = [_joined(even(swapped[0]), 5), even(swapped[1])]  # nothing was joined where the order breaks
+    assert (score(far, truths).merges, score(far, truths).merges_wrong) == (1, 0)
+
+
+def test_a_merge_with_what_is_no_cable_is_wrong():
+    axis = _dense(np.array([[0.0, 0, 0.6], [0.3, 0, 0.6]]))
+    beyond = _dense(np.vstack((axis, [[0.3, 0.2, 0.6]])))
+    hidden = np.zeros(len(even(beyond).occluded), dtype=bool)
+    hidden[28:38] = True
+    chain = replace(_joined(even(beyond), 33), occluded=hidden)
+    assert score([chain], [_truth(axis)]).merges_wrong == 1
+    assert score([chain], [_truth(beyond)]).merges_wrong == 0
+    assert score([chain], []).merges_wrong == 1
+
+
+def test_nodes_of_a_ring_that_was_not_closed():
+    angle = np.arange(1200) * 2 * np.pi / 1200
+    axis = np.column_stack((0.09 * np.cos(angle), 0.09 * np.sin(angle), np.full(1200, 0.6)))
+    truth = Truth(axis, RADIUS, closed=True)
+    cut = np.roll(axis, -333, axis=0)[:1195]
+    for way in (cut, cut[::-1]):
+        assert node_error(even(way), truth) < 10 / 2 + 3
+    half = even(axis[:600])
+    assert node_error(half, truth) > 40
