@@ -2,46 +2,239 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import ConfigError
+from ..errors import ConfigError, InputError
 from . import photos
-from .options import Overrides, Preset, config_of
+from .options import Overrides, Preset, config_of, save, split
+from .progress import counting, say_compiling
+
+if TYPE_CHECKING:
+    from ..evaluation.cases import Case
+    from ..evaluation.rows import Row
+    from ..evaluation.table import Masking
 
 app = typer.Typer(no_args_is_help=True, help="How good the detection is, against known truth.", rich_markup_mode=None)
 
+MASKS: dict[str, Masking] = {"given": "mask", "hsv": "hsv", "auto": "auto"}
+SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "perfect": "none"}
+ABLATED = "crossings,occluded,air,several,tangle,hairpin,knots"
 
-@app.command("samples")
+Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all.")]
+Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
+Start = Annotated[int, typer.Option(min=0, metavar="SEED", help="The seed of the first scene of each family.")]
+Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="The depth camera.")]
+Size = Annotated[str, typer.Option(metavar="WxH", help="Of the image, px.")]
+Count = Annotated[str, typer.Option(metavar="given|auto", help="Say how many cables there are, or leave it to the data.")]
+Mask = Annotated[
+    str, typer.Option(metavar="|".join(MASKS), help="The true mask, boxes round the cables' colours, or as the config does it.")
+]
+Truth = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="What is there; by default truth.json in INPUT, or beside a cloud.")
+]
+Csv = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per frame here.")]
+Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the summary and every frame here.")]
+Pictures = Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the worst frames of each family into DIR.")]
+Worst = Annotated[int, typer.Option(min=1, help="How many of each family are drawn.")]
+
+
+@app.command()
+def scenes(
+    families: Families = "all",
+    seeds: Seeds = 10,
+    start: Start = 0,
+    sensor: Sensor = "d435",
+    size: Size = "1280x720",
+    count: Count = "given",
+    mask: Mask = "given",
+    config: Preset = "default",
+    overrides: Overrides = None,
+    table: Csv = None,
+    document: Json = None,
+    pictures: Pictures = None,
+    worst: Worst = 1,
+) -> None:
+    """Render scenes of known truth, detect in them and score.
+
+    \b
+    Examples:
+      doo3d evaluate scenes --families all --seeds 20
+      doo3d evaluate scenes --families tangle,knots --count auto --mask auto --csv rows.csv --json rows.json
+      doo3d evaluate scenes --families thin --sensor zivid --pictures worst --worst 3
+    """
+    _single_thread()
+    from ..evaluation import cases
+
+    chosen = cases.scene_cases(_families(families), range(start, start + seeds), _sensor(sensor), _size(size))
+    settings = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
+    _run(chosen, settings, (config, overrides), (count, mask), (table, document, pictures, worst))
+
+
+@app.command()
 def samples(
     folder: Annotated[Path, typer.Argument(help="Captures and clouds with their truth beside them, such as sample_clouds.")],
+    count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
+    table: Csv = None,
+    document: Json = None,
+    pictures: Pictures = None,
+    worst: Worst = 1,
 ) -> None:
     """Detect in all captures below FOLDER and score against their truth."""
-    from ..evaluation import table
+    _single_thread()
+    from ..evaluation import cases
 
-    typer.echo(table.format_table(table.evaluate_captures(folder, config_of(config, overrides))))
+    chosen = cases.folder_cases(folder)
+    _run(chosen, {"folder": str(folder)}, (config, overrides), (count, "given"), (table, document, pictures, worst))
 
 
-@app.command("scenes")
-def scenes(
-    families: Annotated[str, typer.Option(help="Comma-separated families of scenes, or all.")] = "all",
-    seeds: Annotated[int, typer.Option(min=1, help="Scenes of each family.")] = 10,
+@app.command()
+def capture(
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
+    truth: Truth = None,
+    count: Count = "given",
+    config: Preset = "default",
+    overrides: Overrides = None,
+    table: Csv = None,
+    document: Json = None,
+    pictures: Pictures = None,
+    worst: Worst = 1,
+) -> None:
+    """Detect in the frames of INPUT of which the truth is known, and score.
+
+    \b
+    Example:
+      doo3d evaluate capture sample_clouds/crossing --truth sample_clouds/crossing/truth.json
+    """
+    _single_thread()
+    from ..evaluation import cases
+
+    chosen = cases.capture_cases(capture, truth)
+    settings = {"capture": str(capture), "truth": None if truth is None else str(truth)}
+    _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
+
+
+@app.command()
+def results(
+    folder: Annotated[Path, typer.Argument(metavar="OUT", help="What doo3d detect wrote.")],
+    truth: Annotated[Path, typer.Option(metavar="FILE", help="What is there.")],
+    table: Csv = None,
+    document: Json = None,
+) -> None:
+    """Score results that are there already.
+
+    \b
+    Example:
+      doo3d detect sample_clouds/crossing -o out && doo3d evaluate results out --truth sample_clouds/crossing/truth.json
+    """
+    from ..evaluation.results import result_rows
+
+    _say(result_rows(folder, truth), {"results": str(folder), "truth": str(truth)}, table, document)
+
+
+@app.command()
+def ablations(
+    families: Families = ABLATED,
+    seeds: Seeds = 10,
+    start: Start = 0,
+    sensor: Sensor = "d435",
+    size: Size = "1280x720",
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Render scenes of known truth, detect in them and score."""
-    from ..evaluation import table
-    from ..evaluation.scenes import FAMILIES
+    """Render hard scenes and score them with one means of the method turned off at a time."""
+    _single_thread()
+    from ..config import load_config, parse_overrides
+    from ..evaluation.ablations import ABLATIONS, ablate, format_ablations
+    from ..evaluation.cases import scene_cases
 
-    chosen = list(FAMILIES) if families == "all" else [name.strip() for name in families.split(",")]
-    if unknown := [name for name in chosen if name not in FAMILIES]:
-        raise ConfigError(f"--families {unknown[0]}: there are {', '.join(FAMILIES)}")
-    typer.echo(table.format_table(table.evaluate_scenes(chosen, range(seeds), config_of(config, overrides))))
+    chosen = scene_cases(_families(families), range(start, start + seeds), _sensor(sensor), _size(size))
+    own = parse_overrides(overrides or [])
+    variants = {name: load_config(config, own | off) for name, off in ABLATIONS.items()}
+    say_compiling()
+    with counting(len(chosen)) as report:
+        rows = ablate(chosen, variants, report)
+    typer.echo(format_ablations(rows))
 
 
 app.command("mbest")(photos.mbest)
 app.command("cset")(photos.cset)
+
+
+def _run(
+    cases: Sequence[Case],
+    settings: Mapping[str, Any],
+    configured: tuple[str, list[str] | None],
+    how: tuple[str, str],
+    out: tuple[Path | None, Path | None, Path | None, int],
+) -> None:
+    """Detect, score, and say and write what comes of it.
+
+    configured : preset and overrides. how : --count and --mask. out : CSV, JSON, pictures and how many.
+    """
+    from ..evaluation.rows import by_family, worst
+    from ..evaluation.table import evaluate
+
+    count, mask = _one_of("--count", how[0], ("given", "auto")), _one_of("--mask", how[1], MASKS)
+    table, document, pictures, drawn = out
+    config = config_of(*configured)
+    say_compiling()
+    with counting(len(cases)) as report:
+        rows = evaluate(cases, config, count == "given", MASKS[mask], report)
+    said = {**settings, "count": count, "mask": mask, "config": configured[0], "set": configured[1] or []}
+    _say(rows, said, table, document)
+    if pictures:
+        from ..evaluation.pictures import write_pictures
+
+        try:
+            paths = write_pictures(pictures, [row for own in by_family(rows).values() for row in worst(own, drawn)])
+        except OSError as error:
+            raise InputError(f"{pictures}: cannot be written to ({error.strerror})") from None
+        typer.echo("\n".join(map(str, paths)))
+
+
+def _say(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, document: Path | None) -> None:
+    from ..evaluation.report import csv_text, format_table, json_text
+
+    typer.echo(format_table(rows))
+    if table:
+        save(table, csv_text(rows))
+    if document:
+        save(document, json_text(rows, settings))
+
+
+def _single_thread() -> None:
+    from .. import bench
+
+    bench.single_thread()
+
+
+def _families(names: str) -> list[str]:
+    from ..evaluation.scenes import FAMILIES
+
+    chosen = list(FAMILIES) if names == "all" else split(names) or []
+    for name in chosen:
+        _one_of("--families", name, FAMILIES)
+    return chosen
+
+
+def _sensor(name: str) -> str:
+    return SENSORS[_one_of("--sensor", name, SENSORS)]
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal() and int(width) >= 64 and int(height) >= 64):
+        raise ConfigError(f"--size {text}: expected WIDTHxHEIGHT in pixels, 64x64 at least, such as 1280x720")
+    return int(width), int(height)
+
+
+def _one_of(option: str, value: str, choices: Collection[str]) -> str:
+    if value not in choices:
+        raise ConfigError(f"{option} {value}: there are {', '.join(choices)}")
+    return value

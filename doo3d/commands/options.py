@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from ..errors import InputError
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -25,3 +28,13 @@ def config_of(name: str, overrides: list[str] | None) -> Config:
 def split(names: str | None) -> list[str] | None:
     """The names of a comma-separated list."""
     return None if names is None else [name.strip() for name in names.split(",")]
+
+
+def save(path: Path, text: str) -> None:
+    """Write a text file, or say why not."""
+    from ..outputs.atomic import write_text
+
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written to ({error.strerror})") from None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError
-from .options import Overrides, Preset, config_of, split
+from .options import Overrides, Preset, config_of, save, split
 
 if TYPE_CHECKING:
     from ..evaluation.photos import Row
@@ -74,14 +74,13 @@ def cset(
 
 def _say_photos(rows: list[Row], table: Path | None, worst: int, pictures: Path | None) -> None:
     from ..evaluation import photos, photos_pictures
-    from ..outputs.atomic import write_text
 
     typer.echo(photos.format_rows(rows))
     chosen = photos.worst(rows, worst or (5 if pictures else 0))
     for row in chosen:
         typer.echo(f"worst: {photos.caption(row)}")
     if table:
-        write_text(table, photos.csv_text(rows))
+        save(table, photos.csv_text(rows))
     if pictures:
         for path in photos_pictures.write_pictures(pictures, chosen):
             typer.echo(path)

@@ -11,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from ..batch import FrameRecord
+    from ..evaluation.rows import Row
 
 
 def say_compiling() -> None:
@@ -72,3 +73,24 @@ def _bar(total: int) -> Iterator[tuple[Callable[..., None], Callable[[FrameRecor
             progress.update(task, advance=1, refresh=True, rate=rate, chains=chains, failed=failed)
 
         yield above, step
+
+
+@contextmanager
+def counting(total: int) -> Iterator[Callable[[Row], None]]:
+    """What takes a row of an evaluation when it is done: a bar on stderr where that is a terminal, nothing elsewhere."""
+    if total < 2 or not sys.stderr.isatty():
+        yield lambda row: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[said]}"))
+    with Progress(*columns, console=Console(stderr=True), auto_refresh=False, transient=True, redirect_stdout=False) as progress:
+        task, correct = progress.add_task("", total=total, said=""), 0
+
+        def step(row: Row) -> None:
+            nonlocal correct
+            correct += row.score.correct
+            progress.update(task, advance=1, refresh=True, said=f"{correct} correct   {row.name}")
+
+        yield step

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-from ..outputs.atomic import write_bytes
 from ..types import Array
 from ..viz import draw
-from ..viz.palette import DARK, LIGHT, chain_color
+from ..viz.palette import DARK, chain_color
 from .photos import Row, caption
 from .photos_data import Photo
+from .pictures import captioned, write_png
 
-_FONT = cv2.FONT_HERSHEY_DUPLEX
-_STRIP = 36  # px, height of the caption
 _MISSED = (128, 128, 128)  # the colour of a cable that no chain follows
 
 
@@ -23,12 +20,7 @@ def picture(row: Row) -> Array:
     """(H, W, 3) uint8 RGB: the chains over the image, and the labels, each in the colour of the chain that was matched."""
     photo = row.entry.load()
     both = np.concatenate((draw(photo.image, row.detection), _labels_picture(photo, row)), axis=1)
-    strip = np.full((_STRIP, both.shape[1], 3), DARK, np.uint8)
-    size = 0.6
-    while size > 0.3 and cv2.getTextSize(caption(row), _FONT, size, 1)[0][0] > both.shape[1] - 20:
-        size -= 0.05
-    cv2.putText(strip, caption(row), (10, 24), _FONT, size, LIGHT, 1, cv2.LINE_AA)
-    return np.concatenate((strip, both))
+    return captioned(both, caption(row))
 
 
 def write_pictures(folder: Path, rows: list[Row]) -> list[Path]:
@@ -36,11 +28,8 @@ def write_pictures(folder: Path, rows: list[Row]) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for i, row in enumerate(rows):
-        good, encoded = cv2.imencode(".png", np.ascontiguousarray(picture(row)[:, :, ::-1]))
-        if not good:
-            raise RuntimeError(f"{row.name}: OpenCV could not encode the picture")
         paths.append(folder / f"{i:02d}_{row.name.replace('/', '_').replace(' ', '_')}.png")
-        write_bytes(paths[-1], encoded.tobytes())
+        write_png(paths[-1], picture(row))
     return paths
 
 

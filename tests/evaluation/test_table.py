@@ -7,10 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.config import Config
-from doo3d.errors import InputError
+from doo3d.config import Config, load_config
+from doo3d.errors import ConfigError, InputError
 from doo3d.evaluation.crossed import true_crossings
 from doo3d.evaluation.renderer import render
+from doo3d.evaluation.rows import summary
 from doo3d.evaluation.scenes import make_scene
 from doo3d.evaluation.table import _hsv_range, evaluate_captures, evaluate_rendered, evaluate_scenes, format_table, surest
 from doo3d.evaluation.truthfile import read_truth
@@ -66,10 +67,10 @@ def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand
         calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
         (row,) = evaluate_rendered([("crossing", rendered)], Config())
         assert (row.score.crossings, row.score.crossings_right, row.sure) == (1, int(right), 1.0)
-        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row])[-60:]
+        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row]).splitlines()[-1].partition(" 0 ")[2]
     doubtful = [replace(row, sure=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
     assert [row.sure for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
-    assert "17/20 85.0 %       94.4 %" in format_table(doubtful)
+    assert "17/20 85.0 %  100.0 %   94.4 %" in format_table(doubtful)
     assert surest([]) == []
     assert len(surest(doubtful[:3])) == 2
 
@@ -93,6 +94,21 @@ def test_a_frame_that_fails_counts_as_wrong(calls):
     rows = evaluate_scenes(["straight"], [0, 1], Config(), "none", size=SMALL)
     assert [row.error for row in rows] == ["no depth anywhere"] * 2
     assert "0/2 0.0 %" in format_table(rows)
+
+
+def test_the_number_of_chains_is_counted(calls):
+    rendered = render(make_scene("several", 6, SMALL), "none")
+    calls.give = [even(rendered.truths[0].axis, 0.01, rendered.truths[0].radius)]
+    (one,) = evaluate_rendered([("several", rendered)], Config(), False)
+    calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
+    (all_,) = evaluate_rendered([("several", rendered)], Config(), False)
+    assert (summary([one, all_]).number_right, summary([one, all_]).frames_correct) == (1, 1)
+    assert "1/2 50.0 %   50.0 %" in format_table([one, all_])
+
+
+def test_a_config_for_two_dimensions_is_refused():
+    with pytest.raises(ConfigError, match="evaluate mbest"):
+        evaluate_scenes(["straight"], [0], load_config("image"))
 
 
 def test_captures_are_scored_against_the_truth_beside_them(calls):

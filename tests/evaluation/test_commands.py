@@ -1,0 +1,79 @@
+"""`doo3d evaluate`: what its commands print and write."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+SAMPLES = Path(__file__).parents[2] / "sample_clouds"
+SMALL = ("--size", "640x480", "--sensor", "perfect", "--families", "straight")
+
+
+def test_scenes_are_scored_and_written(doo3d):
+    options = ("--seeds", 2, "--start", 3, "--csv", "rows.csv", "--json", "all.json", "--pictures", "worst", "--worst", 2)
+    code, out, err = doo3d("evaluate", "scenes", *SMALL, *options)
+    assert code == 0, err
+    assert [line for line in err.splitlines() if "compiles" not in line] == []
+    assert "2/2 100.0 %" in out
+    with Path("rows.csv").open() as file:
+        assert [row["frame"] for row in csv.DictReader(file)] == ["straight_003", "straight_004"]
+    written = json.loads(Path("all.json").read_text())
+    assert written["settings"]["sensor"] == "perfect"
+    assert written["summary"]["straight"]["frames_correct"] == 2
+    drawn = sorted(path.name for path in Path("worst").iterdir())
+    assert drawn == ["straight_003.png", "straight_004.png"]
+    assert sorted(Path(line).name for line in out.splitlines() if line.endswith(".png")) == drawn
+
+
+def test_the_number_may_be_left_to_the_data(doo3d):
+    assert (
+        doo3d("evaluate", "scenes", *SMALL, "--seeds", 1, "--count", "auto", "--json", "a.json", "--set", "merge.chains=3")[0]
+        == 0
+    )
+    assert json.loads(Path("a.json").read_text())["summary"]["all"]["number_right"] == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--families", "straight,nope"), "--families nope: there are straight"),
+        (("--sensor", "eye"), "--sensor eye: there are d435"),
+        (("--mask", "x"), "--mask x: there are given"),
+        (("--count", "2"), "--count 2: there are given"),
+        (("--size", "640"), "--size 640: expected WIDTHxHEIGHT"),
+        (("-c", "image"), "evaluate mbest"),
+    ],
+)
+def test_bad_options_are_named(doo3d, options, said):
+    code, out, err = doo3d("evaluate", "scenes", *options)
+    assert (code, out) == (2, "")
+    assert said in err
+
+
+def test_a_capture_and_results_are_scored_against_a_truth_file(doo3d, tmp_path):
+    truth = tmp_path / "mine.json"
+    truth.write_bytes((SAMPLES / "straight" / "truth.json").read_bytes())
+    code, out, _ = doo3d("evaluate", "capture", SAMPLES / "straight", "--truth", truth)
+    assert code == 0
+    assert "1/1 100.0 %" in out
+    assert doo3d("detect", SAMPLES / "straight", "-o", "out", "--quiet")[0] == 0
+    code, out, _ = doo3d("evaluate", "results", "out", "--truth", truth, "--csv", "r.csv")
+    assert code == 0
+    assert out.splitlines()[-1].startswith("out ")
+    assert "1/1 100.0 %" in out
+    assert len(Path("r.csv").read_text().splitlines()) == 2
+    assert doo3d("evaluate", "results", "nowhere", "--truth", truth)[0] == 2
+    code, _, err = doo3d("evaluate", "results", "out", "--truth", truth, "--csv", "no/such/r.csv")
+    assert (code, err) == (2, f"doo3d: {Path('no/such/r.csv')}: cannot be written to (No such file or directory)\n")
+
+
+def test_ablations_are_a_line_each(doo3d):
+    code, out, _ = doo3d("evaluate", "ablations", *SMALL, "--seeds", 1)
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[1].startswith("everything on")
+    assert "1/1" in lines[1]
+    surface = next(line for line in lines if "seen surface" in line)
+    seen = [float(line.split()[-2]) for line in (lines[1], surface)]
+    assert seen[1] > 2 + seen[0]  # mm: a radius or so beside the axis
