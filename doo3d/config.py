@@ -85,8 +85,14 @@ class SegmentConfig(Section):
     max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
     window: int = Field(2, ge=1, le=10, description="pixels; half-width of the window in which depth readings are compared.")
     edge_tolerance: float = Field(0.003, gt=0, description="m per pixel of distance; readings that differ by more do not agree.")
+    edge_noise: float = Field(
+        3.0, ge=0, description="times the usual difference of readings side by side that edge_tolerance is at least."
+    )
     edge_support: int = Field(
-        7, ge=0, description="neighbours in the window that must agree with a depth reading; fewer = a flying point, which goes."
+        7,
+        ge=0,
+        description="neighbours in the window that must agree with a depth reading, or half of those there are; "
+        "fewer = a flying point, which goes.",
     )
     cloud_window: float = Field(
         2.0,

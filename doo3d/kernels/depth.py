@@ -8,14 +8,15 @@ import numpy as np
 
 @numba.njit(cache=True)
 def agreement(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
-    """How many neighbours of each reading agree with it, and the mean of it and those that do.
+    """How many neighbours of each reading agree with it, of how many, and the mean of it and those that do.
 
     depth : (H, W) float32 m, 0 = none. mask : (H, W) bool, where neighbours may be. v, u : (N,) int64, the readings.
     half : px, the window is 2 half + 1 wide. tolerance : m per pixel of distance by which neighbours may differ.
-    Returns (N,) int64 and (N,) float64 m.
+    Returns (N,) int64, (N,) int64 and (N,) float64 m.
     """
     height, width = depth.shape
     support = np.zeros(v.size, np.int64)
+    among = np.zeros(v.size, np.int64)
     mean = np.zeros(v.size, np.float64)
     for i in range(v.size):
         here = depth[v[i], u[i]]
@@ -24,8 +25,10 @@ def agreement(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-de
             for column in range(max(u[i] - half, 0), min(u[i] + half + 1, width)):
                 z = depth[row, column]
                 apart = max(abs(row - v[i]), abs(column - u[i]))
-                if apart > 0 and z > 0 and mask[row, column] and abs(z - here) < tolerance * apart:
-                    support[i] += 1
-                    total += z
+                if apart > 0 and z > 0 and mask[row, column]:
+                    among[i] += 1
+                    if abs(z - here) < tolerance * apart:
+                        support[i] += 1
+                        total += z
         mean[i] = total / (support[i] + 1)
-    return support, mean
+    return support, among, mean

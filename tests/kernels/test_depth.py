@@ -9,21 +9,25 @@ from doo3d.kernels.depth import agreement
 
 
 def slow_agreement(depth, mask, v, u, half, tolerance):
-    support, means = [], []
+    support, among, means = [], [], []
     for row, column in zip(v, u, strict=True):
         here = float(depth[row, column])
-        agree = [here]
+        agree, there = [here], 0
         for dv in range(-half, half + 1):
             for du in range(-half, half + 1):
                 y, x = row + dv, column + du
                 if (dv, du) == (0, 0) or not (0 <= y < depth.shape[0] and 0 <= x < depth.shape[1]):
                     continue
                 z = float(depth[y, x])
-                if mask[y, x] and z > 0 and abs(np.float32(z) - np.float32(here)) < tolerance * max(abs(dv), abs(du)):
+                if not mask[y, x] or z <= 0:
+                    continue
+                there += 1
+                if abs(np.float32(z) - np.float32(here)) < tolerance * max(abs(dv), abs(du)):
                     agree.append(z)
         support.append(len(agree) - 1)
+        among.append(there)
         means.append(np.mean(agree))
-    return np.array(support), np.array(means)
+    return np.array(support), np.array(among), np.array(means)
 
 
 @pytest.mark.parametrize("half", [1, 2, 4])
@@ -34,9 +38,10 @@ def test_against_plain_loops(seed, half):
     depth[random.random(depth.shape) < 0.2] = 0
     mask = random.random(depth.shape) < 0.8
     v, u = np.nonzero(mask & (depth > 0))
-    support, mean = agreement(depth, mask, v, u, half, 0.003)
-    slow_support, slow_mean = slow_agreement(depth, mask, v, u, half, 0.003)
+    support, among, mean = agreement(depth, mask, v, u, half, 0.003)
+    slow_support, slow_among, slow_mean = slow_agreement(depth, mask, v, u, half, 0.003)
     np.testing.assert_array_equal(support, slow_support)
+    np.testing.assert_array_equal(among, slow_among)
     np.testing.assert_allclose(mean, slow_mean, rtol=1e-6)
 
 
@@ -44,8 +49,9 @@ def test_a_flying_point_stands_alone():
     depth = np.full((9, 9), 0.5, np.float32)
     depth[:, 5:] = 0.6
     depth[4, 4] = 0.55
-    support, mean = agreement(depth, np.ones((9, 9), bool), np.array([4, 4]), np.array([4, 2]), 2, 0.003)
+    support, among, mean = agreement(depth, np.ones((9, 9), bool), np.array([4, 4]), np.array([4, 2]), 2, 0.003)
     assert support[0] == 0
+    assert among[0] == 24
     assert mean[0] == pytest.approx(0.55)
     assert support[1] == 23
     assert mean[1] == pytest.approx(0.5)

@@ -10,7 +10,7 @@ from stages.drawn import CAMERA, depth_of, frame_of, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
 from doo3d.errors import InputError
-from doo3d.stages.segment import lone, segment, tidy
+from doo3d.stages.segment import lone, roughness, segment, tidy
 from doo3d.types import Cloud, Foreground, Frame
 
 RADIUS = 0.005
@@ -63,6 +63,30 @@ def test_flying_points_go(given):
     found = segment(frame(depth), SegmentConfig(method="everything"), SEEN if given else None)
     assert cKDTree(wave()).query(found.points)[0].max() < 2 * RADIUS
     assert len(found.points) > 0.7 * SEEN.sum()
+
+
+def test_noise_is_no_flying_point():
+    """Far away neighbours differ by more, and of a thin cable there are few: both keep their readings."""
+    noisy = np.where(SEEN, DEPTH + 0.006 * np.random.default_rng(0).normal(size=DEPTH.shape), 0)
+    few = segment(frame(noisy), SegmentConfig(edge_noise=0), SEEN)
+    most = segment(frame(noisy), SegmentConfig(), SEEN)
+    assert len(few.points) < 0.8 * SEEN.sum()
+    assert len(most.points) > 0.95 * SEEN.sum()
+    thin = np.zeros_like(SEEN)
+    thin[240:242, 100:500] = True
+    flat = np.where(thin & (np.random.default_rng(0).random(SEEN.shape) < 0.7), 0.5, 0)
+    assert len(segment(frame(flat), SegmentConfig(), thin).points) == (flat > 0).sum()
+
+
+def test_the_roughness_of_depth():
+    depth = np.full((40, 60), 0.5)
+    mask = np.zeros((40, 60), dtype=bool)
+    assert roughness(depth, mask) == 0
+    mask[10:20, 10:50] = True
+    depth[:, ::2] += 0.004
+    depth[12] = 0
+    assert roughness(depth, mask) == pytest.approx(0.004)
+    assert roughness(np.zeros_like(depth), mask) == 0
 
 
 @pytest.mark.parametrize("given", [True, False])
