@@ -2,6 +2,9 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -77,3 +80,27 @@ def test_ablations_are_a_line_each(doo3d):
     surface = next(line for line in lines if "seen surface" in line)
     seen = [float(line.split()[-2]) for line in (lines[1], surface)]
     assert seen[1] > 2 + seen[0]  # mm: a radius or so beside the axis
+
+
+def test_a_bar_on_a_terminal_only(tmp_path):
+    pty = pytest.importorskip("pty")
+    main_end, terminal = pty.openpty()
+    command = [sys.executable, "-m", "doo3d", "evaluate", "scenes", *SMALL, "--seeds", "2"]
+    run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=terminal)
+    os.close(terminal)
+    shown = b""
+    while True:
+        try:
+            part = os.read(main_end, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    out = run.communicate()[0]
+    os.close(main_end)
+    assert run.returncode == 0
+    assert b"2/2" in shown
+    assert b"2 correct   straight_001" in shown
+    assert b"\x1b" not in out
+    assert b"2/2 100.0 %" in out
