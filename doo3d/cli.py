@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from . import __version__
 from .commands import evaluate
-from .commands.options import Overrides, Preset, config_of
+from .commands.options import MaskOption, Overrides, Preset, config_of
 from .commands.progress import reporting, say_compiling
 from .errors import DooError
 
@@ -38,10 +38,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(evaluate.app, name="evaluate")
-
-MaskOption = Annotated[
-    Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
-]
 
 
 def _version(asked: bool) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import ConfigError, InputError
 from . import photos
-from .options import Overrides, Preset, config_of, save, split
+from .options import MaskOption, Overrides, Preset, config_of, save, split
 from .progress import counting, say_compiling
 
 if TYPE_CHECKING:
@@ -97,6 +97,7 @@ def samples(
 def capture(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
     truth: Truth = None,
+    mask: MaskOption = None,
     count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
@@ -114,8 +115,8 @@ def capture(
     _single_thread()
     from ..evaluation import cases
 
-    chosen = cases.capture_cases(capture, truth)
-    settings = {"capture": str(capture), "truth": None if truth is None else str(truth)}
+    chosen = cases.capture_cases(capture, truth, masks=mask)
+    settings = {"capture": str(capture), "truth": truth and str(truth), "masks": mask and str(mask)}
     _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
 
 

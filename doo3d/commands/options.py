@@ -16,6 +16,9 @@ Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
 ]
+MaskOption = Annotated[
+    Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
+]
 
 
 def config_of(name: str, overrides: list[str] | None) -> Config:

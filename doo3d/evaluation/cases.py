@@ -56,13 +56,16 @@ def known(rendered: Rendered) -> Known:
     return Known(rendered.frame, rendered.truths, rendered.mask)
 
 
-def capture_cases(capture: str | Path, truth: str | Path | None = None, family: str | None = None) -> list[Case]:
+def capture_cases(
+    capture: str | Path, truth: str | Path | None = None, family: str | None = None, masks: str | Path | None = None
+) -> list[Case]:
     """The frames of a capture that its truth knows; the others are left out.
 
     Parameters
     ----------
     capture : in any of the formats that are read in 3-D. truth : a file as `write_truth` writes it; None: truth.json in the
-    capture's folder, or <name>.truth.json beside a cloud. family : None: the capture's name.
+    capture's folder, or <name>.truth.json beside a cloud. family : None: the capture's name. masks : instead of
+    the capture's own, an image or a folder of them.
 
     Raises
     ------
@@ -71,7 +74,7 @@ def capture_cases(capture: str | Path, truth: str | Path | None = None, family: 
     from ..inputs import open_capture
 
     capture = Path(capture)
-    entries = {entry.name: entry for entry in open_capture(capture).frames}
+    entries = {entry.name: entry for entry in open_capture(capture, masks=masks).frames}
     path = Path(truth) if truth is not None else _truth_of(capture)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in entries]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_photos import save
 
 from doo3d.errors import InputError
 from doo3d.evaluation.cases import capture_cases
@@ -84,6 +85,13 @@ def test_the_frames_that_the_truth_knows_are_scored(tmp_path):
     cases = capture_cases(SAMPLES / "crossing", some)
     assert [(case.name, case.family) for case in cases] == [("000000", "crossing"), ("000002", "crossing")]
     assert cases[1].load().data.depth.shape == (720, 1280)
+    assert cases[1].load().mask is None
+    own = np.zeros((720, 1280), np.uint8)
+    own[100:200] = 255
+    for name in every:
+        save(tmp_path / "masks" / f"{name}.png", own)
+    masked = capture_cases(SAMPLES / "crossing", some, masks=tmp_path / "masks")
+    assert (masked[1].load().mask == (own > 0)).all()
     assert len(capture_cases(SAMPLES / "crossing")) == 3
     assert len(capture_cases(SAMPLES / "clouds" / "open.ply")) == 1
     with pytest.raises(InputError, match="knows the frame nope"):
