@@ -106,6 +106,11 @@ class SegmentConfig(Section):
     smooth: bool = Field(
         True, description="find the voxels from the mean of each reading and the neighbours that agree (not the axis)."
     )
+    steady: float = Field(
+        0.3,
+        gt=0,
+        description="radii; error of the smoothed depth at most: the window in which it is averaged grows with the noise.",
+    )
     min_component: int = Field(
         30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed."
     )
@@ -138,7 +143,7 @@ class VoxelizeConfig(Section):
     )
     close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
     max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
-    min_component: int = Field(12, ge=1, description="voxels; smaller 26-connected pieces go.")
+    min_component: int = Field(12, ge=1, description="voxels of half a radius; smaller 26-connected pieces go.")
 
 
 class ThinConfig(Section):
@@ -248,6 +253,9 @@ class RefineConfig(Section):
         gt=0,
         le=1,
         description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways.",
+    )
+    depth_noise: float = Field(
+        0.15, gt=0, description="radii; a depth known worse than this weighs less, by the square of how much worse."
     )
     prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
     reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")

@@ -32,3 +32,23 @@ def agreement(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-de
                         total += z
         mean[i] = total / (support[i] + 1)
     return support, among, mean
+
+
+@numba.njit(cache=True)
+def steadied(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
+    """The mean of each reading and those about it that differ by less than `tolerance` m: (N,) float64 m.
+
+    depth, mask, v, u, half : as for `agreement`.
+    """
+    height, width = depth.shape
+    mean = np.zeros(v.size, np.float64)
+    for i in range(v.size):
+        here, total, count = depth[v[i], u[i]], 0.0, 0
+        for row in range(max(v[i] - half, 0), min(v[i] + half + 1, height)):
+            for column in range(max(u[i] - half, 0), min(u[i] + half + 1, width)):
+                z = depth[row, column]
+                if mask[row, column] and z > 0 and abs(z - here) < tolerance:
+                    total += z
+                    count += 1
+        mean[i] = total / count
+    return mean

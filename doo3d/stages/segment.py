@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
 from ..cells import pack, spacing
 from ..config import SegmentConfig
 from ..errors import InputError
-from ..kernels.depth import agreement
+from ..kernels.depth import agreement, steadied
 from ..kernels.thinning import neighbours
 from ..segmenters import SEGMENTERS, method
-from ..silhouette import bounding_box, mask_pixels, ridge_radius
+from ..silhouette import bounding_box, mask_pixels, mask_radius, ridge_radius
 from ..types import Array, Bools, Cloud, Floats, Foreground, Frame, Image, check_mask
+
+FAR = 5.0
+"""Times the usual difference of readings side by side by which a reading may differ from another and be averaged with it."""
+
+ALIKE = 4
+"""Neighbouring readings that err alike, so that only as many fewer are averaged: those of a stereo camera do over 2 px."""
+
+MOST = 20
+"""px; half the widest window."""
 
 
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
@@ -43,9 +54,13 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         found = drop_wide(found, data.depth / data.camera.fx, config)
     _check_depth(data.depth[found], config, "object")
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
-    tolerance = max(config.edge_tolerance, config.edge_noise * roughness(data.depth, found))
+    error = roughness(data.depth, found)
+    tolerance = max(config.edge_tolerance, config.edge_noise * error)
     support, among, depth = agreement(data.depth, found, v, u, config.window, tolerance)
     solid = support >= np.minimum(config.edge_support, among / 2)
+    half = steady_half(error, found, data, config)
+    if half > config.window:
+        depth[solid] = steadied(data.depth, found, v[solid], u[solid], half, FAR * error)
     pixels = np.column_stack((u[solid], v[solid]))
     return Foreground(
         points=data.camera.unproject(pixels, data.depth[v[solid], u[solid]]),
@@ -71,6 +86,20 @@ def roughness(depth: Array, mask: Bools) -> float:
     seen = np.where(mask[box], depth[box], 0)
     both = (seen[:, 1:] > 0) & (seen[:, :-1] > 0)
     return float(np.median(np.abs(np.diff(seen, axis=1)[both]))) if both.any() else 0.0
+
+
+def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) -> int:
+    """Half the width, px, of the window over which depth must be averaged to be known within `steady` radii of the object.
+
+    error : m, as of `roughness`. The window holds as much of a strand as its width lets it.
+    """
+    radius = mask_radius(mask, frame.depth, frame.camera.fx)
+    seen = frame.depth[mask]
+    if not (config.smooth and radius and error):
+        return 0
+    width = 2 * radius * frame.camera.fx / float(np.median(seen[seen > 0]))
+    readings = ALIKE * (1.2 * error / (config.steady * radius)) ** 2
+    return min(MOST, math.ceil(readings / width / 2))
 
 
 def _nothing(config: SegmentConfig) -> str:

@@ -16,11 +16,14 @@ from ..kernels.tracing import components
 from ..silhouette import bounding_box, mask_radius
 from ..types import Bools, Floats, Foreground, Ints, VoxelGrid
 
+LEAST = 3
+"""Voxels of the smallest piece when they are coarse: along a thin object there is one behind the other."""
+
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """The occupied voxels with the centroids of their points; pieces of fewer than `min_component` voxels dropped.
 
-    A point is in the voxel of its steady place, where there is one, and counts in the centroid as measured.
+    A point is taken to be at its steady place, where there is one.
 
     Raises
     ------
@@ -36,12 +39,12 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     radius = config.radius or seen_radius(foreground, apart)
     size = config.size or max(config.size_over_radius * radius, config.size_over_spacing * apart)
     margin = config.close + 1
-    steady = points if foreground.steady is None else foreground.steady
+    if foreground.steady is not None:
+        points = foreground.steady
     if config.core and foreground.pixels is not None and foreground.mask is not None:
-        core = in_core(foreground.mask, foreground.pixels, config.core, radius / apart)
-        points, steady = points[core], steady[core]
-    origin = (np.floor(steady.min(axis=0) / size) - margin) * size
-    cells = pack(steady, origin, size, margin)
+        points = points[in_core(foreground.mask, foreground.pixels, config.core, radius / apart)]
+    origin = (np.floor(points.min(axis=0) / size) - margin) * size
+    cells = pack(points, origin, size, margin)
     if isinstance(cells, float):
         raise InputError(_too_large(cells, KEY_LIMIT, size))
     if len(cells.keys) > config.max_voxels:
@@ -53,7 +56,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     counts[at] = np.bincount(cells.cell)
     centroids = origin + (coords + 0.5) * size
     centroids[at] = cells.sums(points) / counts[at, None]
-    return _finish(coords, centroids, counts, size, origin, radius, config.min_component)
+    coarser = min(1.0, config.size_over_radius * radius / size)
+    least = min(config.min_component, max(LEAST, math.ceil(config.min_component * coarser**2)))
+    return _finish(coords, centroids, counts, size, origin, radius, least)
 
 
 def in_core(mask: Bools, pixels: Ints, share: float, radius: float) -> Bools:

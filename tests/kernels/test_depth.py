@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.kernels.depth import agreement
+from doo3d.kernels.depth import agreement, steadied
 
 
 def slow_agreement(depth, mask, v, u, half, tolerance):
@@ -55,3 +55,15 @@ def test_a_flying_point_stands_alone():
     assert mean[0] == pytest.approx(0.55)
     assert support[1] == 23
     assert mean[1] == pytest.approx(0.5)
+
+
+def test_steadied_takes_the_noise_away_and_leaves_what_is_farther():
+    depth = (0.8 + 0.002 * np.random.default_rng(0).normal(size=(40, 400))).astype(np.float32)
+    mask = np.zeros(depth.shape, bool)
+    mask[15:25] = True
+    depth[20:25] += 0.1
+    v, u = np.nonzero(mask)
+    mean = steadied(depth, mask, v, u, 10, 0.012)
+    true = np.where(v < 20, 0.8, 0.9)
+    assert np.abs(mean - true).max() < 0.001
+    assert (mean - true).std() < 0.0004

@@ -145,13 +145,18 @@ def test_the_order_of_points_does_not_matter(shift):
     np.testing.assert_allclose(other.centroids, one.centroids, atol=1e-12)
 
 
-def test_steady_places_choose_the_voxel_and_measured_ones_its_centroid():
+def test_points_are_taken_to_be_at_their_steady_places():
     steady = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
-    measured = steady + np.array([[0, 0, 0.9], [0, 0, 0.1], [0, 0, -0.4]])
     config = VoxelizeConfig(size=1.0, min_component=1)
-    grid = voxelize(Foreground(measured, steady=steady), config)
+    grid = voxelize(Foreground(steady + 0.7, steady=steady), config)
     assert grid.counts.tolist() == [2, 1]
-    np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 1.0], [5.5, 0.5, 0.1]])
+    np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 0.5], [5.5, 0.5, 0.5]])
+
+
+def test_of_coarse_voxels_fewer_make_a_piece():
+    axis = np.column_stack((np.linspace(0, 5, 6), np.zeros((6, 2)))) + 0.5
+    assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=2.0)).coords) == 0
+    assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=1.0)).coords) == 6
 
 
 @pytest.mark.parametrize("radius", [0.001, 0.004, 0.02])
