@@ -105,7 +105,23 @@ def _depth(stations: Stations, moved: Floats, frames: Frames, config: RefineConf
     usual = _usual(count)
     weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
     weight *= np.where(stations.filled, IN_A_GAP, 1.0) * config.depth_weight
-    return np.where(weight > 0, depth, 0.0), weight
+    depth = np.where(weight > 0, depth, 0.0)
+    noise = unrest(moved + depth[:, None] * frames.away, frames.away, (weight > 0) & ~stations.filled, stations)
+    return depth, weight * min(1.0, config.depth_noise / max(noise, 1e-9)) ** 2
+
+
+def unrest(places: Floats, away: Floats, known: Bools, stations: Stations) -> float:
+    """The usual error in depth of places (S, 3) measured along paths, in radii, from the second difference along `away` (S, 3).
+
+    Places as far apart as measurements are pooled over are independent, and the second difference of independent errors has
+    six times their variance. The median sees little of the bends, which are the smaller part of an object. known : (S,).
+    """
+    step = 2 * stations.half + 1
+    first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
+    change = np.abs(np.einsum("ij,ij->i", places[last] - 2 * places[middle] + places[first], away[middle]))
+    usable = known[first] & known[middle] & known[last] & (stations.path[first] == stations.path[last])
+    relative = (change / stations.radius[middle])[usable]
+    return float(1.4826 * np.median(relative) / np.sqrt(6)) if len(relative) else 0.0
 
 
 def _from_shell(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
