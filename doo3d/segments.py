@@ -8,6 +8,9 @@ from .geometry import arc_length, resample, steps, unit
 from .kernels.walking import lay, walk
 from .types import Floats
 
+ROUNDS = 50
+"""Steps of Newton's method at most; a handful is usual."""
+
 
 def carried(axis: Floats, shift: float) -> Floats:
     """The polyline (P, D) made longer by `shift` m straight on at its last point, or shorter."""
@@ -48,11 +51,13 @@ def equal_segments(points: Floats, length: float) -> Floats:
 def equal_ring(points: Floats, length: float) -> Floats:
     """A closed chain of segments of exactly `length` round a closed polyline (P, D), whose last joint is its first.
 
-    The whole number of segments that fits best is laid as equal chords, and the ring scaled about its middle to their
-    length: by at most half a segment over the whole way round. Returns (N + 1, D), N >= 3, or (0, D).
+    The whole number of segments that fits best is laid as equal chords, the ring is scaled about its middle to their length,
+    by at most half a segment over the whole way round, and `_closed` takes out what is over where it closes. Returns
+    (N + 1, D), N >= 3, or (0, D).
     """
     loop = np.concatenate((points, points[:1]))
-    count = round(float(arc_length(loop)[-1]) / length)
+    joints = walk(loop, length)[0]
+    count = len(joints) - 1 + round(float(np.linalg.norm(loop[-1] - joints[-1])) / length)
     if count < 3:
         return points[:0]
     low, high = 0.5 * length, 1.5 * length
@@ -60,7 +65,28 @@ def equal_ring(points: Floats, length: float) -> Floats:
         chord = (low + high) / 2
         joints, _ = walk(loop, chord)
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
-    joints = walk(loop, low)[0][: count + 1]
-    joints[-1] = joints[0]
-    middle = joints[:-1].mean(axis=0)
-    return np.asarray(middle + (joints - middle) * (length / low))
+    joints = walk(loop, low)[0][:count]
+    middle = joints.mean(axis=0)
+    joints = _closed(middle + (joints - middle) * (length / low), length)
+    return np.concatenate((joints, joints[:1]))
+
+
+def _closed(joints: Floats, length: float) -> Floats:
+    """Joints (N, D) of a ring moved as little as makes all of its N segments exactly `length` long.
+
+    Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: a chord walked round a rough line may close the ring short
+    of its first joint, or beside it.
+    """
+    for _ in range(ROUNDS):
+        d = np.roll(joints, -1, axis=0) - joints
+        error = (np.einsum("ij,ij->i", d, d) - length**2) / 2
+        if np.abs(error).max() < 1e-12 * length**2:
+            break
+        beside = np.roll(np.arange(len(d)), -1)
+        normal = np.diag(2 * np.einsum("ij,ij->i", d, d) + 1e-12 * length**2)
+        shared = np.einsum("ij,ij->i", d, d[beside])
+        normal[np.arange(len(d)), beside] -= shared
+        normal[beside, np.arange(len(d))] -= shared
+        share = np.linalg.solve(normal, error)[:, None] * d
+        joints = joints + share - np.roll(share, 1, axis=0)
+    return joints
