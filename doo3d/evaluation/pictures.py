@@ -47,7 +47,8 @@ def picture(row: Row) -> Array:
 def caption(row: Row) -> str:
     """A row in a line: why it is wrong, or by how much it is right."""
     score = row.score
-    reasons = row.error or "; ".join(score.reasons) or f"correct, {score.rms_seen:.2f} mm RMS, nodes {score.node_error:.1f} mm"
+    right = f"correct, RMS seen {score.rms_seen:.2f} mm" + (f", hidden {score.rms_hidden:.2f} mm" if score.rms_hidden > 0 else "")
+    reasons = row.error or "; ".join(score.reasons) or right
     if missed := score.occlusions - score.occlusions_correct:
         reasons += f"; {missed} of {score.occlusions} occlusions wrong"
     if missed := score.crossings - score.crossings_right:

@@ -121,14 +121,14 @@ def surest(rows: Sequence[Row]) -> list[Row]:
 
 
 def worst(rows: Sequence[Row], count: int) -> list[Row]:
-    """The `count` worst rows, the worst first: wrong ones by how much is wrong in them, then by the distance of their nodes."""
+    """The `count` worst rows, the worst first: wrong ones before right ones, by how much is wrong, then by the greater RMS."""
 
     def badness(row: Row) -> tuple[bool, int, float, float]:
         score = row.score
         wrong = score.connections_wrong + score.occlusions - score.occlusions_correct + abs(score.chains - score.objects)
         wrong += score.crossings - score.crossings_right + score.crossings_extra
         missing = 0.0 if score.correct else 1 - score.coverage + score.off
-        return not score.correct, wrong, missing, score.node_error if math.isfinite(score.node_error) else math.inf
+        return not score.correct, wrong, missing, max(filter(math.isfinite, (0.0, score.rms_seen, score.rms_hidden)))
 
     return sorted(rows, key=badness, reverse=True)[:count]
 

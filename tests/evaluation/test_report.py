@@ -71,7 +71,7 @@ def test_json_has_the_summary_of_each_family_and_of_all_and_the_frames():
 
 
 def test_the_worst_come_first():
-    better, poorer = (replace(GOOD, score=replace(GOOD.score, node_error=error)) for error in (1.0, 3.0))
+    better, poorer = (replace(GOOD, score=replace(GOOD.score, rms_hidden=error)) for error in (1.0, 3.0))
     assert worst([better, NONE, poorer, SHORT], 4) == [NONE, SHORT, poorer, better]
     assert worst([better, poorer], 1) == [poorer]
 
