@@ -21,7 +21,8 @@ ABLATIONS: dict[str, dict[str, object]] = {
     "voxels from the whole width of the strands": {"voxelize.core": 0},
     "voxels from single depth readings": {"segment.smooth": False},
     "the chain stays on the seen surface": {"refine.rounds": 0},
-    "hidden parts are not laid anew": {"refine.occluded": "carried"},
+    "the axis is not smoothed": {"refine.smooth": 0},
+    "depth counts as much as sideways": {"refine.depth_weight": 1},
 }
 
 
