@@ -8,6 +8,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
 
 from ..kernels.walking import walk
 from ..outputs.atomic import write_bytes
@@ -35,7 +37,8 @@ def picture(row: Row) -> Array:
     if row.case is None or row.detection is None:
         raise ValueError(f"{row.name}: the frame is not known")
     known = row.case.load()
-    found, truth = row.detection, Detection(tuple(_chain(cable) for cable in known.truths if cable.length > LINK))
+    cables = [_chain(cable) for cable in known.truths if cable.length > LINK]
+    found, truth = row.detection, Detection(_in_order(cables, row.detection))
     data = known.data
     if isinstance(data, Frame):
         data = _cropped(
@@ -91,6 +94,14 @@ def _chain(truth: Truth) -> Chain:
     seen = np.ones(len(axis), dtype=bool) if truth.seen is None else truth.seen[np.arange(len(axis)) % len(truth.axis)]
     middle = (np.arange(len(joints) - 1) + 0.5) / (len(joints) - 1) * (len(axis) - 1)
     return Chain(joints, LINK, truth.radius, occluded=~seen[np.round(middle).astype(int)])
+
+
+def _in_order(cables: list[Chain], found: Detection) -> tuple[Chain, ...]:
+    """The cables in the order of the chains that lie on them, so that colours agree; those without one last."""
+    gap = np.array([[cKDTree(cable.joints).query(chain.joints)[0].mean() for chain in found.chains] for cable in cables])
+    rows, columns = linear_sum_assignment(gap.reshape(len(cables), len(found.chains)))
+    order = dict(zip(rows.tolist(), columns.tolist(), strict=True))
+    return tuple(cables[k] for k in sorted(range(len(cables)), key=lambda k: order.get(k, len(found.chains))))
 
 
 def _cropped(frame: Frame, points: Floats) -> Frame:

@@ -11,7 +11,7 @@ import pytest
 
 from doo3d.evaluation.cases import Case, Known
 from doo3d.evaluation.model import Truth
-from doo3d.evaluation.pictures import picture, write_pictures
+from doo3d.evaluation.pictures import _in_order, picture, write_pictures
 from doo3d.evaluation.report import csv_text, json_text
 from doo3d.evaluation.rows import Row, summary, worst
 from doo3d.evaluation.score import score
@@ -96,3 +96,10 @@ def test_pictures_of_clouds_of_nothing_and_of_rows_without_a_frame(tmp_path):
     assert all(cv2.imread(str(path)) is not None for path in paths)
     with pytest.raises(ValueError, match="not known"):
         picture(replace(GOOD, case=None))
+
+
+def test_the_truth_has_the_colours_of_the_chains_that_lie_on_it():
+    cables = [found(AXIS + np.array([0, y, 0])).chains[0] for y in (0.0, 0.05, 0.1)]
+    assert _in_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
+    assert _in_order(cables, Detection(())) == tuple(cables)
+    assert _in_order([], Detection((cables[0],))) == ()
