@@ -94,6 +94,11 @@ class SegmentConfig(Section):
         description="neighbours in the window that must agree with a depth reading, or half of those there are; "
         "fewer = a flying point, which goes.",
     )
+    holes: int = Field(
+        2,
+        ge=0,
+        description="pixels; what of the mask is farther than this from any reading gets the depth between those round it; 0: none.",
+    )
     cloud_window: float = Field(
         2.0,
         gt=0,

@@ -18,8 +18,8 @@ LAYERS = [
     {"kernels"},
     {"geometry"},
     {
-        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "meetings", "overlaps", "segmenters", "segments"),
-        *("silhouette", "stations", "sureness", "surface"),
+        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "meetings", "overlaps"),
+        *("segmenters", "segments", "silhouette", "stations", "sureness", "surface"),
     },
     {"stages"},
     {"pipeline"},

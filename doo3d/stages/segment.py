@@ -10,6 +10,7 @@ import numpy as np
 from ..cells import pack, spacing
 from ..config import SegmentConfig
 from ..errors import InputError
+from ..holes import bridged
 from ..kernels.depth import agreement, steadied
 from ..kernels.thinning import neighbours
 from ..segmenters import SEGMENTERS, method
@@ -62,9 +63,18 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     if half > config.window:
         depth[solid] = steadied(data.depth, found, v[solid], u[solid], half, FAR * error)
     pixels = np.column_stack((u[solid], v[solid]))
+    read, steady = data.depth[v[solid], u[solid]].astype(float), depth[solid]
+    if way != "everything" and config.holes:
+        silent = found & (data.depth <= 0)
+        silent[v[solid], u[solid]] = True
+        holes, between = bridged(silent, pixels, steady, config.holes, tolerance)
+        pixels = np.concatenate((pixels, holes))
+        order = np.lexsort((pixels[:, 0], pixels[:, 1]))
+        pixels = pixels[order]
+        read, steady = np.append(read, between)[order], np.append(steady, between)[order]
     return Foreground(
-        points=data.camera.unproject(pixels, data.depth[v[solid], u[solid]]),
-        steady=data.camera.unproject(pixels, depth[solid]) if config.smooth else None,
+        points=data.camera.unproject(pixels, read),
+        steady=data.camera.unproject(pixels, steady) if config.smooth else None,
         pixels=pixels,
         mask=found,
         depth=data.depth,

@@ -89,6 +89,16 @@ def test_the_roughness_of_depth():
     assert roughness(np.zeros_like(depth), mask) == 0
 
 
+def test_holes_get_the_depth_between_what_is_round_them():
+    """Of a cable that is read in patches only, each pixel has a point near its surface; none where that is not wanted."""
+    blotches = gaussian_filter(np.random.default_rng(0).normal(size=SEEN.shape), 4)
+    patchy = frame(np.where(blotches > 0, DEPTH, 0))
+    found = segment(patchy, SegmentConfig(), SEEN)
+    assert len(found.points) > 0.95 * SEEN.sum()
+    assert cKDTree(wave()).query(found.points)[0].max() < 2 * RADIUS
+    assert len(segment(patchy, SegmentConfig(holes=0), SEEN).points) < 0.6 * SEEN.sum()
+
+
 @pytest.mark.parametrize("given", [True, False])
 def test_specks_go_and_pinholes_are_closed(given):
     random = np.random.default_rng(0)
