@@ -201,7 +201,7 @@ class MergeConfig(Section):
     direction_weight: float = Field(100.0, ge=0, description="w_d, per radian.")
     curvature_weight: float = Field(100.0, ge=0, description="w_c, per radian.")
     free_space_weight: float = Field(
-        30.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
+        20.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
     )
     unknown_weight: float = Field(
         2.0, ge=0, description="per millimetre of the gap of which nothing is known: no depth there, or a cloud without a camera."
