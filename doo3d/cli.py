@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from . import __version__
 from .commands import evaluate
-from .commands.options import MaskOption, Overrides, Preset, config_of
+from .commands.options import MaskOption, Overrides, Preset, ReadOption, config_of
 from .commands.progress import reporting, say_compiling
 from .errors import DooError
 
@@ -76,6 +76,7 @@ def detect(
     config: Preset = "default",
     overrides: Overrides = None,
     mask: MaskOption = None,
+    read: ReadOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -89,10 +90,10 @@ def detect(
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, nothing was written.
     """
-    from .inputs import open_capture
+    from .inputs import Reading, open_capture
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask)
+    opened = open_capture(capture, effective.mode == "2d", mask, Reading.of(read or []))
     from . import batch
     from .outputs.lines import closing_line
 

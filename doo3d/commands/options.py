@@ -20,6 +20,11 @@ MaskOption = Annotated[
     Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
 ]
 
+ReadOption = Annotated[
+    list[str] | None,
+    typer.Option("--read", metavar="KEY=VALUE", help="How INPUT is to be read, such as depth_scale=5000; repeat for more."),
+]
+
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
     """The effective configuration."""

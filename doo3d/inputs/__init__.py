@@ -12,8 +12,9 @@ from pathlib import Path
 from ..errors import InputError
 from .base import Capture, CaptureFormat, Entry, Shot
 from .masks import MaskedCapture
+from .reading import DEFAULT, Reading
 
-__all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Shot", "format_class", "open_capture"]
+__all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
 
 FORMATS = {
     "folder": "folder:FolderCapture",
@@ -31,7 +32,7 @@ def format_class(name: str) -> CaptureFormat:
     return found
 
 
-def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None = None) -> Capture:
+def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None = None, reading: Reading = DEFAULT) -> Capture:
     """What is at `path`, as a sequence of frames that load when asked.
 
     Parameters
@@ -39,6 +40,7 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
     path : a folder or a file, in any of the formats of `FORMATS`.
     flat : for the 2-D mode: of a folder with colour and depth the colour images alone.
     masks : instead of the capture's own: an image for a capture of one frame, or a folder of them.
+    reading : what the capture does not say itself, such as topics, intrinsics, a depth scale.
 
     Raises
     ------
@@ -50,7 +52,8 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
             raise InputError(f"{path} does not exist")
         for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
             if (found := format_class(name)).recognises(path):
-                return MaskedCapture(found(path), Path(masks)) if masks is not None else found(path)
+                capture = found(path, reading)
+                return MaskedCapture(capture, Path(masks)) if masks is not None else capture
         known = "; ".join(format_class(name).what for name in FORMATS)
         raise InputError(f"{path}: {_why_unknown(path)}. What can be read: {known}")
     except OSError as error:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol
 
-from ..types import Bools, Cloud, Frame, Image
+from ..types import Bools, Cloud, Floats, Frame, Image
+from .reading import DEFAULT, Reading
 
 
 @dataclass(frozen=True)
@@ -16,10 +17,12 @@ class Shot:
 
     data : Frame or Cloud; Image for the 2-D mode.
     mask : (H, W) bool, the pixels of the object as the capture knows them; None where it does not.
+    pose : (4, 4) the camera's optical frame in the world, x_world = pose @ x_camera; None where it is not known.
     """
 
     data: Frame | Cloud | Image
     mask: Bools | None = None
+    pose: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Entry:
 
     name : what the results of this frame are called, unique in its capture.
     source : the file that it comes from. timestamp : s; None where the capture has none.
-    loader : reads the shot; raises InputError with the file's name when it cannot.
+    loader : reads the shot; raises InputError with the file's name when it cannot. It can be pickled, for other processes.
     """
 
     name: str
@@ -58,7 +61,7 @@ class Capture(Protocol):
 
 
 class CaptureFormat(Protocol):
-    """The class of a format: asked whether a path is its own, then called with it.
+    """The class of a format: asked whether a path is its own, then called with it and with what the user says about it.
 
     what : the format in half a sentence, for the error that lists what can be read.
     """
@@ -67,4 +70,4 @@ class CaptureFormat(Protocol):
 
     def recognises(self, path: Path) -> bool: ...
 
-    def __call__(self, path: Path) -> Capture: ...
+    def __call__(self, path: Path, reading: Reading = DEFAULT) -> Capture: ...

@@ -16,6 +16,7 @@ from ..types import Array, Cloud
 from ._open3d import open3d
 from ._quiet import listening
 from .base import Entry, Shot
+from .reading import DEFAULT, Reading
 
 Arrays = tuple[Array, Array | None]
 _HEAD = 4096  # bytes that are looked at to tell the format
@@ -30,7 +31,7 @@ class CloudCapture:
     what: ClassVar[str] = "one cloud file: PLY, PCD, XYZ (columns x y z, with r g b if six), NPZ (points, with colors)"
     format = "cloud"
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
         self.path = path
         self.frames = [Entry(path.stem, path, partial(_load, path))]
 

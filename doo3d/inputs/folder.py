@@ -15,6 +15,7 @@ from ..types import Camera, Frame
 from ._images import SUFFIXES, read_color, read_depth, read_mask
 from ._listing import images_in, located, natural, paired
 from .base import Entry, Shot
+from .reading import DEFAULT, Reading
 
 INTRINSICS = "camera_intrinsic.json"
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
@@ -32,7 +33,7 @@ class FolderCapture:
     )
     format = "folder"
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
         self.path = path
         depth = images_in(path / "depth")
         if not depth:

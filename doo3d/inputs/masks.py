@@ -46,9 +46,10 @@ def _only(capture: Capture, masks: Path) -> Entry:
 def _load(entry: Entry, file: Path | None, masks: Path) -> Shot:
     if file is None:
         raise InputError(f"{masks}: there is no mask {entry.name}")
-    data = entry.load().data
+    shot = entry.load()
+    data = shot.data
     if isinstance(data, Cloud):
         raise InputError(f"{file}: a cloud has no pixels that a mask could be of")
     if isinstance(data, Frame):
-        return Shot(data, read_mask(file, data.depth.shape))
-    return Shot(data, read_mask(file, data.color.shape[:2], upright=True))
+        return replace(shot, mask=read_mask(file, data.depth.shape))
+    return replace(shot, mask=read_mask(file, data.color.shape[:2], upright=True))

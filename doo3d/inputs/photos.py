@@ -11,6 +11,7 @@ from ..types import Image
 from ._images import PHOTO_SUFFIXES, is_image, read_color, read_mask
 from ._listing import images_in, natural, paired
 from .base import Entry, Shot
+from .reading import DEFAULT, Reading
 
 PICTURES, MASKS = ("color", "images", "rgb"), ("mask", "masks")  # sub-folders; pictures may lie in the folder itself
 
@@ -25,7 +26,7 @@ class PhotosCapture:
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"
     format = "photos"
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
         self.path = path
         self.frames = _folder(path) if path.is_dir() else [_alone(path)]
 

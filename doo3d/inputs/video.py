@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..types import Array, Image
 from ._quiet import listening
 from .base import Entry, Shot
+from .reading import DEFAULT, Reading
 
 SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".mts", ".wmv", ".flv", ".ogv")
 _STARTS = re.compile(  # MP4 and MOV, AVI, Matroska and WebM, MPEG, WMV, FLV, Ogg
@@ -41,7 +42,7 @@ class VideoCapture:
     what: ClassVar[str] = "a video file (MP4, MOV, AVI, MKV, ...)"
     format = "video"
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
         self.path = path
         found, stat = _probe(path), path.stat()
         stamp = (stat.st_mtime_ns, stat.st_size)
