@@ -146,6 +146,10 @@ class VoxelizeConfig(Section):
         lt=1,
         description="of a strand in a mask, the part at least this share of its half-width from the edge is used.",
     )
+    rim: float = Field(0.0, ge=0, description="pixels; what is no more than this nearer to the edge than the middle is used too.")
+    step: float = Field(
+        0.0, ge=0, description="radii by which the depth steps down where a strand goes on beneath another; 0: not looked for."
+    )
     close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
     max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
     min_component: int = Field(12, ge=1, description="voxels of half a radius; smaller 26-connected pieces go.")
@@ -206,6 +210,10 @@ class MergeConfig(Section):
     unknown_weight: float = Field(
         2.0, ge=0, description="per millimetre of the gap of which nothing is known: no depth there, or a cloud without a camera."
     )
+    open_weight: float = Field(
+        0.0, ge=0, description="per end beyond which nothing hides what would go on there, and nothing does; 0 = off."
+    )
+    open_reach: float = Field(2.0, gt=0, description="radii beyond an end that are looked at for that.")
     keep_bending: float = Field(
         0.7,
         ge=0,
@@ -299,6 +307,9 @@ class EvidenceConfig(Section):
     )
     margin_radii: float = Field(
         1.2, ge=0, description="radii; and this much: what lies on a table hides it, and is two radii thick."
+    )
+    through: bool = Field(
+        False, description="where the object itself is seen behind a place, the camera saw through it, too; for tangles of tubes."
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .geometry import angle
-from .types import Floats
+from .types import Bools, Floats
 
 
 def _pairwise(directions: Floats) -> Floats:
@@ -38,3 +38,8 @@ def curvature(points: Floats, directions: Floats) -> Floats:
     bend = angle(_pairwise(directions), way)
     bend[np.linalg.norm(way, axis=-1) < 1e-12] = 0
     return np.asarray(np.maximum(bend, bend.T))
+
+
+def either(ends: Bools) -> Floats:
+    """How many of the two are among `ends`, (E,) bool."""
+    return ends[:, None].astype(float) + ends[None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy as np
 from .config import EvidenceConfig
 from .geometry import steps
 from .types import Array, Bools, Camera, Floats, Foreground, Ints
+
+STEP, HIDES = 0.25, 0.6  # radii
 
 
 class Seen(IntEnum):
@@ -27,7 +29,7 @@ class Seen(IntEnum):
     HIDDEN = 4
     """The reading is nearer: something is in front."""
     FREE = 5
-    """The reading is farther and not the object: the camera saw through the place."""
+    """The reading is farther and not the object (or `through` is set): the camera saw through the place."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,16 @@ class Evidence:
     mask: Bools
     camera: Camera | None
     margin: float
+    through: bool = False
 
     @staticmethod
     def of(foreground: Foreground, config: EvidenceConfig, radius: float) -> Evidence | None:
         """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
         if foreground.mask is None:
             return None
-        return Evidence(foreground.depth, foreground.mask, foreground.camera, max(config.margin, config.margin_radii * radius))
+        return Evidence(
+            foreground.depth, foreground.mask, foreground.camera, max(config.margin, config.margin_radii * radius), config.through
+        )
 
     def classify(self, points: Floats) -> Ints:
         """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `Seen`."""
@@ -63,7 +68,7 @@ class Evidence:
         measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
         said = np.where(masked, int(Seen.SURFACE), int(Seen.HIDDEN))
         said[measured < z - self.margin] = int(Seen.HIDDEN)
-        said[(measured > z + self.margin) & ~masked] = int(Seen.FREE)
+        said[(measured > z + self.margin) & (self.through | ~masked)] = int(Seen.FREE)
         said[measured <= 0] = np.where(masked, int(Seen.MASKED), int(Seen.NO_DEPTH))[measured <= 0]
         result[inside] = said
         return result
@@ -71,6 +76,22 @@ class Evidence:
     def leaves(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Which of the ends (E, D), going on by `reach` in their directions (E, D), leave the view: (E,) bool."""
         return np.asarray(self.classify(ends + reach * directions) == Seen.OUTSIDE)
+
+    def open(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
+        """Beyond which of the ends (E, D), within `reach` m in their directions (E, D), the camera sees through before
+        anything hides what would go on there: (E,) bool. In 2-D nothing is known to hide, and no end is open.
+
+        radius : m; what hides is at least HIDES of it nearer. A strand on another one is nearer by two, at its border by one.
+        """
+        if self.depth is None or self.camera is None:
+            return np.zeros(len(ends), dtype=bool)
+        ways = ends[:, None] + np.arange(STEP * radius, reach * (1 + 1e-9), STEP * radius)[:, None] * directions[:, None]
+        points = ways.reshape(-1, ends.shape[1])
+        free = replace(self, through=True).classify(points) == Seen.FREE
+        hidden = replace(self, margin=HIDES * radius).classify(points) == Seen.HIDDEN
+        free, hidden = free.reshape(ways.shape[:2]), hidden.reshape(ways.shape[:2])
+        first = np.where(free.any(axis=1), free.argmax(axis=1), ways.shape[1])
+        return np.asarray(first < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ways.shape[1]))
 
     def masked(self, points: Floats) -> Bools:
         """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""

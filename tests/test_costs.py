@@ -68,3 +68,7 @@ def test_exact_where_arccos_is_not(dim):
     """Directions 1e-9 radians apart: the cosine is 1 to the last digit."""
     x, y = np.eye(dim)[:2]
     assert costs.direction(unit(np.array([x, -x + 1e-9 * y])))[0, 1] == pytest.approx(1e-9, rel=1e-3)
+
+
+def test_every_end_of_a_kind_counts():
+    assert costs.either(np.array([True, False, True])).tolist() == [[2, 1, 2], [1, 0, 1], [2, 1, 2]]

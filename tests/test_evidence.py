@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,10 +59,22 @@ def test_the_corners_are_inside(evidence, pixel):
     assert evidence.classify(place(pixel)).tolist() == [Seen.FREE]
 
 
-def test_the_object_behind_a_place_is_not_free_space(evidence):
-    """The mask is seen, but much nearer than the place: the place is hidden by the object."""
+def test_the_object_behind_a_place_is_free_space_only_where_that_is_asked_for(evidence):
+    """A strand that the camera sees beyond a place is not hidden by anything at that place."""
     assert evidence.classify(place(PIXELS[Seen.SURFACE], 0.6)).tolist() == [Seen.HIDDEN]
     assert evidence.classify(place(PIXELS[Seen.SURFACE], 0.4)).tolist() != [Seen.FREE]
+    assert replace(evidence, through=True).classify(place(PIXELS[Seen.SURFACE], 0.4)).tolist() == [Seen.FREE]
+
+
+def test_an_end_is_open_where_the_camera_sees_past_it_and_not_where_something_hides_what_follows():
+    """A strand of 10 mm radius ends at u = 20: beyond it the table, 0.3 m farther; or a block, 0.1 m nearer; or more of it."""
+    mask = np.zeros((30, 40), dtype=bool)
+    mask[12:18, :21] = True
+    ends, along = place((19, 15), 0.5), np.array([[1.0, 0.0, 0.0]])
+    for beyond, expected in ((0.8, True), (0.4, False), (0.5, False), (0.0, False)):
+        depth = np.where(mask, 0.5, beyond)
+        assert Evidence(depth, mask, CAMERA, 0.012).open(ends, along, 0.01, 0.03).tolist() == [expected]
+    assert Evidence(None, mask, None, 0.012).open(ends[:, :2], along[:, :2], 1.0, 3.0).tolist() == [False]
 
 
 def test_within_the_margin_nothing_is_free(evidence):

@@ -49,6 +49,8 @@ def merge(
     if evidence is not None and config.free_space_weight:
         leaving = evidence.leaves(ends.points, ends.directions, config.border * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
+    if evidence is not None and config.open_weight:
+        cost += config.open_weight * costs.either(evidence.open(ends.points, ends.directions, radius, config.open_reach * radius))
 
     extra = partial(_extra, ends, config, radius, fill or FillConfig(), evidence)
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), extra, config)

@@ -14,10 +14,12 @@ from ..errors import InputError
 from ..kernels.thinning import neighbours
 from ..kernels.tracing import components
 from ..silhouette import bounding_box, mask_radius
-from ..types import Bools, Floats, Foreground, Ints, VoxelGrid
+from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 LEAST = 3
 """Voxels of the smallest piece when they are coarse: along a thin object there is one behind the other."""
+
+DEVIATION, SURE = 1.4826, 3.0  # standard deviations per median absolute deviation; so many of them are no noise
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
@@ -42,7 +44,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     if foreground.steady is not None:
         points = foreground.steady
     if config.core and foreground.pixels is not None and foreground.mask is not None:
-        points = points[in_core(foreground.mask, foreground.pixels, config.core, radius / apart)]
+        mask = foreground.mask & ~behind(foreground, config.step * radius, radius / apart) if config.step else foreground.mask
+        points = points[in_core(mask, foreground.pixels, config.core, radius / apart, config.rim)]
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
     cells = pack(points, origin, size, margin)
     if isinstance(cells, float):
@@ -61,18 +64,54 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     return _finish(coords, centroids, counts, size, origin, radius, least)
 
 
-def in_core(mask: Bools, pixels: Ints, share: float, radius: float) -> Bools:
+def in_core(mask: Bools, pixels: Ints, share: float, radius: float, rim: float = math.inf) -> Bools:
     """Which of the pixels (N, 2) of the mask lie in the middle of their strand: (N,) bool.
 
     In the middle is what is at least `share` as far from the edge of the mask as the farthest pixel within about `radius`
-    px. Strands that lie side by side have background between them, if only a pixel of it: their middles are apart by far more.
+    px, or less than `rim` px nearer. Strands that lie side by side have background between them, if only a pixel of it:
+    their middles are apart by far more.
     """
     box = bounding_box(mask)
     inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     side = 2 * max(1, math.ceil(radius)) + 1
     most = cv2.dilate(inside, np.ones((side, side), np.uint8))
     v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
-    return np.asarray(inside[v, u] >= share * most[v, u])
+    here = (v >= 0) & (v < len(inside)) & (u >= 0) & (u < inside.shape[1])
+    found = np.zeros(len(pixels), dtype=bool)
+    own, highest = inside[v[here], u[here]], most[v[here], u[here]]
+    found[here] = (own > 0) & (own >= np.minimum(share * highest, highest - rim))
+    return found
+
+
+def behind(foreground: Foreground, step: float, radius: float) -> Bools:
+    """The pixels of the mask behind which a strand goes on beneath another one: (H, W) bool.
+
+    There the surface falls off, from within half of the object's `radius` px, by `step` m more than it goes on falling on
+    either side, and by more than noise: what runs away from the camera falls off all along.
+    """
+    shown = np.zeros(foreground.mask.shape, dtype=bool) if foreground.mask is not None else np.zeros((0, 0), dtype=bool)
+    if foreground.pixels is None or foreground.mask is None or not len(foreground.pixels):
+        return shown
+    box = bounding_box(foreground.mask)
+    u, v = foreground.pixels[:, 0] - box[1].start, foreground.pixels[:, 1] - box[0].start
+    steady = foreground.points if foreground.steady is None else foreground.steady
+    z = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
+    z[v, u] = steady[:, 2]
+    held = np.isfinite(z)
+    half = max(1, math.ceil(radius / 2))
+    near, nearer, far = (
+        _least(values, reach)[v, u] for values, reach in ((z, half), (z, 2 * half), (np.where(held, -z, z), half))
+    )
+    noise = DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - steady[:, 2])))
+    own = z[v, u]
+    goes_on = np.maximum(-far - own, near - nearer)
+    shown[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - near > step + SURE * noise + goes_on
+    return shown
+
+
+def _least(values: Array, reach: int) -> Array:
+    """The least of the values (H, W) float32 within `reach` px of each pixel."""
+    return np.asarray(cv2.erode(values, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))))
 
 
 def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:

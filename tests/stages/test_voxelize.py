@@ -12,7 +12,7 @@ from doo3d.errors import InputError
 from doo3d.kernels.thinning import neighbours
 from doo3d.kernels.tracing import components
 from doo3d.stages.segment import segment
-from doo3d.stages.voxelize import voxelize
+from doo3d.stages.voxelize import behind, voxelize
 from doo3d.types import Foreground
 
 dims = pytest.mark.parametrize("dim", [2, 3])
@@ -185,7 +185,30 @@ def test_closing_does_not_bridge_what_the_mask_says_is_empty():
         depth = frame.depth.copy()
         depth[np.random.default_rng(0).random(depth.shape) < 0.3] = 0
         foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(edge_support=2), mask)
-        grid = voxelize(foreground, VoxelizeConfig())
+        grid = voxelize(foreground, VoxelizeConfig(core=0.6))
         label = components(neighbours(grid.coords))
         assert sorted(np.bincount(label) > 200) == [True, True]
         assert (grid.counts == 0).any()
+
+
+def strands(below, tilt=0.0):
+    """A strand of 8 mm radius across another one whose axis is `below` m farther away; tilted by a slope away from the camera."""
+    across = line([0.0, -0.1, 0.5 - 0.1 * tilt], [0.0, 0.1, 0.5 + 0.1 * tilt])
+    along = line([-0.12, 0.0, 0.5 + below], [0.12, 0.0, 0.5 + below])
+    frame, mask = frame_of(*([across] if below == 0 else [across, along]), radius=0.008)
+    return segment(frame, SegmentConfig(), mask)
+
+
+def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():
+    """Touching, two radii apart: what is behind are two bars across the lower strand, beside the upper one."""
+    foreground = strands(0.017)
+    shown = behind(foreground, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
+    assert (foreground.depth[shown] > 0.505).all()
+    for side in (-1, 1):
+        x = np.round(CAMERA.project(np.array([[side * 0.0095, 0.0, 0.509]]))).astype(int)[0]
+        assert shown[x[1], x[0]]
+
+
+@pytest.mark.parametrize("slope", [0.0, 1.0, 2.5])
+def test_what_runs_away_steeply_has_no_step(slope):
+    assert not behind(strands(0.0, slope), 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5).any()
