@@ -163,6 +163,30 @@ def ablations(
     typer.echo(format_ablations(rows))
 
 
+@app.command()
+def tubes(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Tube configurations: text files of straight cylinders.")],
+    seeds: Seeds = 3,
+    start: Start = 0,
+    sensor: Sensor = "d435",
+    size: Size = "1280x720",
+    config: Preset = "tubes",
+    overrides: Overrides = None,
+) -> None:
+    """Render entangled tubes, detect in them with their mask and number given, and count those that are right, tube by tube.
+
+    \b
+    Example:
+      doo3d evaluate tubes DIR --seeds 5
+    """
+    _single_thread()
+    from ..evaluation.tubewise import evaluate_tubes, format_tubes, tube_cases
+
+    cases = tube_cases(folder, range(start, start + seeds), _sensor(sensor), _size(size))
+    say_compiling()
+    typer.echo(format_tubes(evaluate_tubes(cases, config_of(config, overrides))))
+
+
 app.command("mbest")(photos.mbest)
 app.command("cset")(photos.cset)
 

@@ -195,6 +195,11 @@ def _dense(chain: Chain, first: int = 0, last: int | None = None) -> tuple[Float
     return chain.joints[index] * (1 - part) + chain.joints[index + 1] * part, at
 
 
+def off_share(chain: Chain, walk: Walk, truths: tuple[Truth, ...]) -> float:
+    """The share of the chain that is off what it follows, or follows nothing."""
+    return float(_gaps(chain, walk, truths)[2].mean())
+
+
 def _gaps(chain: Chain, walk: Walk, truths: tuple[Truth, ...]) -> tuple[Floats, Bools, Bools]:
     """Of the chain's points: distance in m to the axis of the strand followed, whether that is seen, whether off it.
 

@@ -8,17 +8,21 @@ its edges, not of the file.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.random import Generator
 
 from ..errors import InputError
+from ..geometry import densify
 from ..types import Floats
 from .families import Size
 from .laying import SPACING
 from .model import Scene, Truth
 from .studio import cable_color, make_studio
+
+STEP_BACK, FARTHEST = 1.05, 2.5  # the camera goes back by this factor until all is in view, m at most
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
@@ -64,15 +68,13 @@ def _chain(pairs: list[tuple[int, int]]) -> list[int]:
 
 
 def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
-    """The bin from above, without its walls."""
+    """The bin from above, without its walls; the camera as far away as it takes to see all of the tubes."""
     studio = make_studio(rng, size, (0.8, 1.1), 8.0)
     color = cable_color(rng)
-    cables = []
-    for nodes, radius in read_tubes(path):
-        along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))))
-        at = np.linspace(0, along[-1], int(np.ceil(along[-1] / SPACING)) + 1)
-        axis = np.column_stack([np.interp(at, along, nodes[:, k]) for k in range(3)])
-        if not studio.inside(axis):
+    found = [(densify(nodes, SPACING), radius) for nodes, radius in read_tubes(path)]
+    while not all(studio.inside(axis) for axis, _ in found):
+        studio = replace(studio, distance=STEP_BACK * studio.distance)
+        if studio.distance > FARTHEST:
             return None
-        cables.append(Truth(studio.to_camera(axis), radius, color=color))
-    return Scene("", "", 0, studio.camera, tuple(cables), (), studio.table(), studio.light)
+    cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in found)
+    return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)
