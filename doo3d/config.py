@@ -97,7 +97,7 @@ class SegmentConfig(Section):
     holes: int = Field(
         2,
         ge=0,
-        description="pixels; what of the mask is farther than this from any reading gets the depth between those round it; 0: none.",
+        description="pixels; what of the mask is farther than this from a reading gets the depth between those round it; 0: none.",
     )
     cloud_window: float = Field(
         2.0,
