@@ -9,10 +9,11 @@ from drawn_photos import save
 
 from doo3d.errors import InputError
 from doo3d.evaluation.cases import capture_cases
-from doo3d.evaluation.results import read_detection, result_rows
+from doo3d.evaluation.results import result_rows
 from doo3d.evaluation.truthfile import read_truth
 from doo3d.kernels.walking import walk
 from doo3d.outputs.document import dumps
+from doo3d.outputs.recorded import read_detection
 from doo3d.types import Chain, Connection, Crossing, Detection, Place
 
 SAMPLES = Path(__file__).parents[2] / "sample_clouds"
@@ -109,7 +110,7 @@ def detection(frame="a"):
 
 def test_what_was_written_is_read_back(tmp_path):
     (tmp_path / "a.json").write_text(dumps(detection().to_dict()))
-    assert read_detection(tmp_path / "a.json").to_dict() == detection().to_dict() | {"timestamp": None, "notes": []}
+    assert read_detection(tmp_path / "a.json").to_dict() == detection().to_dict()
 
 
 def test_results_are_scored_and_a_frame_without_one_is_wrong(tmp_path):
@@ -130,7 +131,7 @@ def test_results_that_are_none_are_refused(tmp_path):
     for text, said in (
         ("{", "not valid JSON"),
         ('{"schema": "x"}', "not a detection"),
-        (dumps(detection().to_dict() | {"mode": "2d"}), "2-D mode"),
+        (dumps(detection().to_dict() | {"mode": "2d", "chains": []}), "2-D mode"),
         (dumps(detection().to_dict() | {"chains": [{"joints": []}]}), "broken"),
         (dumps(detection().to_dict() | {"coordinates": "mars"}), "broken"),
     ):
