@@ -313,6 +313,14 @@ class EvidenceConfig(Section):
     )
 
 
+class TracksConfig(Section):
+    """Which chain is which from frame to frame."""
+
+    lengths: float = Field(0.1, gt=0, description="lengths of a chain by which it may move from frame to frame, in the mean.")
+    radii: float = Field(10.0, ge=0, description="radii; so far it may move in any case.")
+    keep: int = Field(30, ge=0, description="frames for which a chain that is not found is remembered where it was.")
+
+
 class Config(Section):
     """The whole configuration, a section per stage."""
 
@@ -331,6 +339,7 @@ class Config(Section):
     refine: RefineConfig = RefineConfig()
     grow: GrowConfig = GrowConfig()
     evidence: EvidenceConfig = EvidenceConfig()
+    tracks: TracksConfig = TracksConfig()
 
     def to_yaml(self) -> str:
         """The effective configuration as YAML that load_config reads back to the same Config."""

@@ -26,6 +26,7 @@ COORDINATES = {
     "camera": "camera optical frame: x right, y down, z forward",
     "cloud": "the frame of the cloud as given",
     "image": "image: x right, y down",
+    "world": "the world frame of the camera's poses",
 }
 
 
@@ -323,6 +324,7 @@ class Chain:
     radii : (N + 1,) the same at each joint, where it was seen; filled in between.
     occluded : (N,) bool, the segment was filled in, not seen. closed : a ring, whose last joint meets the first.
     connections : where pieces were joined to make this chain, and how sure that is, along the chain.
+    id : which one it is of the chains of a capture, the same from frame to frame; None where frames were not compared.
     """
 
     joints: Floats
@@ -332,6 +334,7 @@ class Chain:
     occluded: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
     closed: bool = False
     connections: tuple[Connection, ...] = ()
+    id: int | None = None
 
     def __post_init__(self) -> None:
         joints = np.asarray(self.joints, dtype=float)
@@ -373,6 +376,7 @@ class Chain:
     def to_dict(self) -> dict[str, Any]:
         """What the JSON file holds of a chain: plain lists and numbers."""
         return {
+            "id": self.id,
             "joints": self.joints.tolist(),
             "segment_length": self.segment_length,
             "radius": self.radius,

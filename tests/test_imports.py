@@ -19,7 +19,7 @@ LAYERS = [
     {"geometry"},
     {
         *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "meetings", "overlaps"),
-        *("segmenters", "segments", "silhouette", "stations", "sureness", "surface"),
+        *("segmenters", "segments", "silhouette", "stations", "sureness", "surface", "tracks"),
     },
     {"stages"},
     {"pipeline"},

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .canvas import Canvas
-from .palette import DARK, LIGHT, chain_color
+from .palette import DARK, LIGHT, Rgb, chain_color
 from .strand import Strand, bridges
 from .view import flat_view, view_of
 
@@ -19,9 +19,10 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     """The chains over the colour image (the depth in colours where there is none, the points of a cloud).
 
-    Each chain has a colour of its own, a ribbon as wide as the object and a line through its joints; where it is
-    occluded the line is dashed. A disc marks the first joint, a ring the last. Of two strands that cross, the upper is drawn
-    on top, between two white lines where it is known; of a cloud without a viewpoint, the nearer in the picture.
+    Each chain has a colour of its own (that of its id where it has one), a ribbon as wide as the object and a line through
+    its joints; where it is occluded the line is dashed. A disc marks the first joint, a ring the last. Of two strands that
+    cross, the upper is drawn on top, between two white lines where it is known; of a cloud without a viewpoint, the nearer
+    in the picture.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
         view = flat_view(view.image)
     height, width = view.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / _UNIT)
-    strands = [Strand.of(chain, view, chain_color(i), unit) for i, chain in enumerate(detection.chains)]
+    strands = [Strand.of(chain, view, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
         strand.paint(canvas, np.ones(len(strand.hidden), dtype=bool))
@@ -54,6 +55,11 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 def caption_lines(detection: Detection) -> list[str]:
     """One line per chain: length, radius and how much of it is occluded."""
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
+
+
+def _colors(detection: Detection) -> list[Rgb]:
+    """A chain's colour is that of its id, the same in all frames, or of its place where it has none."""
+    return [chain_color(i if chain.id is None else chain.id) for i, chain in enumerate(detection.chains)]
 
 
 def _line(chain: Chain, metric: bool) -> str:
@@ -81,13 +87,13 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     left, top = _free_corner(drawn.sheet[:, :, 3] > 0, panel, margin=pad)
     canvas = Canvas(height, width)
     canvas.box((left, top), (left + panel[0], top + panel[1]), DARK, 0.72)
-    picture = canvas.over(image)
+    picture, colors = canvas.over(image), _colors(detection)
     thick = max(1, round(size * 1.3))
     for i, line in enumerate(lines):
         base = top + pad // 2 + row * i + (row + tall) // 2
         text_at = left + pad
         if i < len(detection.chains) and not line.startswith("and "):
-            cv2.rectangle(picture, (left + pad, base - tall), (left + 2 * pad, base), chain_color(i), -1)
+            cv2.rectangle(picture, (left + pad, base - tall), (left + 2 * pad, base), colors[i], -1)
             text_at += 2 * pad
         cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thick, cv2.LINE_AA)
     return picture
