@@ -97,7 +97,7 @@ class SegmentConfig(Section):
     holes: int = Field(
         2,
         ge=0,
-        description="pixels; what of the mask is farther than this from a reading gets the depth between those round it; 0: none.",
+        description="pixels; the mask farther than this from a reading gets the depth between those round it; 0: none.",
     )
     cloud_window: float = Field(
         2.0,
@@ -214,6 +214,7 @@ class MergeConfig(Section):
         0.0, ge=0, description="per end beyond which nothing hides what would go on there, and nothing does; 0 = off."
     )
     open_reach: float = Field(2.0, gt=0, description="radii beyond an end that are looked at for that.")
+    own: dict[str, float] = Field({}, description="weights of costs of your own, by their names in doo3d.costs.OWN.")
     keep_bending: float = Field(
         0.7,
         ge=0,
@@ -321,6 +322,18 @@ class TracksConfig(Section):
     keep: int = Field(30, ge=0, description="frames for which a chain that is not found is remembered where it was.")
 
 
+class FusionConfig(Section):
+    """Many views of a thing at rest as one cloud (`--static`)."""
+
+    voxel: float | None = Field(
+        None, gt=0, description="m, edge of the voxels in which points are averaged; null: how far apart a frame's points are."
+    )
+    min_views: int = Field(
+        2, ge=1, description="frames that must have seen something near a voxel; half of the frames where there are few."
+    )
+    cell: float = Field(4.0, ge=1, description="voxels; what is as near as this is near.")
+
+
 class Config(Section):
     """The whole configuration, a section per stage."""
 
@@ -340,6 +353,7 @@ class Config(Section):
     grow: GrowConfig = GrowConfig()
     evidence: EvidenceConfig = EvidenceConfig()
     tracks: TracksConfig = TracksConfig()
+    fusion: FusionConfig = FusionConfig()
 
     def to_yaml(self) -> str:
         """The effective configuration as YAML that load_config reads back to the same Config."""

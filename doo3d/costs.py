@@ -6,10 +6,30 @@ end i is expected to be on its way to end j. All return (E, E).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from .errors import ConfigError
 from .geometry import angle
 from .types import Bools, Floats
+
+OwnCost = Callable[[Floats, Floats], Floats]
+
+OWN: dict[str, OwnCost] = {}
+"""Costs of the user's own, from the ends' points (E, D) and directions (E, D) to (E, E); `merge.own` gives their weights."""
+
+
+def own(name: str) -> OwnCost:
+    """The cost of the user's own that is called so.
+
+    Raises
+    ------
+    ConfigError : there is none.
+    """
+    if name not in OWN:
+        raise ConfigError(f"merge.own: there is no cost {name!r}; doo3d.costs.OWN holds {', '.join(OWN) or 'none'}")
+    return OWN[name]
 
 
 def _pairwise(directions: Floats) -> Floats:

@@ -72,3 +72,33 @@ def test_exact_where_arccos_is_not(dim):
 
 def test_every_end_of_a_kind_counts():
     assert costs.either(np.array([True, False, True])).tolist() == [[2, 1, 2], [1, 0, 1], [2, 1, 2]]
+
+
+def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
+    """Two pairs that the paper's costs hold equal, of which the own cost forbids one."""
+    from doo3d import costs
+    from doo3d.config import MergeConfig
+    from doo3d.stages.merge import merge
+    from doo3d.types import Chain
+
+    def line(x, y):
+        return Chain(np.column_stack((np.arange(x, x + 0.101, 0.01), np.full(11, y), np.zeros(11))), 0.01, 0.003)
+
+    pieces = [line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)]
+
+    def joined(**own):
+        merged = merge(pieces, MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, own=own), 0.003)
+        return {round(piece[0, 1], 3) for piece in merged[0].pieces}
+
+    monkeypatch.setitem(costs.OWN, "left", lambda points, directions: np.maximum(0, points[:, None, 1] + points[None, :, 1]))
+    monkeypatch.setitem(costs.OWN, "right", lambda points, directions: np.maximum(0, -points[:, None, 1] - points[None, :, 1]))
+    assert joined(left=1e4) == {0.0, -0.01}
+    assert joined(right=1e4) == {0.0, 0.01}
+
+
+def test_a_cost_that_there_is_not_is_named():
+    from doo3d.costs import own
+    from doo3d.errors import ConfigError
+
+    with pytest.raises(ConfigError, match="there is no cost 'height'"):
+        own("height")

@@ -1,7 +1,7 @@
 """Captures in: one file per format, found by what it holds and not by its name alone.
 
 To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order is the
-order of asking.
+order of asking. A program of your own puts its class there itself: `FORMATS["mine"] = MyCapture`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .reading import DEFAULT, Reading
 
 __all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
 
-FORMATS = {
+FORMATS: dict[str, str | CaptureFormat] = {
     "folder": "folder:FolderCapture",
     "cloud": "cloud:CloudCapture",
     "photos": "photos:PhotosCapture",
@@ -27,7 +27,10 @@ FLAT = ("photos", "video")  # those that give images without depth, for the 2-D 
 
 def format_class(name: str) -> CaptureFormat:
     """The class that reads the format `name`, imported when first asked for."""
-    module, _, member = FORMATS[name].partition(":")
+    entry = FORMATS[name]
+    if not isinstance(entry, str):
+        return entry
+    module, _, member = entry.partition(":")
     found: CaptureFormat = getattr(importlib.import_module(f".{module}", __name__), member)
     return found
 

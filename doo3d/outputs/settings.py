@@ -101,6 +101,8 @@ def _bounds(field: FieldInfo) -> str:
 def _type_words(kind: Any) -> str:
     if hasattr(kind, "__name__") and not get_args(kind):
         return _WORDS.get(kind.__name__, str(kind.__name__))
+    if get_origin(kind) is dict:
+        return f"names, each with a {_type_words(get_args(kind)[1])}"
     if get_origin(kind) is tuple:
         item = get_args(kind)[0]
         is_model = isinstance(item, type) and issubclass(item, BaseModel)

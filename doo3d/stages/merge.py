@@ -85,6 +85,8 @@ def _pair_costs(ends: _Ends, chains: list[Chain], config: MergeConfig, radius: f
         + config.direction_weight * costs.direction(towards)
         + config.curvature_weight * costs.curvature(ends.points, towards)
     )
+    for name, weight in config.own.items():
+        total += weight * costs.own(name)(ends.points, ends.directions)
     limit = config.max_cost * (1 if config.chains is None else config.patience)
     total[(distance > config.max_gap) | (total > limit)] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf
