@@ -10,7 +10,17 @@ from typer.core import TyperGroup
 
 from . import __version__
 from .commands import evaluate
-from .commands.options import MaskOption, Overrides, Preset, ReadOption, config_of
+from .commands.options import (
+    EndOption,
+    EveryOption,
+    FramesOption,
+    MaskOption,
+    Overrides,
+    Preset,
+    ReadOption,
+    StartOption,
+    config_of,
+)
 from .commands.progress import reporting, say_compiling
 from .errors import DooError
 
@@ -77,6 +87,10 @@ def detect(
     overrides: Overrides = None,
     mask: MaskOption = None,
     read: ReadOption = None,
+    every: EveryOption = 1,
+    start: StartOption = None,
+    end: EndOption = None,
+    frames: FramesOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -91,9 +105,11 @@ def detect(
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, nothing was written.
     """
     from .inputs import Reading, open_capture
+    from .inputs.select import Selection, selected
 
     effective = config_of(config, overrides)
     opened = open_capture(capture, effective.mode == "2d", mask, Reading.of(read or []))
+    opened = selected(opened, Selection(every, start, end, frames))
     from . import batch
     from .outputs.lines import closing_line
 
@@ -124,6 +140,11 @@ def compare(
         list[str] | None, typer.Option("--set-2d", metavar="KEY=VALUE", help="Set one field for the 2-D mode.")
     ] = None,
     mask: MaskOption = None,
+    read: ReadOption = None,
+    every: EveryOption = 1,
+    start: StartOption = None,
+    end: EndOption = None,
+    frames: FramesOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
 ) -> None:
     """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
@@ -138,12 +159,14 @@ def compare(
     Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
     """
     from .config import load_config, parse_overrides
-    from .inputs import open_capture
+    from .inputs import Reading, open_capture
+    from .inputs.select import Selection, selected
 
     effective = config_of(config, overrides)
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
-    opened = open_capture(capture, masks=mask)
+    opened = open_capture(capture, masks=mask, reading=Reading.of(read or []))
+    opened = selected(opened, Selection(every, start, end, frames))
     from .compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)

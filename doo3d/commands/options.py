@@ -25,6 +25,27 @@ ReadOption = Annotated[
     typer.Option("--read", metavar="KEY=VALUE", help="How INPUT is to be read, such as depth_scale=5000; repeat for more."),
 ]
 
+EveryOption = Annotated[
+    int, typer.Option(min=1, metavar="N", help="Of the frames left by the others, the first and then every Nth.")
+]
+StartOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="PLACE",
+        help="The first frame: its number from 0 (12), or from the end (-1 is the last), or a time since the first frame (12.5s; "
+        "-2s is two seconds before the last).",
+    ),
+]
+EndOption = Annotated[str | None, typer.Option(metavar="PLACE", help="The last frame, as --start; it is included.")]
+FramesOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LIST",
+        help="Frames and spans of them as for --start, both ends included: 3,7,10-20 or 2s-4.5s; a single time is the frame "
+        "nearest to it.",
+    ),
+]
+
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
     """The effective configuration."""
