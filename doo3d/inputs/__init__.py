@@ -17,6 +17,7 @@ from .reading import DEFAULT, Reading
 __all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
 
 FORMATS: dict[str, str | CaptureFormat] = {
+    "bag": "bags:BagCapture",
     "folder": "folder:FolderCapture",
     "cloud": "cloud:CloudCapture",
     "photos": "photos:PhotosCapture",

@@ -1,0 +1,63 @@
+"""Lenses: images as a pinhole camera would have seen them, through OpenCV's models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from ..errors import InputError
+from ..types import Array, Camera
+
+PLUMB_BOB = ("plumb_bob", "rational_polynomial", "Brown Conrady", "")  # OpenCV's own order: k1 k2 p1 p2 k3 k4 k5 k6
+FISHEYE = ("equidistant", "fisheye", "Kannala Brandt4")
+BACKWARDS = ("Inverse Brown Conrady",)  # RealSense: plumb_bob, but from the distorted to the straight position
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A pinhole camera and how its images differ from it.
+
+    model, coefficients : as sensor_msgs/CameraInfo and RealSense's SDK name and order them; no coefficients for none.
+    """
+
+    camera: Camera
+    model: str = ""
+    coefficients: tuple[float, ...] = ()
+
+    @property
+    def straight(self) -> bool:
+        """Whether the images are those of a pinhole camera."""
+        return not any(self.coefficients)
+
+    def check(self) -> None:
+        """Raise InputError where the lens is of a model that is not known."""
+        if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE, *BACKWARDS):
+            known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE, *BACKWARDS) if name)
+            raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}")
+
+    def straightened(self, image: Array, nearest: bool) -> Array:
+        """(H, W[, 3]) as the pinhole camera would have it; `nearest` for depth, which must not be mixed."""
+        if self.straight:
+            return image
+        maps = _maps(self)
+        how = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
+        return np.asarray(cv2.remap(image, maps[0], maps[1], how, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
+
+
+@lru_cache(maxsize=4)
+def _maps(lens: Lens) -> tuple[Array, Array]:
+    """Where in the image each pixel of the pinhole camera is: (H, W) float32 columns and rows."""
+    lens.check()
+    camera, given = lens.camera, np.array(lens.coefficients, dtype=float)
+    size = (camera.width, camera.height)
+    inner = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    if lens.model in FISHEYE:
+        return cv2.fisheye.initUndistortRectifyMap(inner, given[:4], np.eye(3), inner, size, cv2.CV_32FC1)
+    if lens.model in BACKWARDS:
+        grid = np.stack(np.meshgrid(np.arange(size[0]), np.arange(size[1])), axis=-1).reshape(-1, 1, 2).astype(float)
+        found = cv2.undistortPoints(grid, inner, given, P=inner).reshape(size[1], size[0], 2).astype(np.float32)
+        return np.ascontiguousarray(found[..., 0]), np.ascontiguousarray(found[..., 1])
+    return cv2.initUndistortRectifyMap(inner, given, None, inner, size, cv2.CV_32FC1)
