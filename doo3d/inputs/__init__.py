@@ -10,16 +10,25 @@ import importlib
 from pathlib import Path
 
 from ..errors import InputError
+from ._images import is_image
 from .base import Capture, CaptureFormat, Entry, Shot
 from .masks import MaskedCapture
 from .reading import DEFAULT, Reading
+from .trajectory import PosedCapture
 
 __all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
 
 FORMATS: dict[str, str | CaptureFormat] = {
     "bag": "bags:BagCapture",
+    "tum": "tum:TumCapture",
+    "bop": "bop:BopCapture",
+    "icl": "redwood:IclCapture",
+    "redwood": "redwood:RedwoodCapture",
+    "record3d": "record3d:Record3DCapture",
+    "arrays": "arrays:ArraysCapture",
     "folder": "folder:FolderCapture",
     "cloud": "cloud:CloudCapture",
+    "pairs": "pairs:PairsCapture",
     "photos": "photos:PhotosCapture",
     "video": "video:VideoCapture",
 }
@@ -55,13 +64,20 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
         if not path.exists():
             raise InputError(f"{path} does not exist")
         for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
-            if (found := format_class(name)).recognises(path):
+            if (found := format_class(name)).recognises(path) or (name == "pairs" and _camera_is_said(path, reading)):
                 capture = found(path, reading)
+                if reading.trajectory is not None:
+                    capture = PosedCapture(capture, reading.trajectory, reading.tolerance)
                 return MaskedCapture(capture, Path(masks)) if masks is not None else capture
         known = "; ".join(format_class(name).what for name in FORMATS)
         raise InputError(f"{path}: {_why_unknown(path)}. What can be read: {known}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _camera_is_said(path: Path, reading: Reading) -> bool:
+    """Whether `path` is an image of whose camera the user says enough to take it for depth."""
+    return reading.camera is not None and path.is_file() and is_image(path)
 
 
 def _why_unknown(path: Path) -> str:

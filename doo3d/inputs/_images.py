@@ -53,16 +53,17 @@ def is_image(path: Path) -> bool:
         return _STARTS.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
 
 
-def read_color(path: Path, upright: bool = False) -> Array:
+def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:
     """(H, W, 3) uint8 RGB; transparency and colour profile left aside, 16 bits scaled to 8, floats 0 to 1 to 0 to 255.
 
     upright : turned as the file's EXIF says; else as stored, for depth would not follow a turn.
+    data : what the file holds, where it is not one of its own; `path` is then its name in errors.
 
     Raises
     ------
     InputError : not there, cut off or damaged, or neither 8 nor 16 bits nor floats from 0 to 1.
     """
-    image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION))
+    image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION, data))
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
 
@@ -96,9 +97,9 @@ def _eight_bits(path: Path, image: Array) -> Array:
     raise InputError(f"{path}: is a {image.dtype} image, expected 8 or 16 bits without sign, or floats from 0 to 1")
 
 
-def _decode(path: Path, flags: int) -> Array:
+def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
     try:
-        data = path.read_bytes()
+        data = path.read_bytes() if data is None else data
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     _check_whole(path, data)

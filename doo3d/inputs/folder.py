@@ -12,19 +12,22 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Camera, Frame
+from ._frames import Pinhole, camera_for
 from ._images import SUFFIXES, read_color, read_depth, read_mask
 from ._listing import images_in, located, natural, paired
 from .base import Entry, Shot
 from .reading import DEFAULT, Reading
 
 INTRINSICS = "camera_intrinsic.json"
+COLORS = ("color", "rgb", "image")
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
 
 
 class FolderCapture:
     """Frames of a folder, in the order of their names, numbers as numbers.
 
-    Images belong together when their names without suffix agree; where none do, by order if there are equally many.
+    Images belong together when their names without suffix agree; where none do, by order if there are equally many. The
+    intrinsics and the unit of depth that the user gives go before those of the folder, which may then be missing.
     """
 
     what: ClassVar[str] = (
@@ -38,8 +41,9 @@ class FolderCapture:
         depth = images_in(path / "depth")
         if not depth:
             raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})")
-        camera, scale = read_intrinsics(path / INTRINSICS)
-        others = {part: paired(images_in(path / part), depth) for part in ("color", "mask") if (path / part).is_dir()}
+        camera, scale = _lens(path / INTRINSICS, reading)
+        color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
+        others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
         names = sorted(set(depth).union(*others.values()), key=natural)
         self.frames = [
             Entry(
@@ -56,18 +60,29 @@ class FolderCapture:
         return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
 
 
-def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera, scale: float) -> Shot:
+def _lens(path: Path, reading: Reading) -> tuple[Camera | Pinhole, float]:
+    """The camera, or as much of it as the user gives, and the units per metre."""
+    if reading.camera is not None and not path.exists():
+        return reading.camera, reading.depth_scale or DEFAULT_DEPTH_SCALE
+    camera, scale = read_intrinsics(path)
+    return reading.camera or camera, reading.depth_scale or scale
+
+
+def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> Shot:
     for part, file in {"depth": depth, **others}.items():
         if file is None:
             raise InputError(f"{part}/ has no image for frame {name}")
     assert depth is not None
-    color, mask = others.get("color"), others.get("mask")
+    mask = others.get("mask")
+    color = next((file for part, file in others.items() if part in COLORS), None)
     try:
-        frame = Frame(read_color(color) if color else None, read_depth(depth, scale), camera, name)
+        metres = read_depth(depth, scale)
+        camera = camera if isinstance(camera, Camera) else camera_for(camera, metres.shape)
+        frame = Frame(read_color(color) if color else None, metres, camera, name)
     except InputError as error:
         raise located(error, depth) from None
     try:
-        return Shot(frame, read_mask(mask, (camera.height, camera.width)) if mask else None)
+        return Shot(frame, read_mask(mask, metres.shape) if mask else None)
     except InputError as error:
         raise located(error, mask or depth) from None
 
@@ -84,7 +99,7 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
     except FileNotFoundError:
         raise InputError(
             f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
-            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images"
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --read 'camera=[fx, fy, cx, cy]'"
         ) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None

@@ -23,6 +23,7 @@ class Reading(BaseModel):
     tolerance: float = Field(0.03, ge=0, description="s; colour and depth farther apart than this do not belong together.")
     camera: tuple[float, float, float, float] | None = Field(None, description="[fx, fy, cx, cy] px, of the depth images.")
     depth_scale: float | None = Field(None, gt=0, description="units of the depth images per metre, such as 1000 or 5000.")
+    color: Path | None = Field(None, description="the colour image that belongs to a single depth image.")
     trajectory: Path | None = Field(
         None, description="a file of camera poses, in TUM's format: lines of time, tx, ty, tz, qx, qy, qz, qw, camera to world."
     )
