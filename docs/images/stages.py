@@ -2,98 +2,110 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 import doo3d
-from doo3d.evaluation.renderer import render
+from doo3d.evaluation.renderer import Rendered, render
 from doo3d.evaluation.scenes import make_scene
-from doo3d.pipeline import run_stages
+from doo3d.pipeline import Stages, run_stages
 from doo3d.types import Detection
 from doo3d.viz.overlay import draw
 from doo3d.viz.palette import chain_color
 
 FAMILY, SEED = "crossings", 4
-HERE, WIDTH, DIM, FINE = Path(__file__).parent / "stages", 760, 0.35, 4
+FOLDER, WIDTH, DIM, FINE = Path(__file__).parent / "stages", 760, 0.35, 4
+WHITE = (255, 255, 255)
+Color = Sequence[int]
 
 
-def main() -> None:
-    """One PNG per stage."""
-    scene = render(make_scene(FAMILY, SEED))
-    frame, config = scene.frame, doo3d.load_config("default", {"merge.chains": len(scene.truths)})
-    stages = run_stages(frame, config, scene.mask)
-    rows, columns = np.nonzero(scene.mask)
-    box = slice(max(rows.min() - 30, 0), rows.max() + 30), slice(max(columns.min() - 30, 0), columns.max() + 30)
-    scale = WIDTH / (box[1].stop - box[1].start)
-    corner = np.array((box[1].start, box[0].start))
-    dark = cv2.resize((frame.color[box] * DIM).astype(np.uint8), None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+class Page:
+    """The object's part of a frame, to draw on: dimmed, or an image of the same size given."""
 
-    def places(points):
-        return np.round(((frame.camera.project(np.asarray(points)) - corner + 0.5) * scale - 0.5) * 2**FINE).astype(np.int32)
+    def __init__(self, scene: Rendered, image: np.ndarray | None = None) -> None:
+        rows, columns = np.nonzero(scene.mask)
+        self.camera, self.corner = scene.frame.camera, np.array((max(columns.min() - 30, 0), max(rows.min() - 30, 0)))
+        self.box = slice(self.corner[1], rows.max() + 30), slice(self.corner[0], columns.max() + 30)
+        self.scale = WIDTH / (self.box[1].stop - self.box[1].start)
+        image = (scene.frame.color * DIM).astype(np.uint8) if image is None else image
+        self.picture = cv2.resize(image[self.box], None, fx=self.scale, fy=self.scale, interpolation=cv2.INTER_CUBIC)
 
-    def dots(picture, points, color, size=2):
-        for place in places(points):
-            cv2.circle(picture, place.tolist(), size << FINE, color, -1, cv2.LINE_AA, FINE)
+    def places(self, points: np.ndarray) -> np.ndarray:
+        """Points (N, 3) m as OpenCV draws them."""
+        flat = (self.camera.project(np.asarray(points)) - self.corner + 0.5) * self.scale - 0.5
+        return np.round(flat * 2**FINE).astype(np.int32)
 
-    def line(picture, points, color, wide=2):
-        cv2.polylines(picture, [places(points)], False, color, wide, cv2.LINE_AA, FINE)
+    def dots(self, points: np.ndarray, color: Color, size: int = 2) -> None:
+        """A disc at each."""
+        for place in self.places(points):
+            cv2.circle(self.picture, place.tolist(), size << FINE, color, -1, cv2.LINE_AA, FINE)
 
-    def save(name, picture):
-        HERE.mkdir(exist_ok=True)
-        paletted = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-        cv2.imwrite(str(HERE / f"{name}.jpg"), paletted, [cv2.IMWRITE_JPEG_QUALITY, 82])
+    def line(self, points: np.ndarray, color: Color, wide: int = 2) -> None:
+        """A polyline."""
+        cv2.polylines(self.picture, [self.places(points)], False, color, wide, cv2.LINE_AA, FINE)
 
-    picture = cv2.resize(frame.color[box], None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-    used = np.zeros(scene.mask.shape, np.uint8)
-    used[stages.foreground.pixels[:, 1], stages.foreground.pixels[:, 0]] = 1
-    kept = cv2.resize(used[box], None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST) > 0
-    picture[~kept] = (picture[~kept] * DIM).astype(np.uint8)
-    save("segment", picture)
+    def save(self, name: str) -> None:
+        """To the folder of pictures."""
+        FOLDER.mkdir(exist_ok=True)
+        cv2.imwrite(str(FOLDER / f"{name}.jpg"), self.picture[:, :, ::-1], [cv2.IMWRITE_JPEG_QUALITY, 82])
 
-    depth = stages.grid.centroids[:, 2]
+
+def before_fitting(scene: Rendered, stages: Stages) -> None:
+    """From the mask to paths."""
+    used = np.zeros((*scene.mask.shape, 1), bool)
+    used[stages.foreground.pixels[:, 1], stages.foreground.pixels[:, 0]] = True
+    Page(scene, np.where(used, scene.frame.color, scene.frame.color * DIM).astype(np.uint8)).save("segment")
+
+    page, depth = Page(scene), stages.grid.centroids[:, 2]
     level = (255 * (depth - depth.min()) / np.ptp(depth)).astype(np.uint8)
-    shade = cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]
-    picture = dark.copy()
-    for point, color in zip(stages.grid.centroids, shade, strict=True):
-        dots(picture, [point], color.tolist(), 3)
-    save("voxelize", picture)
+    for point, color in zip(
+        stages.grid.centroids, cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1], strict=True
+    ):
+        page.dots([point], color.tolist(), 3)
+    page.save("voxelize")
 
-    picture = dark.copy()
-    dots(picture, stages.skeleton.points, (255, 255, 255))
-    save("thin", picture)
+    page = Page(scene)
+    page.dots(stages.skeleton.points, WHITE)
+    page.save("thin")
 
-    picture = dark.copy()
+    page = Page(scene)
     for k, path in enumerate(stages.paths):
-        line(picture, path.points, chain_color(k))
-        dots(picture, path.points[[0, -1]], chain_color(k), 4)
-    save("traverse", picture)
+        page.line(path.points, chain_color(k))
+        page.dots(path.points[[0, -1]], chain_color(k), 4)
+    page.save("traverse")
 
-    picture = dark.copy()
+
+def from_fitting_on(scene: Rendered, stages: Stages) -> None:
+    """From segments to the chain."""
+    page = Page(scene)
     for k, chain in enumerate(stages.pruned):
-        line(picture, chain.joints, chain_color(k), 1)
-        dots(picture, chain.joints, chain_color(k), 3)
-    save("fit", picture)
+        page.line(chain.joints, chain_color(k), 1)
+        page.dots(chain.joints, chain_color(k), 3)
+    page.save("fit")
 
-    picture = dark.copy()
+    page = Page(scene)
     for k, assembly in enumerate(stages.merged):
         for piece in assembly.pieces:
-            line(picture, piece, chain_color(k))
+            page.line(piece, chain_color(k))
         for one, other in zip(assembly.pieces, assembly.pieces[1:], strict=False):
-            line(picture, [one[-1], other[0]], (255, 255, 255), 3)
-    save("merge", picture)
+            page.line([one[-1], other[0]], WHITE, 3)
+    page.save("merge")
 
-    picture = dark.copy()
+    page = Page(scene)
     for k, path in enumerate(stages.filled):
-        line(picture, path.points, chain_color(k))
+        page.line(path.points, chain_color(k))
         for i in np.flatnonzero(path.filled):
-            line(picture, path.points[i : i + 2], (255, 255, 255), 3)
-    save("fill", picture)
+            page.line(path.points[i : i + 2], WHITE, 3)
+    page.save("fill")
 
-    found = Detection(tuple(stages.chains), crossings=stages.crossings)
-    save("refine", cv2.resize(draw(frame, found)[box], None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA))
+    Page(scene, draw(scene.frame, Detection(tuple(stages.chains), crossings=stages.crossings))).save("refine")
 
 
 if __name__ == "__main__":
-    main()
+    rendered = render(make_scene(FAMILY, SEED))
+    found = run_stages(rendered.frame, doo3d.load_config("default", {"merge.chains": len(rendered.truths)}), rendered.mask)
+    before_fitting(rendered, found)
+    from_fitting_on(rendered, found)
