@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 
-from ..types import Cloud, Detection, Frame, Image
+from ..types import Array, Cloud, Detection, Frame, Image
 from ..viz import draw
-from .atomic import write_bytes
 
 
-def write(path: Path, detection: Detection, data: Frame | Cloud | Image) -> None:
-    """Write the overlay of `viz.draw` to `path`."""
-    good, encoded = cv2.imencode(".png", np.ascontiguousarray(draw(data, detection)[:, :, ::-1]))
+def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
+    """The overlay of `viz.draw`."""
+    return encode_image(draw(data, detection))
+
+
+def encode_image(image: Array) -> bytes:
+    """An image (H, W, 3) uint8 RGB as PNG."""
+    good, encoded = cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]))
     if not good:
-        raise RuntimeError(f"{path}: OpenCV could not encode the picture")
-    write_bytes(path, encoded.tobytes())
+        raise RuntimeError("OpenCV could not encode the picture")
+    return bytes(encoded.tobytes())
