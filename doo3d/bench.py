@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from collections.abc import Sequence
@@ -11,13 +10,14 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .threads import single_thread as single_thread
+
 if TYPE_CHECKING:
     from .config import Config
     from .inputs import Shot
 
 WARM_UP = 3  # runs that are not counted: compiling, caches
 DEFAULT_SCENE = ("crossing", 0)
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,6 @@ class Timing:
         return [head, f"{'ms':<12}{'median':>10}{'95 %':>10}", *table[:-1], "-" * 32, table[-1], *memory]
 
 
-def single_thread() -> None:
-    """Hold this process to one thread; to be called before numpy and numba are imported."""
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    import cv2
-
-    cv2.setNumThreads(1)
-
-
 def measure(name: str, shot: Shot, config: Config, runs: int) -> Timing:
     """Detect in one shot `runs` times after the warm-up.
 
@@ -61,8 +53,8 @@ def measure(name: str, shot: Shot, config: Config, runs: int) -> Timing:
     """
     import numpy as np
 
-    from .batch import chosen_mask
     from .pipeline import detect
+    from .runs.frame import chosen_mask
     from .types import Cloud, Frame
 
     seconds: list[dict[str, float]] = []

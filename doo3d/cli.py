@@ -91,6 +91,13 @@ def detect(
     start: StartOption = None,
     end: EndOption = None,
     frames: FramesOption = None,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Processes to work with, one frame each at a time; 0: this one alone, without dask.")
+    ] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do all frames again, even those that are finished in OUT.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -101,14 +108,21 @@ def detect(
       doo3d detect sample_clouds/crossing -o out
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
+      doo3d detect capture -o out --workers 4
 
-    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, nothing was written.
+    A run that was ended, however that was, goes on where it was when the same command is given again.
+
+    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
     """
+    from .threads import single_thread
+
+    single_thread()
     from .inputs import Reading, open_capture
     from .inputs.select import Selection, selected
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask, Reading.of(read or []))
+    reading = Reading.of(read or [])
+    opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
     from . import batch
     from .outputs.lines import closing_line
@@ -117,7 +131,16 @@ def detect(
         say_compiling()
     names = [entry.name for entry in opened.frames]
     with reporting(len(names), max(map(len, names), default=0), quiet) as report:
-        summary = batch.run(opened, out, effective, force=force, report=report)
+        summary = batch.run(
+            *(opened, out, effective),
+            reading=reading,
+            workers=workers,
+            scheduler=scheduler,
+            fresh=fresh,
+            force=force,
+            report=report,
+            resumed=report.resumed,
+        )
     counts = summary.counts()
     if not summary.succeeded:
         if len(names) > 1:

@@ -29,7 +29,7 @@ def test_one_line_per_frame_and_the_files(doo3d, capture):
     assert [line for line in err.splitlines() if "compiles" not in line] == []
     assert sorted(os.listdir("results")) == [
         *("000000.json", "000000.png", "000001.json", "000001.png"),
-        *("config.yaml", "manifest.json"),
+        *("config.yaml", "manifest.json", "progress.jsonl"),
     ]
     found = json.loads(Path("results/000000.json").read_text())
     assert found["schema"] == "doo3d/detection/1"
@@ -89,7 +89,9 @@ def test_the_folder_of_another_run(doo3d, refused, capture):
     second = capture("second")
     assert "--force" in refused(second)
     assert doo3d("detect", second, "--force")[0] == 0
-    assert doo3d("detect", second)[0] == 0
+    code, out, err = doo3d("detect", second)
+    assert (code, out) == (0, "1 frame, 1 chain -> out\n")
+    assert err == "1 frame is finished already, nothing is left to do (--fresh starts over)\n"
     assert "another configuration" in refused(second, "--set", "seed=1")
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
-    from ..batch import FrameRecord
+    from rich.progress import Progress
+
     from ..evaluation.rows import Row
+    from ..runs.frame import FrameRecord
 
 
 def say_compiling() -> None:
@@ -22,33 +24,44 @@ def say_compiling() -> None:
         typer.echo("the first run compiles for some seconds ...", err=True)
 
 
-@contextmanager
-def reporting(total: int, column: int, quiet: bool) -> Iterator[Callable[[FrameRecord], None]]:
-    """What prints a line per frame, with a bar below where there is a terminal and more than one frame."""
-    from ..outputs.lines import failure_line, frame_line
+class Reporter:
+    """Prints a line per frame, with a bar below where there is a terminal and more than one frame."""
 
-    def show(record: FrameRecord, say: Callable[..., None]) -> None:
+    def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
+        self.total, self.column, self.quiet = total, column, quiet
+        self._bar = bar
+
+    def resumed(self, records: Sequence[FrameRecord]) -> None:
+        """Say what was finished before."""
+        if not self.quiet:
+            rest = "nothing is left to do (--fresh starts over)" if len(records) == self.total else "going on from there"
+            frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
+            typer.echo(f"{frames} finished already, {rest}", err=True)
+        if self._bar:
+            self._bar.start(records)
+
+    def __call__(self, record: FrameRecord) -> None:
+        """Print a frame's line."""
+        from ..outputs.lines import failure_line, frame_line
+
+        say = self._bar.above if self._bar else typer.echo
         if record.error is not None:
-            say(failure_line(record.name, record.error, column) if total > 1 else f"doo3d: {record.error}", err=True)
-        elif not quiet:
-            line = frame_line(record.name, record.lengths, record.radii, record.occluded, record.units, record.seconds, column)
-            say("\n".join([line, *(f"{'':<{column}}   note: {note}" for note in record.notes)]))
-
-    if quiet or total < 2 or not sys.stderr.isatty():
-        yield lambda record: show(record, typer.echo)
-        return
-    with _bar(total) as (above, step):
-
-        def advance(record: FrameRecord) -> None:
-            show(record, above)
-            step(record)
-
-        yield advance
+            alone = f"doo3d: {record.error}"
+            say(failure_line(record.name, record.error, self.column) if self.total > 1 else alone, err=True)
+        elif not self.quiet:
+            values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
+            line = frame_line(record.name, *values, self.column)
+            say("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in record.notes)]))
+        if self._bar:
+            self._bar.step(record)
 
 
 @contextmanager
-def _bar(total: int) -> Iterator[tuple[Callable[..., None], Callable[[FrameRecord], None]]]:
-    """A progress bar on stderr, drawn between frames only; with it, what prints above it and what moves it on."""
+def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
+    """What prints while a run goes on."""
+    if quiet or total < 2 or not sys.stderr.isatty():
+        yield Reporter(total, column, quiet, None)
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -56,23 +69,39 @@ def _bar(total: int) -> Iterator[tuple[Callable[..., None], Callable[[FrameRecor
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), tail)
     console = Console(stderr=True)
     with Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False) as progress:
-        task = progress.add_task("", total=total, chains=0, failed=0, rate="")
-        chains, failed = 0, 0
+        yield Reporter(total, column, quiet, Bar(progress, total))
 
-        def above(text: str, err: bool = False) -> None:
-            if err or sys.stdout.isatty():
-                console.print(text, markup=False, highlight=False, soft_wrap=True)
-            else:
-                typer.echo(text)
 
-        def step(record: FrameRecord) -> None:
-            nonlocal chains, failed
-            chains, failed = chains + len(record.lengths), failed + (record.error is not None)
-            speed = progress.tasks[task].speed
-            rate = f"{speed:.1f} frames/s" if speed else ""
-            progress.update(task, advance=1, refresh=True, rate=rate, chains=chains, failed=failed)
+class Bar:
+    """A progress bar on stderr, drawn between frames only: frames per second, time left, chains and failures."""
 
-        yield above, step
+    def __init__(self, progress: Progress, total: int) -> None:
+        self._progress = progress
+        self._task = progress.add_task("", total=total, chains=0, failed=0, rate="")
+        self._chains = self._failed = 0
+
+    def start(self, records: Sequence[FrameRecord]) -> None:
+        """Begin with what was finished before; the rate is that of this run."""
+        self._count(records)
+        self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed)
+
+    def above(self, text: str, err: bool = False) -> None:
+        """Print above the bar."""
+        if err or sys.stdout.isatty():
+            self._progress.console.print(text, markup=False, highlight=False, soft_wrap=True)
+        else:
+            typer.echo(text)
+
+    def step(self, record: FrameRecord) -> None:
+        """Move on by a frame."""
+        self._count([record])
+        speed = self._progress.tasks[self._task].speed
+        rate = f"{speed:.1f} frames/s" if speed else ""
+        self._progress.update(self._task, advance=1, refresh=True, rate=rate, chains=self._chains, failed=self._failed)
+
+    def _count(self, records: Sequence[FrameRecord]) -> None:
+        self._chains += sum(len(record.lengths) for record in records)
+        self._failed += sum(record.error is not None for record in records)
 
 
 @contextmanager

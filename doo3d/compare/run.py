@@ -10,12 +10,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ..batch import chosen_mask, unexpected
 from ..config import Config
 from ..errors import DooError, InputError
 from ..inputs import FLAT, Capture, Entry
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.document import dumps
+from ..runs.frame import chosen_mask, unexpected
 from ..types import Frame
 from ..viz.comparison import draw_comparison
 from .frames import Comparison, compare

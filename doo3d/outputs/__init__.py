@@ -1,26 +1,30 @@
-"""Results out: one file per format. To add one, write a function like `document.write` and give it a line in `FORMATS`."""
+"""Results out: one file per format. To add one, write a function like `document.encode` and give it a line in `FORMATS`."""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from pathlib import Path
 
 from ..types import Cloud, Detection, Frame, Image
 
-__all__ = ["FORMATS", "SUFFIXES", "Writer", "writer"]
+__all__ = ["FORMATS", "SUFFIXES", "Encoder", "encoded", "encoder"]
 
-Writer = Callable[[Path, Detection, Frame | Cloud | Image], None]
+Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
 FORMATS = {
-    "json": "document:write",
-    "overlay": "picture:write",
+    "json": "document:encode",
+    "overlay": "picture:encode",
 }
 SUFFIXES = {"json": ".json", "overlay": ".png"}
 
 
-def writer(name: str) -> Writer:
-    """The function that writes one detection as format `name`: (path, detection, what it was made from) -> None."""
+def encoder(name: str) -> Encoder:
+    """The function that gives the file of one detection in format `name`: (detection, what it was made from) -> bytes."""
     module, _, member = FORMATS[name].partition(":")
-    found: Writer = getattr(importlib.import_module(f".{module}", __name__), member)
+    found: Encoder = getattr(importlib.import_module(f".{module}", __name__), member)
     return found
+
+
+def encoded(detection: Detection, data: Frame | Cloud | Image) -> dict[str, bytes]:
+    """The files of one detection, suffix to content, in every format."""
+    return {SUFFIXES[kind]: encoder(kind)(detection, data) for kind in FORMATS}

@@ -1,0 +1,34 @@
+"""What a run asks of whoever does its work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+
+class LostError(Exception):
+    """The work cannot be done: whoever does it dies. The message is a sentence."""
+
+
+class Job(Protocol):
+    """Work that was handed out."""
+
+    def result(self) -> Any:
+        """Wait for it.
+
+        Raises
+        ------
+        LostError : its worker died, again and again. InputError : there are no workers any more.
+        """
+        ...
+
+
+class Crew(Protocol):
+    """workers : how many frames are worked on at once. window : how many may be under way, from reading to writing."""
+
+    workers: int
+    window: int
+
+    def submit(self, function: Callable[..., Any], *args: Any, near: Job | None = None) -> Job:
+        """Hand out work; `near` names a job, already done, that left something where it was done."""
+        ...
