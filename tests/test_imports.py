@@ -13,23 +13,25 @@ ROOT = Path(__file__).parents[1] / "doo3d"
 # each layer may import those before it, and what stands beside it where that is said
 LAYERS = [
     {"errors"},
+    {"threads"},
     {"types"},
     {"config"},
     {"kernels"},
     {"geometry"},
     {
         *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "meetings", "overlaps"),
-        *("segmenters", "segments", "silhouette", "stations", "sureness", "surface", "tracks"),
+        *("segmenters", "segments", "sights", "silhouette", "stations", "sureness", "surface", "tracks"),
     },
     {"stages"},
     {"pipeline"},
-    {"batch"},
+    {"explain", "tuning"},
+    {"batch", "runs"},
     {"commands"},
     {"cli"},
 ]
 BESIDE = {"inputs", "outputs", "viz"}  # of the layers, these may import no stage and nothing above
 ANYTHING_BUT_CLI = {"evaluation", "bench", "compare"}
-HEAVY = ["numpy", "cv2", "open3d", "numba", "trimesh", "fcl", "scipy", "pydantic", "rich.progress"]
+HEAVY = ["numpy", "cv2", "open3d", "numba", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 
 
 def modules() -> dict[str, Path]:
