@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .commands import evaluate
+from .commands import evaluate, tune
 from .commands.options import (
     EndOption,
     EveryOption,
@@ -48,6 +48,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(evaluate.app, name="evaluate")
+app.command("tune")(tune.tune)
 
 
 def _version(asked: bool) -> None:

@@ -59,11 +59,11 @@ def split(names: str | None) -> list[str] | None:
     return None if names is None else [name.strip() for name in names.split(",")]
 
 
-def save(path: Path, text: str) -> None:
-    """Write a text file, or say why not."""
-    from ..outputs.atomic import write_text
+def save(path: Path, content: str | bytes) -> None:
+    """Write a file, or say why not."""
+    from ..outputs.atomic import write_bytes
 
     try:
-        write_text(path, text)
+        write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
         raise InputError(f"{path}: cannot be written to ({error.strerror})") from None

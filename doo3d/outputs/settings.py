@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from typing import Any, get_args, get_origin
 
 import yaml
@@ -16,17 +17,23 @@ _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 _WORDS = {"float": "number", "int": "whole number", "bool": "true or false", "str": "text", "NoneType": "null"}
 
 
-def annotated_yaml(config: Config) -> str:
-    """The effective configuration as YAML that `load_config` reads back, with each field's description above it."""
-    blocks = []
+def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None) -> str:
+    """The effective configuration as YAML that `load_config` reads back, with each field's description above it.
+
+    reasons : dotted key -> why the field is as it is, below its description.
+    """
+    blocks, why = [], reasons or {}
     for name, field in Config.model_fields.items():
         value = getattr(config, name)
         if isinstance(value, BaseModel):
             head = _comment(_summary(type(value)), "")
-            fields = [_entry(key, item, getattr(value, key), "  ") for key, item in type(value).model_fields.items()]
+            fields = [
+                _entry(key, item, getattr(value, key), "  ", why.get(f"{name}.{key}"))
+                for key, item in type(value).model_fields.items()
+            ]
             blocks.append("\n".join([*head, f"{name}:", *fields]))
         else:
-            blocks.append(_entry(name, field, value, ""))
+            blocks.append(_entry(name, field, value, "", why.get(name)))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -59,9 +66,10 @@ def _comment(text: str, indent: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH, initial_indent=f"{indent}# ", subsequent_indent=f"{indent}# ")
 
 
-def _entry(key: str, field: FieldInfo, value: Any, indent: str) -> str:
+def _entry(key: str, field: FieldInfo, value: Any, indent: str, reason: str | None = None) -> str:
     bounds = _bounds(field)
     lines = _comment(f"{field.description or ''}{f' [{bounds}]' if bounds else ''}", indent)
+    lines += _comment(f"HERE: {reason}", indent) if reason else []
     return "\n".join([*lines, f"{indent}{key}: {_flow(value)}"])
 
 

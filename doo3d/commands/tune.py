@@ -1,0 +1,116 @@
+"""`doo3d tune`: a configuration for this camera and this object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import InputError
+from .frames import FrameOption, frame_of, new_file
+from .options import Overrides, ReadOption, config_of, save
+from .progress import say_compiling
+
+if TYPE_CHECKING:
+    from ..tuning import Tuned
+
+PRESETS = {True: "image", False: "default"}  # by whether there is no depth
+
+
+def tune(
+    capture: Annotated[
+        Path, typer.Argument(metavar="INPUT", help="A capture with depth, a photograph, a folder of them or a video.")
+    ],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="FILE", help="The configuration; its picture goes beside it.")
+    ] = Path("tuned.yaml"),
+    pick: Annotated[
+        list[str] | None, typer.Option("--pick", metavar="X,Y", help="A place on the object, px; repeat for its other colours.")
+    ] = None,
+    box: Annotated[str | None, typer.Option("--box", metavar="X,Y,W,H", help="Where in the image the object is, px.")] = None,
+    frame: FrameOption = None,
+    config: Annotated[
+        str | None,
+        typer.Option("--config", "-c", help="What to start from: a preset or a YAML file; by default what fits INPUT."),
+    ] = None,
+    overrides: Overrides = None,
+    read: ReadOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the files if they are there.")] = False,
+) -> None:
+    """Propose colour ranges, voxel size and segment length for the object in INPUT, and draw what they take.
+
+    Without --pick and --box the object is the longest thin thing that has a colour of its own.
+
+    \b
+    Examples:
+      doo3d tune sample_clouds/crossing -o tuned.yaml && doo3d detect sample_clouds/crossing -c tuned.yaml
+      doo3d tune photo.jpg --pick 412,230 --pick 600,118
+    """
+    from ..config import load_config, parse_overrides
+    from ..inputs import FLAT, Reading, open_capture
+
+    given = config_of(config, overrides) if config else None
+    opened = open_capture(capture, given is not None and given.mode == "2d", None, Reading.of(read or []))
+    used = given or load_config(PRESETS[opened.format in FLAT], parse_overrides(overrides or []))
+    entry = frame_of(opened, frame)
+    picture = out.with_suffix(".png")
+    if out.suffix not in (".yaml", ".yml"):
+        raise InputError(f"-o {out}: a configuration is called .yaml")
+    for path in (out, picture):
+        new_file(path, force)
+    picks = [(x, y) for x, y in (_numbers("--pick", text, 2) for text in pick or [])]
+    region = _numbers("--box", box, 4) if box else None
+    if picks and region:
+        raise InputError("--pick and --box: give one or the other")
+    say_compiling()
+    from ..outputs.picture import encode_image
+    from ..outputs.settings import annotated_yaml
+    from ..tuning import tune as propose
+    from ..viz.tuned import draw_tuned
+    from ..viz.view import view_of
+
+    data = entry.load().data
+    tuned = propose(data, used, picks, (region[0], region[1], region[2], region[3]) if region else None)
+    command = f"doo3d detect {capture} -c {out}"
+    save(
+        out,
+        f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows what it takes.\n"
+        f"# {command}\n\n{annotated_yaml(tuned.config, tuned.reasons)}",
+    )
+    save(picture, encode_image(draw_tuned(view_of(data).image, tuned.mask, tuned.thing)))
+    typer.echo("\n".join([*summary(tuned), f"{'next':<10} {command}", f"{'':<10} -> {out}, {picture}"]))
+
+
+def summary(tuned: Tuned) -> list[str]:
+    """What was found and what is proposed, a line each."""
+    config, reasons = tuned.config, tuned.reasons
+    wide = f"{tuned.width:.1f} px wide" + (f", {1000 * tuned.metres:.1f} mm" if tuned.metres is not None else "")
+    lines = [("object", wide)]
+    if tuned.taken is not None and tuned.besides is not None:
+        lines.append(("taken", f"{tuned.taken:.0%} of it; {tuned.besides:.1%} of what is taken is something else"))
+    if config.segment.method == "hsv":
+        for box in config.segment.ranges:
+            (a, b), (c, d), (e, f) = zip(box.low, box.high, strict=True)
+            lines.append(
+                ("colour", f"hue {a} to {b}{' (through red)' if a > b else ''}, saturation {c} to {d}, value {e} to {f}")
+            )
+    else:
+        lines.append(("method", f"{config.segment.method}: {reasons['segment.method']}"))
+    unit = "m" if tuned.metres is not None else "px"
+    lines.append(("segments", f"{config.fit.segment_length:g} {unit}: {reasons['fit.segment_length']}"))
+    size = "null" if config.voxelize.size is None else f"{config.voxelize.size:g} m"
+    lines.append(("voxels", f"{size}: {reasons['voxelize.size']}"))
+    lines += [("try", sentence) for sentence in tuned.advice]
+    return [f"{name:<10} {text}" for name, text in lines]
+
+
+def _numbers(option: str, text: str, count: int) -> list[int]:
+    try:
+        values = [int(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        wanted = "X,Y in pixels, such as 412,230" if count == 2 else "X,Y,W,H in pixels, such as 100,50,640,480"
+        raise InputError(f"{option} {text}: expected {wanted}")
+    return values
