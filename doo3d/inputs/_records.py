@@ -77,7 +77,10 @@ class Chunked:
 
     def close(self) -> None:
         """Let go of the file."""
-        self.file.close()
+        if hasattr(self, "file"):
+            self.file.close()
+
+    __del__ = close
 
     def unpack(self, at: int) -> bytes:
         """The content of the compressed chunk whose record begins at byte `at`; raises Broken."""
