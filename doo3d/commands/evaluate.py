@@ -10,7 +10,7 @@ import typer
 
 from ..errors import ConfigError, InputError
 from . import photos
-from .options import MaskOption, Overrides, Preset, config_of, save, split
+from .options import MaskOption, Overrides, Preset, ReadOption, config_of, save, split
 from .progress import counting, say_compiling
 
 if TYPE_CHECKING:
@@ -98,6 +98,7 @@ def capture(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
     truth: Truth = None,
     mask: MaskOption = None,
+    read: ReadOption = None,
     count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
@@ -106,7 +107,7 @@ def capture(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Detect in the frames of INPUT of which the truth is known, and score.
+    """Detect in the frames of INPUT of which the truth is known, and score; one that cannot be read counts as wrong.
 
     \b
     Example:
@@ -114,9 +115,10 @@ def capture(
     """
     _single_thread()
     from ..evaluation import cases
+    from ..inputs import Reading
 
-    chosen = cases.capture_cases(capture, truth, masks=mask)
-    settings = {"capture": str(capture), "truth": truth and str(truth), "masks": mask and str(mask)}
+    chosen = cases.capture_cases(capture, truth, masks=mask, reading=Reading.of(read or []))
+    settings = {"capture": str(capture), "truth": truth and str(truth), "masks": mask and str(mask), "read": read or []}
     _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
 
 
@@ -211,13 +213,17 @@ def _run(
     say_compiling()
     with counting(len(cases)) as report:
         rows = evaluate(cases, config, count == "given", MASKS[mask], report)
+    for row in rows:
+        if row.case is None:
+            typer.echo(f"{row.name}   cannot be read: {row.error}", err=True)
     said = {**settings, "count": count, "mask": mask, "config": configured[0], "set": configured[1] or []}
     _say(rows, said, table, document)
     if pictures:
         from ..evaluation.pictures import write_pictures
 
+        shown = [row for row in rows if row.case is not None]
         try:
-            paths = write_pictures(pictures, [row for own in by_family(rows).values() for row in worst(own, drawn)])
+            paths = write_pictures(pictures, [row for own in by_family(shown).values() for row in worst(own, drawn)])
         except OSError as error:
             raise InputError(f"{pictures}: cannot be written to ({error.strerror})") from None
         typer.echo("\n".join(map(str, paths)))

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from ..errors import InputError
+from ..inputs.reading import DEFAULT, Reading
 from ..types import Bools, Cloud, Frame, Image
 from .model import Truth
 from .renderer import Rendered, render
@@ -28,11 +29,15 @@ class Known:
 
 @dataclass(frozen=True)
 class Case:
-    """One frame to be scored, cheap to hold; `load` renders or reads it. family : what it is counted with."""
+    """One frame to be scored, cheap to hold; `load` renders or reads it. family : what it is counted with.
+
+    truths : of a frame on the disk, for when it cannot be read.
+    """
 
     name: str
     family: str
     load: Callable[[], Known]
+    truths: tuple[Truth, ...] = ()
 
 
 def scene_cases(
@@ -57,7 +62,11 @@ def known(rendered: Rendered) -> Known:
 
 
 def capture_cases(
-    capture: str | Path, truth: str | Path | None = None, family: str | None = None, masks: str | Path | None = None
+    capture: str | Path,
+    truth: str | Path | None = None,
+    family: str | None = None,
+    masks: str | Path | None = None,
+    reading: Reading = DEFAULT,
 ) -> list[Case]:
     """The frames of a capture that its truth knows; the others are left out.
 
@@ -65,16 +74,16 @@ def capture_cases(
     ----------
     capture : in any of the formats that are read in 3-D. truth : a file as `write_truth` writes it; None: truth.json in the
     capture's folder, or <name>.truth.json beside a cloud. family : None: the capture's name. masks : instead of
-    the capture's own, an image or a folder of them.
+    the capture's own, an image or a folder of them. reading : what the capture does not say itself.
 
     Raises
     ------
-    InputError : one of them cannot be read, or the truth knows a frame that the capture does not have.
+    InputError : capture or truth cannot be read at all, or the truth knows a frame that the capture does not have.
     """
     from ..inputs import open_capture
 
     capture = Path(capture)
-    entries = {entry.name: entry for entry in open_capture(capture, masks=masks).frames}
+    entries = {entry.name: entry for entry in open_capture(capture, masks=masks, reading=reading).frames}
     path = Path(truth) if truth is not None else _truth_of(capture)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in entries]:
@@ -84,7 +93,7 @@ def capture_cases(
         shot = entries[name].load()
         return Known(shot.data, frames[name], shot.mask)
 
-    return [Case(name, family or capture.name, partial(load, name)) for name in entries if name in frames]
+    return [Case(name, family or capture.name, partial(load, name), frames[name]) for name in entries if name in frames]
 
 
 def folder_cases(folder: str | Path) -> list[Case]:

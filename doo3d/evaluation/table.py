@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,7 @@ import cv2
 import numpy as np
 
 from ..config import Config, HsvRange
-from ..errors import ConfigError, DooError
+from ..errors import ConfigError, DooError, InputError
 from ..types import Detection, Frame
 from .cases import Case, Known, folder_cases, known, scene_cases
 from .model import Color, Truth
@@ -46,6 +47,8 @@ def evaluate(
 ) -> list[Row]:
     """Detect in every case and score; the first is run twice and counts once, since compiling is not detecting.
 
+    A frame that cannot be read counts as wrong, as does one in which the detection fails; its row says why.
+
     Parameters
     ----------
     chains_wanted : tell the detection how many cables there are; else it decides from the data.
@@ -56,18 +59,29 @@ def evaluate(
     Raises
     ------
     ConfigError : the config is for 2-D.
-    InputError : a case cannot be read. What goes wrong in the detection is in its row.
     """
     if config.mode == "2d":
         raise ConfigError("the truth is in 3-D, the config for 2-D, for which there are evaluate mbest and evaluate cset")
     rows: list[Row] = []
+    warm = False
     for case in cases:
-        there = case.load()
-        if not rows:
-            detected(case, there, config, chains_wanted, method)
-        rows.append(detected(case, there, config, chains_wanted, method))
+        try:
+            there = case.load()
+        except InputError as error:
+            rows.append(unreadable(case, str(error)))
+        else:
+            if not warm:
+                detected(case, there, config, chains_wanted, method)
+            warm = True
+            rows.append(detected(case, there, config, chains_wanted, method))
         report(rows[-1])
     return rows
+
+
+def unreadable(case: Case, error: str) -> Row:
+    """The row of a case that cannot be read: nothing was found, and it is wrong though nothing is there."""
+    got = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
+    return Row(case.name, case.family, got, float("nan"), error)
 
 
 def detected(case: Case, there: Known, config: Config, chains_wanted: bool = True, method: Masking = "mask") -> Row:

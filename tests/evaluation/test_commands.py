@@ -3,6 +3,8 @@
 import csv
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +71,37 @@ def test_a_capture_and_results_are_scored_against_a_truth_file(doo3d, tmp_path):
     assert doo3d("evaluate", "results", "nowhere", "--truth", truth)[0] == 2
     code, _, err = doo3d("evaluate", "results", "out", "--truth", truth, "--csv", "no/such/r.csv")
     assert (code, err) == (2, f"doo3d: {Path('no/such/r.csv')}: cannot be written to (No such file or directory)\n")
+
+
+def test_frames_that_cannot_be_read_are_wrong(doo3d, tmp_path):
+    folder = tmp_path / "rope"
+    shutil.copytree(SAMPLES / "straight", folder)
+    values = json.loads((folder / "truth.json").read_text())
+    values["frames"] |= {"000001": values["frames"]["000000"], "000002": []}  # a rope, and nothing
+    (folder / "truth.json").write_text(json.dumps(values))
+    for part in ("color", "depth"):
+        (file,) = (folder / part).iterdir()
+        for name in ("000001", "000002"):
+            (folder / part / f"{name}{file.suffix}").write_bytes(file.read_bytes()[:500])
+    code, out, err = doo3d("evaluate", "capture", folder, "--json", "e.json", "--pictures", "worst", "--worst", 3)
+    assert code == 0
+    assert re.search(r" 1/3 +33\.3 %", out)
+    told = [line for line in err.splitlines() if "cannot be read" in line]
+    assert [line.split()[0] for line in told] == ["000001", "000002"]
+    assert "is cut off" in told[0]
+    rows = json.loads(Path("e.json").read_text())["frames"]
+    assert [row["correct"] for row in rows] == [True, False, False]
+    assert [row["chains"] for row in rows] == [1, 0, 0]
+    assert [path.name for path in Path("worst").iterdir()] == ["rope_000000.png"]
+
+
+def test_how_a_capture_is_to_be_read_is_told_to_evaluate(doo3d):
+    code, _, err = doo3d("evaluate", "capture", SAMPLES / "straight", "--read", "nothing=1")
+    assert code == 2
+    assert "--read nothing" in err
+    code, out, _ = doo3d("evaluate", "capture", SAMPLES / "straight", "--read", "depth_scale=500")  # twice as far as it is
+    assert code == 0
+    assert re.search(r" 0/1 +0\.0 %", out)
 
 
 def test_ablations_are_a_line_each(doo3d):
