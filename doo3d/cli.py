@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from . import __version__
 from .commands import evaluate, tune
+from .commands.info import info
 from .commands.options import (
     EndOption,
     EveryOption,
@@ -49,6 +50,7 @@ app = typer.Typer(
 )
 app.add_typer(evaluate.app, name="evaluate")
 app.command("tune")(tune.tune)
+app.command("info")(info)
 
 
 def _version(asked: bool) -> None:
@@ -69,6 +71,7 @@ def doo3d(
       doo3d detect scan.ply -o out                     one point cloud
       doo3d detect capture --set merge.chains=2        two cables
       doo3d detect photo.jpg -c image --mask mask.png  in 2-D: a photograph, a folder of them, or a video
+      doo3d info capture --sheet sheet.png             what the capture is, and a sheet of its frames
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
       doo3d compare capture                            where 3-D and 2-D differ
       doo3d bench                                      milliseconds per stage on this machine
