@@ -8,6 +8,7 @@ import numpy as np
 
 from .config import RefineConfig
 from .geometry import smooth_fit, steps
+from .sights import look_at, median_radius
 from .silhouette import mask_pixels
 from .stations import Stations
 from .surface import (
@@ -34,11 +35,16 @@ IN_A_GAP = 0.3
 
 @dataclass(frozen=True)
 class _Estimate:
-    """Where the axis is by one measurement, (S, D), and the weights (S,) of that sideways and in depth."""
+    """Where the axis is by one measurement, (S, D), and the weights of that, (S, D, D)."""
 
     target: Floats
-    lateral_weight: Floats
-    away_weight: Floats
+    weight: Floats
+
+    @staticmethod
+    def along(frames: Frames, target: Floats, lateral: Floats, away: Floats) -> _Estimate:
+        """With the weights (S,) sideways and in depth."""
+        weight = np.einsum("s,si,sj->sij", lateral, frames.lateral, frames.lateral)
+        return _Estimate(target, weight + np.einsum("s,si,sj->sij", away, frames.away, frames.away))
 
 
 def with_viewpoint(foreground: Foreground, stations: Stations, config: RefineConfig) -> Foreground:
@@ -59,13 +65,13 @@ def to_axis(stations: Stations, config: RefineConfig, foreground: Foreground) ->
     frames = flat_frames(tangent) if flat else frames_towards(stations.places, tangent, foreground.viewpoint)
     if foreground.mask is not None:
         found = _from_mask(stations, frames, config, foreground)
+    elif foreground.sights:
+        found = _from_sights(stations, frames, config, foreground)
     elif foreground.viewpoint is not None:
         found = _from_shell(stations, frames, config, thinned(foreground.points))
     else:
         found = _from_circles(stations, frames, config, thinned(foreground.points))
-    weight = np.einsum("s,si,sj->sij", found.lateral_weight, frames.lateral, frames.lateral)
-    weight += np.einsum("s,si,sj->sij", found.away_weight, frames.away, frames.away)
-    weight += config.prior * np.eye(stations.places.shape[1])
+    weight = found.weight + config.prior * np.eye(stations.places.shape[1])
     for p, closed in enumerate(stations.closed):
         part = stations.of(p)
         spacing = float(np.median(steps(stations.places[part])))
@@ -93,9 +99,9 @@ def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foregro
     moved = stations.places + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * frames.lateral
     lateral_weight = trust * np.where(stations.filled, IN_A_GAP, 1.0)
     if foreground.camera is None:
-        return _Estimate(moved, lateral_weight, np.zeros(len(moved)))
+        return _Estimate.along(frames, moved, lateral_weight, np.zeros(len(moved)))
     depth, away_weight = _depth(stations, moved, frames, config, thinned(foreground.points))
-    return _Estimate(moved + depth[:, None] * frames.away, lateral_weight, away_weight)
+    return _Estimate.along(frames, moved + depth[:, None] * frames.away, lateral_weight, away_weight)
 
 
 def _depth(stations: Stations, moved: Floats, frames: Frames, config: RefineConfig, points: Floats) -> tuple[Floats, Floats]:
@@ -136,7 +142,7 @@ def _from_shell(stations: Stations, frames: Frames, config: RefineConfig, points
     lateral_weight = weight * np.exp(-(((width - 1) / 0.3) ** 2))
     moved = stations.places + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * frames.lateral
     depth, away_weight = _depth(stations, moved, frames, config, points)
-    return _Estimate(moved + depth[:, None] * frames.away, lateral_weight, away_weight)
+    return _Estimate.along(frames, moved + depth[:, None] * frames.away, lateral_weight, away_weight)
 
 
 def _from_circles(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
@@ -150,7 +156,30 @@ def _from_circles(stations: Stations, frames: Frames, config: RefineConfig, poin
     weight = np.minimum(1.0, count / _usual(count)) * (count >= 5) * np.where(stations.filled, IN_A_GAP, 1.0)
     weight *= np.linalg.norm(center, axis=1) < config.reach * stations.radius
     offset = center[:, :1] * frames.lateral + center[:, 1:] * frames.away
-    return _Estimate(stations.places + np.where(weight[:, None] > 0, offset, 0.0), weight, weight)
+    return _Estimate.along(frames, stations.places + np.where(weight[:, None] > 0, offset, 0.0), weight, weight)
+
+
+def _from_sights(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
+    """Sideways from the masks of all views, which together tell depth too; the circle as far as depth is to be believed."""
+    looks = [look for sight in foreground.sights if (look := look_at(stations, frames.tangent, sight, config.reach)) is not None]
+    radii = median_radius(looks, len(stations.places))
+    usable = np.isfinite(radii) & ~stations.filled
+    _set_radius(stations, radii, usable)
+    stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
+    section = sections(thinned(foreground.points), stations.places, frames, config.reach * stations.radius)
+    center, _, count = circles(section, stations.path, stations.radius, stations.half)
+    believed = config.depth_weight * np.minimum(1.0, count / _usual(count)) * (count >= 5)
+    believed *= np.linalg.norm(center, axis=1) < config.reach * stations.radius
+    across = np.einsum("si,sj->sij", frames.lateral, frames.lateral) + np.einsum("si,sj->sij", frames.away, frames.away)
+    weight = believed[:, None, None] * across
+    pull = believed[:, None] * (center[:, :1] * frames.lateral + center[:, 1:] * frames.away)
+    for look in looks:
+        trust = np.exp(-(((look.radius / stations.radius[look.station] - 1) / 0.3) ** 2)) * (look.radius > 0)
+        weight[look.station] += np.einsum("s,si,sj->sij", trust, look.lateral, look.lateral)
+        pull[look.station] += (trust * look.offset)[:, None] * look.lateral
+    share = np.where(stations.filled, IN_A_GAP, 1.0)[:, None]
+    moved = np.linalg.solve(weight + 1e-9 * np.eye(3), pull[..., None])[..., 0]
+    return _Estimate(stations.places + moved, share[..., None] * weight)
 
 
 def _usual(count: Floats) -> float:

@@ -332,6 +332,7 @@ class FusionConfig(Section):
         2, ge=1, description="frames that must have seen something near a voxel; half of the frames where there are few."
     )
     cell: float = Field(4.0, ge=1, description="voxels; what is as near as this is near.")
+    max_sights: int = Field(24, ge=2, description="frames, evenly over all, whose masks tell where the axis is.")
 
 
 class Config(Section):

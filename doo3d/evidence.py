@@ -10,7 +10,7 @@ import numpy as np
 
 from .config import EvidenceConfig
 from .geometry import steps
-from .types import Array, Bools, Camera, Floats, Foreground, Ints
+from .types import Array, Bools, Camera, Floats, Foreground, Ints, Sight
 
 STEP, HIDES = 0.25, 0.6  # radii
 
@@ -48,11 +48,12 @@ class Evidence:
     @staticmethod
     def of(foreground: Foreground, config: EvidenceConfig, radius: float) -> Evidence | None:
         """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
+        margin = max(config.margin, config.margin_radii * radius)
+        if foreground.sights:
+            return ManyEvidence.together(foreground.sights, margin, config.through)
         if foreground.mask is None:
             return None
-        return Evidence(
-            foreground.depth, foreground.mask, foreground.camera, max(config.margin, config.margin_radii * radius), config.through
-        )
+        return Evidence(foreground.depth, foreground.mask, foreground.camera, margin, config.through)
 
     def classify(self, points: Floats) -> Ints:
         """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `Seen`."""
@@ -111,3 +112,30 @@ class Evidence:
         told[:-1, 0] = np.where((said == Seen.FREE) | (said == Seen.OUTSIDE), step, 0)
         told[:-1, 1] = np.where(said == Seen.NO_DEPTH, step, 0)
         return np.asarray(np.add.reduceat(told, np.append(0, after[:-1])))
+
+
+@dataclass(frozen=True)
+class ManyEvidence(Evidence):
+    """What many cameras say about a cloud that was made of their views: each with its pose (4, 4)."""
+
+    each: tuple[tuple[Evidence, Floats], ...] = ()
+
+    @staticmethod
+    def together(sights: Sequence[Sight], margin: float, through: bool) -> ManyEvidence:
+        """Of all sights."""
+        each = tuple((Evidence(sight.depth, sight.mask, sight.camera, margin, through), sight.pose) for sight in sights)
+        return ManyEvidence(None, np.zeros((0, 0), dtype=bool), None, margin, through, each)
+
+    def classify(self, points: Floats) -> Ints:
+        """What they say together about points (N, 3) m in the frame of the cloud: (N,) of `Seen`.
+
+        FREE where more of them saw through a place than saw the object there; else the most telling of what else is said.
+        """
+        said = np.array([one.classify((points - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each])
+        free = (said == Seen.FREE).sum(axis=0)
+        result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
+        for seen in (Seen.NO_DEPTH, Seen.HIDDEN, Seen.MASKED, Seen.SURFACE):
+            result[(said == seen).any(axis=0)] = int(seen)
+        object_there = ((said == Seen.SURFACE) | (said == Seen.MASKED)).sum(axis=0)
+        result[free > object_there] = int(Seen.FREE)
+        return result

@@ -124,11 +124,11 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     return Detection(
         chains=tuple(stages.chains),
         mode="2d" if isinstance(data, Image) else "3d",
-        coordinates={Frame: "camera", Cloud: "cloud", Image: "image"}[type(data)],
+        coordinates=data.coordinates if isinstance(data, Cloud) else "camera" if isinstance(data, Frame) else "image",
         frame=data.name,
         timestamp=data.timestamp,
         seconds=stages.seconds,
-        notes=stages.foreground.notes or _lost(stages),
+        notes=(*(data.notes if isinstance(data, Cloud) else ()), *(stages.foreground.notes or _lost(stages))),
         crossings=stages.crossings,
     )
 

@@ -163,6 +163,23 @@ class Image:
 
 
 @dataclass(frozen=True)
+class Sight:
+    """What one camera saw of the object in a cloud that was made of many views.
+
+    camera : its intrinsics. pose : (4, 4), its optical frame in the frame of the cloud. mask : (H, W) bool, the object's pixels.
+    depth : (H, W) float32 m, 0 = none.
+    """
+
+    camera: Camera
+    pose: Floats
+    mask: Bools
+    depth: Array
+
+    def __post_init__(self) -> None:
+        _set(self, pose=np.asarray(self.pose, dtype=float), mask=self.mask, depth=self.depth)
+
+
+@dataclass(frozen=True)
 class Cloud:
     """One point cloud.
 
@@ -170,6 +187,9 @@ class Cloud:
     colors : (N, 3) uint8 RGB, or None.
     viewpoint : (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
     name, timestamp : as the capture calls it; seconds.
+    sights : of a cloud made of many views, what some of them saw of the object.
+    segmented : all points are the object. coordinates : the frame they are in, a key of COORDINATES.
+    notes : what the user should know of how it was made.
 
     Raises InputError on construction when shapes or types do not fit each other.
     """
@@ -179,6 +199,10 @@ class Cloud:
     viewpoint: Array | None = None
     name: str = "cloud"
     timestamp: float | None = None
+    sights: tuple[Sight, ...] = ()
+    segmented: bool = False
+    coordinates: str = "cloud"
+    notes: tuple[str, ...] = ()
     finite: Bools = field(init=False, repr=False)
     """(rows given,) bool: which rows of what was given became points."""
 
@@ -215,6 +239,7 @@ class Foreground:
     camera : None where there is none.
     viewpoint : (3,) m, where the sensor stood; None where unknown or in 2-D.
     notes : what the segmentation has to say to the user.
+    sights : of a cloud made of many views, what some of them saw of the object.
     """
 
     points: Floats
@@ -226,6 +251,7 @@ class Foreground:
     camera: Camera | None = None
     viewpoint: Floats | None = None
     notes: tuple[str, ...] = ()
+    sights: tuple[Sight, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("points", "steady", "pixels", "mask", "depth", "color", "viewpoint"):

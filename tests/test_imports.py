@@ -25,7 +25,7 @@ LAYERS = [
     {"stages"},
     {"pipeline"},
     {"explain", "tuning"},
-    {"batch", "runs"},
+    {"batch", "fusion", "runs"},
     {"commands"},
     {"cli"},
 ]

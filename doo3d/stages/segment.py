@@ -37,7 +37,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     InputError : the mask is empty or of another size; there is no depth in it; the depth is out of all proportion
         (wrong unit); a cloud with fewer than two different points; the method does not fit the data.
     """
-    if config.method == "mask" and mask is None:
+    if config.method == "mask" and mask is None and not (isinstance(data, Cloud) and data.segmented):
         raise InputError("segment.method is mask but there is none: give one, or a capture with a mask/ folder")
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
@@ -211,7 +211,10 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         raise InputError(
             f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)"
         )
-    found = check_mask(mask, (len(points),)) if mask is not None else SEGMENTERS[method(cloud, config)](cloud, config, seed)
+    if mask is not None:
+        found = check_mask(mask, (len(points),))
+    else:
+        found = SEGMENTERS["everything" if cloud.segmented else method(cloud, config)](cloud, config, seed)
     if mask is not None and not found.any():
         raise InputError("the mask is empty: no point of it says object")
     kept = points[found]
@@ -223,6 +226,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         steady=mean[solid] if config.smooth else None,
         viewpoint=cloud.viewpoint,
         notes=() if len(kept) else (_nothing(config),),
+        sights=cloud.sights,
     )
 
 
