@@ -101,6 +101,9 @@ def detect(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
     ] = None,
+    static: Annotated[
+        bool, typer.Option("--static", help="A thing at rest and a camera of known poses: all frames are fused to one cloud.")
+    ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do all frames again, even those that are finished in OUT.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
@@ -113,6 +116,7 @@ def detect(
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
+      doo3d detect capture -o out --static --read trajectory=poses.txt
 
     A run that was ended, however that was, goes on where it was when the same command is given again.
 
@@ -128,6 +132,10 @@ def detect(
     reading = Reading.of(read or [])
     opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
+    if static:
+        from .fusion import StaticCapture
+
+        opened = StaticCapture(opened, effective)
     from . import batch
     from .outputs.lines import closing_line
 
