@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 import zlib
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
 from threading import Lock
-from typing import IO, Any, ClassVar
+from typing import IO, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from .reading import DEFAULT, Reading
 
 _STACKS = {"depth": 2, "color": 3, "mask": 2}  # dimensions of one frame's part; these are read frame by frame
 _SMALL = {"K": 2, "depth_scale": 0, "pose": 2, "timestamps": 0}
-_MOST = 1 << 28  # bytes of one of the small arrays
+_MOST = 1 << 28  # bytes of one frame's part, and of all parts of a small array
+_DENSEST = 1100  # bytes that a byte of a ZIP unpacks to at most (deflate: 1032)
 _BROKEN = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, RuntimeError, NotImplementedError)
 
 
@@ -49,7 +51,7 @@ class ArraysCapture:
         digits = max(len(str(count - 1)), 6)
         self.frames = [
             Entry(
-                name := f"{i:0{digits}d}" if heads["depth"].stacked("depth") else path.stem,
+                name := f"{i:0{digits}d}" if heads["depth"].stacked else path.stem,
                 path,
                 partial(
                     _load,
@@ -84,14 +86,27 @@ class ArraysCapture:
 
 @dataclass(frozen=True)
 class _Head:
-    """shape, dtype : of an array, from its first bytes."""
+    """shape, dtype : of an array, from its first bytes. least : dimensions of one frame's part. order : C for row by row, F."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
+    least: int
+    order: Literal["C", "F"]
 
-    def stacked(self, name: str) -> bool:
-        """Whether there is one per frame, and not one alone."""
-        return len(self.shape) == (_STACKS | _SMALL)[name] + 1
+    @property
+    def stacked(self) -> bool:
+        """Whether there is a part for each frame, and not one for all."""
+        return len(self.shape) == self.least + 1
+
+    @property
+    def part(self) -> tuple[int, ...]:
+        """The shape of one frame's part."""
+        return self.shape[1:] if self.stacked else self.shape
+
+    @property
+    def length(self) -> int:
+        """Bytes of one frame's part."""
+        return math.prod(self.part) * self.dtype.itemsize
 
 
 def _names(path: Path) -> list[str]:
@@ -102,15 +117,16 @@ def _names(path: Path) -> list[str]:
         raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})") from None
 
 
-def _read_head(file: IO[bytes], where: str) -> _Head:
+def _read_head(file: IO[bytes], where: str, name: str) -> _Head:
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read(file)
     if dtype.hasobject:
         raise InputError(f"{where}: holds Python objects, expected numbers: give one array, all frames of one size")
-    if fortran and len(shape) > 1:
+    head = _Head(tuple(shape), dtype, (_STACKS | _SMALL)[name], "F" if fortran else "C")
+    if fortran and head.stacked and name in _STACKS:
         raise InputError(f"{where}: is stored column by column: save np.ascontiguousarray of it")
-    return _Head(tuple(shape), dtype)
+    return head
 
 
 def _head(path: Path, name: str) -> _Head:
@@ -123,23 +139,26 @@ def _head(path: Path, name: str) -> _Head:
     where = f"{path}: {name}"
     try:
         with zipfile.ZipFile(path) as opened, opened.open(f"{name}.npy") as file:
-            head = _read_head(file, where)
+            head = _read_head(file, where, name)
     except _BROKEN as error:
         raise InputError(f"{where}: is cut off or damaged ({error})") from None
-    least = (_STACKS | _SMALL)[name]
-    if len(head.shape) not in (least, least + 1) or (name in _STACKS and 0 in head.shape):
+    least = head.least
+    if len(head.shape) not in (least, least + 1) or 0 in head.shape:
         raise InputError(f"{where}: has shape {head.shape}, expected {least} dimensions for one frame, {least + 1} for several")
+    whole = head.length * (head.shape[0] if head.stacked else 1)
+    if (head.length if name in _STACKS else whole) > _MOST or whole > _DENSEST * path.stat().st_size:
+        raise InputError(f"{where}: has shape {head.shape}, which is too large for this file, or for any")
     return head
 
 
 def _count(path: Path, heads: dict[str, _Head]) -> int:
     """How many frames there are; every array has one part per frame, or is one for all."""
     depth = heads["depth"]
-    count = depth.shape[0] if depth.stacked("depth") else 1
+    count = depth.shape[0] if depth.stacked else 1
     for name, head in heads.items():
-        if head.stacked(name) and head.shape[0] != count:
+        if head.stacked and head.shape[0] != count:
             raise InputError(f"{path}: {name} has {head.shape[0]} parts, but there are {count} frames of depth")
-    if "color" in heads and depth.stacked("depth") and not heads["color"].stacked("color"):
+    if "color" in heads and depth.stacked and not heads["color"].stacked:
         raise InputError(f"{path}: color has shape {heads['color'].shape}, expected one image for each of the {count} frames")
     return count
 
@@ -148,11 +167,9 @@ def _per_frame(path: Path, name: str, head: _Head, count: int) -> Array:
     """(count, ...) float, one for each frame."""
     if not np.issubdtype(head.dtype, np.number) or np.issubdtype(head.dtype, np.complexfloating):
         raise InputError(f"{path}: {name} has type {head.dtype}, expected numbers")
-    length = int(np.prod(head.shape, dtype=object)) * head.dtype.itemsize
-    if length > _MOST:
-        raise InputError(f"{path}: {name} has shape {head.shape}, which is too large")
-    values = _Stack(path, name).bytes_at(0, length).view(head.dtype).reshape(head.shape).astype(float)
-    return values if head.stacked(name) else np.broadcast_to(values, (count, *head.shape))
+    length = math.prod(head.shape) * head.dtype.itemsize
+    values = _Stack(path, name).bytes_at(0, length).view(head.dtype).reshape(head.shape, order=head.order).astype(float)
+    return values if head.stacked else np.broadcast_to(values, (count, *head.shape))
 
 
 def _times(path: Path, times: Array | None) -> list[float] | None:
@@ -168,19 +185,17 @@ class _Stack:
     """An array in the file that is read part by part, without going back as long as the parts are asked for in order."""
 
     def __init__(self, path: Path, name: str) -> None:
-        self._path, self._name = path, name
+        self._path, self._name, self._head = path, name, _head(path, name)
         self._archive: zipfile.ZipFile | None = None
         self._file: IO[bytes] | None = None
         self._at = 0
         self._lock = Lock()
 
     def part(self, index: int) -> Array:
-        """That of the frame; the whole where there is one for all."""
-        head = _head(self._path, self._name)
-        shape = head.shape[1:] if head.stacked(self._name) else head.shape
-        length = int(np.prod(shape, dtype=object)) * head.dtype.itemsize
-        data = self.bytes_at(index * length if head.stacked(self._name) else 0, length)
-        return data.view(head.dtype).reshape(shape)
+        """That of the frame; the one for all where there is but one."""
+        head = self._head
+        data = self.bytes_at(index * head.length if head.stacked else 0, head.length)
+        return data.view(head.dtype).reshape(head.part, order=head.order)
 
     def bytes_at(self, start: int, length: int) -> Array:
         """(length,) uint8 from `start` on, counted behind the head."""
@@ -202,7 +217,7 @@ class _Stack:
         self.close()
         self._archive = zipfile.ZipFile(self._path)
         self._file = self._archive.open(f"{self._name}.npy")
-        _read_head(self._file, f"{self._path}: {self._name}")
+        _read_head(self._file, f"{self._path}: {self._name}", self._name)
         self._at = 0
 
     def _read(self, length: int) -> bytes:

@@ -20,7 +20,7 @@ from .reading import DEFAULT, Reading
 
 _BESIDE = (".yaml", ".yml")
 _DEPTH = (".png", ".tif", ".tiff", ".exr")
-_SAYS = re.compile(rb"^[{\s]*[\"']?camera[\"']?\s*:", re.MULTILINE)
+_SAYS = re.compile(rb"^(?:\{\s*)?[\"']?camera[\"']?\s*:", re.MULTILINE)
 _MOST = 1 << 16  # bytes of a YAML file that are read: more is none of a camera
 _Focal = Annotated[FiniteFloat, Field(gt=0)]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import stat
+import struct
 import zipfile
 import zlib
 from functools import lru_cache, partial
@@ -30,7 +31,7 @@ METADATA, FOLDER = "metadata", "rgbd/"
 _TURN = np.diag([1.0, -1.0, -1.0, 1.0])  # from x right, y up, z backward (OpenGL) to the optical frame
 _MOST_METADATA, _MOST_IMAGE = 1 << 28, 1 << 26  # bytes unpacked: an hour of frames; a photograph
 _MOST_PIXELS = 1 << 24  # of a depth image
-_BLOCK, _SPARE = 30_000, 64  # bytes that a block of LZFSE stands for at least, unless it is the last; and its head
+_BLOCK, _SPARE = 10_000, 64  # bytes that a block of LZFSE stands for at least, but for the last (most: 30000); its head
 _SHAPE = 1e-2  # by which the sides of colour and depth may differ in proportion
 
 
@@ -132,8 +133,9 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     """(H, W) float32 m."""
     where, length = f"{path}: {FOLDER}{stem}.depth", 4 * size[0] * size[1]
     data = _member(path, opened, f"{FOLDER}{stem}.depth", length + _SPARE)
-    # a block unpacks to 24 MB at most: no more blocks than this image needs
-    if data.count(b"bvx2") + data.count(b"bvxn") + data.count(b"bvx1") > length // _BLOCK + 2:
+    announced, blocks = _announced(data)
+    # a block that lies about itself still unpacks to 24 MB at most, so not more of them than this image needs
+    if announced > length or blocks > length // _BLOCK + 2:
         raise InputError(f"{where}: unpacks to more than an image of {size[0]}x{size[1]}")
     lzfse = require("liblzfse", "record3d")
     try:
@@ -143,6 +145,28 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     if len(raw) != length:
         raise InputError(f"{where}: has {len(raw)} bytes, expected {length} for {size[0]}x{size[1]} float32 metres")
     return np.frombuffer(raw, "<f4").reshape(size[1], size[0])
+
+
+def _announced(data: bytes) -> tuple[int, int]:
+    """The bytes that LZFSE data says it unpacks to, and how many blocks it has, by the heads of the blocks.
+
+    github.com/lzfse/lzfse, src/lzfse_internal.h: each head is a mark and the unpacked length; then what its payload needs.
+    """
+    total, blocks, at = 0, 0, 0
+    while at + 32 <= len(data) or data[at : at + 4] in (b"bvx-", b"bvxn"):
+        mark, head = data[at : at + 4], data[at + 4 : at + 32].ljust(28, b"\0")
+        length, packed = struct.unpack_from("<2I", head)
+        if mark == b"bvx-":
+            at += 8 + length
+        elif mark == b"bvxn":
+            at += 12 + packed
+        elif mark == b"bvx2":
+            literals, matches, own = struct.unpack_from("<3Q", head, 4)
+            at += max(own & 0xFFFFFFFF, 32) + (literals >> 20 & 0xFFFFF) + (matches >> 40 & 0xFFFFF)
+        else:
+            break
+        total, blocks = total + length, blocks + 1
+    return total, blocks
 
 
 def _size(path: Path, about: dict[str, Any], *keys: str) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from doo3d.errors import InputError
-from doo3d.inputs import open_capture
+from doo3d.inputs import Reading, open_capture
 from doo3d.types import Frame
 
 
@@ -85,6 +85,33 @@ def test_a_mask_saved_as_colour_picture(capture):
     mask = open_capture(folder).frames[0].load().mask
     assert mask is not None
     assert np.array_equal(mask, grey > 0)
+
+
+def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
+    folder, said = capture(mask=True), Reading(camera=(410, 420, 150, 110), depth_scale=2000)
+    for _ in range(2):
+        shot = open_capture(folder, reading=said).frames[0].load()
+        camera = shot.data.camera
+        assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
+        assert (camera.width, camera.height) == (320, 240)
+        assert shot.data.depth[0, 0] == pytest.approx(0.28)
+        assert shot.mask.any()
+        (folder / "camera_intrinsic.json").unlink(missing_ok=True)
+
+
+def test_one_of_the_two_alone(capture):
+    folder = capture(intrinsics={"depth_scale": 2000})
+    assert open_capture(folder, reading=Reading(camera=(410, 420, 150, 110))).frames[0].load().data.depth[0, 0] == pytest.approx(0.28)
+    shot = open_capture(folder, reading=Reading(depth_scale=500)).frames[0].load()
+    assert shot.data.depth[0, 0] == pytest.approx(1.12)
+    assert shot.data.camera.fx == 400
+
+
+@pytest.mark.parametrize("name", ["rgb", "image"])
+def test_other_names_for_colour(capture, name):
+    folder = capture()
+    (folder / "color").rename(folder / name)
+    assert frame_of(folder).color is not None
 
 
 def test_images_pair_by_order_when_no_stem_fits(capture):
