@@ -101,7 +101,8 @@ def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
 
 def test_one_of_the_two_alone(capture):
     folder = capture(intrinsics={"depth_scale": 2000})
-    assert open_capture(folder, reading=Reading(camera=(410, 420, 150, 110))).frames[0].load().data.depth[0, 0] == pytest.approx(0.28)
+    shot = open_capture(folder, reading=Reading(camera=(410, 420, 150, 110))).frames[0].load()
+    assert shot.data.depth[0, 0] == pytest.approx(0.28)
     shot = open_capture(folder, reading=Reading(depth_scale=500)).frames[0].load()
     assert shot.data.depth[0, 0] == pytest.approx(1.12)
     assert shot.data.camera.fx == 400
