@@ -274,6 +274,9 @@ class RefineConfig(Section):
     prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
     reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")
     extend: float = Field(6.0, ge=0, description="radii by which an end may be carried on to the last surface point.")
+    stub: float = Field(
+        8.0, ge=0, description="radii beyond a hidden end within which a bit of surface is taken for where it goes on; 0: none."
+    )
     min_width: float = Field(
         0.0, ge=0, lt=1, description="share of the thickest chain's radius; thinner chains are lines of the background, and go."
     )

@@ -20,7 +20,7 @@ LAYERS = [
     {"geometry"},
     {
         *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "meetings", "overlaps"),
-        *("segmenters", "segments", "sights", "silhouette", "stations", "sureness", "surface", "tracks"),
+        *("segmenters", "segments", "sights", "silhouette", "stations", "stubs", "sureness", "surface", "tracks"),
     },
     {"stages"},
     {"pipeline"},

@@ -13,6 +13,7 @@ from ..geometry import arc_length
 from ..kernels.near import nearest
 from ..segments import bulged, carried, equal_ring, equal_segments
 from ..stations import Ahead, Stations, ahead, extended, lay
+from ..stubs import carried_on
 from ..surface import thinned
 from ..types import Chain, Connection, Floats, Foreground, Path, VoxelGrid
 
@@ -31,6 +32,8 @@ def refine(
     stations = lay(paths, grid.radius, config, segment_length)
     points = _ascending(foreground.points)
     paths = extended(paths, stations, config, points, grid.size)
+    stations = lay(paths, grid.radius, config, segment_length)
+    paths = carried_on(paths, stations, config, points, evidence)
     stations = lay(paths, grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
