@@ -117,10 +117,7 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     InputError : the data cannot be used; the message says what, where and what to do.
     """
     config = config or Config()
-    data = _in_mode(data, config)
-    if isinstance(data, Cloud) and mask is not None:
-        mask = _finite_rows(data, mask)
-    stages = run_stages(data, config, mask)
+    data, stages = walked(data, config, mask)
     return Detection(
         chains=tuple(stages.chains),
         mode="2d" if isinstance(data, Image) else "3d",
@@ -131,6 +128,16 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
         notes=(*(data.notes if isinstance(data, Cloud) else ()), *(stages.foreground.notes or _lost(stages))),
         crossings=stages.crossings,
     )
+
+
+def walked(
+    data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
+) -> tuple[Frame | Cloud | Image, Stages]:
+    """The data as the mode of the config wants it, and what every stage made of it; arguments and errors as of `detect`."""
+    data = _in_mode(data, config)
+    if isinstance(data, Cloud) and mask is not None:
+        mask = _finite_rows(data, mask)
+    return data, run_stages(data, config, mask)
 
 
 def _in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
@@ -162,13 +169,13 @@ def _lost(stages: Stages) -> tuple[str, ...]:
     if stages.chains:
         return ()
     for name, product, hint in (
-        ("segment", len(stages.foreground.points), "widen the segmentation"),
-        ("voxelize", len(stages.grid.coords), "lower voxelize.min_component"),
-        ("traverse", len(stages.paths), "lower traverse.min_branch"),
-        ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length"),
+        ("segment", len(stages.foreground.points), "widen the segmentation; doo3d tune proposes colour ranges and shows them"),
+        ("voxelize", len(stages.grid.coords), "lower voxelize.min_component, or see with doo3d tune what the mask takes"),
+        ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
+        ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length; doo3d tune proposes one"),
         ("prune", len(stages.pruned), "lower prune.width"),
-        ("merge", len(stages.merged), "lower merge.min_length"),
+        ("merge", len(stages.merged), "lower merge.min_length; doo3d explain says what was dropped"),
     ):
         if not product:
             return (f"{name}: nothing is left after this stage; {hint}",)
-    return ("refine: what is left is shorter than half a segment; lower fit.segment_length",)
+    return ("refine: what is left is shorter than half a segment: lower fit.segment_length; doo3d tune proposes one",)

@@ -114,10 +114,10 @@ def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) 
 
 def _nothing(config: SegmentConfig) -> str:
     hint = {
-        "hsv": "widen segment.ranges",
+        "hsv": "widen segment.ranges (doo3d tune proposes them and shows what they take)",
         "background": "lower segment.depth_difference or segment.color_difference",
-        "plane": "lower segment.plane_distance, or tell the object by colour with segment.method=hsv",
-    }.get(config.method, "give a mask, or tell the object by colour with segment.method=hsv")
+        "plane": "lower segment.plane_distance, or tell the object by its colour (doo3d tune)",
+    }.get(config.method, "give a mask, or tell the object by its colour (doo3d tune)")
     return f"segment ({config.method}): nothing in this frame is told from the rest; {hint}"
 
 

@@ -1,0 +1,93 @@
+"""`doo3d explain`: why the chains of a frame are what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .frames import FrameOption, frame_of, new_file
+from .options import MaskOption, Overrides, Preset, ReadOption, config_of, save
+from .progress import say_compiling
+
+if TYPE_CHECKING:
+    from ..config import Config
+    from ..explain import Choice, Explanation
+    from ..inputs import Entry
+    from ..pipeline import Stages
+    from ..types import Bools, Cloud, Frame, Image
+
+
+def explain(
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="What doo3d detect takes.")],
+    frame: FrameOption = None,
+    config: Preset = "default",
+    overrides: Overrides = None,
+    mask: MaskOption = None,
+    read: ReadOption = None,
+    document: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the same, with every number, here.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
+) -> None:
+    """Say what every stage made of a frame and dropped, and what each connection cost beside the next best.
+
+    \b
+    Examples:
+      doo3d explain sample_clouds/crossing --frame 0
+      doo3d explain photo.jpg -c image --json why.json
+    """
+    from ..inputs import Reading, open_capture
+
+    effective = config_of(config, overrides)
+    opened = open_capture(capture, effective.mode == "2d", mask, Reading.of(read or []))
+    entry = frame_of(opened, frame)
+    if document is not None:
+        new_file(document, force)
+    say_compiling()
+    from ..explain import explain as account
+
+    data, stages, given = walked(entry, effective)
+    found = account(data, stages, effective, given)
+    if document is not None:
+        from ..outputs.document import dumps
+
+        save(document, dumps({"frame": entry.name, **found.to_dict()}))
+    typer.echo("\n".join([f"frame {entry.name}", *lines(found)]))
+
+
+def walked(entry: Entry, config: Config) -> tuple[Frame | Cloud | Image, Stages, Bools | None]:
+    """A frame, what every stage made of it, as detection goes through it, and the capture's mask where that was used.
+
+    Raises
+    ------
+    InputError : the frame cannot be read or used.
+    """
+    from ..pipeline import walked as walk
+    from ..runs.frame import chosen_mask
+
+    shot = entry.load()
+    mask = chosen_mask(shot, config)
+    return *walk(shot.data, config, mask), mask
+
+
+def lines(found: Explanation) -> Iterator[str]:
+    """The explanation, line by line."""
+    for account in found.accounts:
+        yield f"{account.stage:<9} {account.made}"
+        for sentence in account.dropped:
+            yield f"{'':<9}   dropped: {sentence}"
+    if found.merges:
+        yield "merges, in order:"
+    for i, merge in enumerate(found.merges):
+        kept = "" if merge.kept else "   (in a chain that was dropped)"
+        yield f"{i + 1:>4}  {_choice(merge.chosen)}   sure {merge.sure:.2f}{kept}"
+        other = merge.runner_up
+        yield f"{'':>4}  next best: {_choice(other) if other else 'none that is allowed'}"
+
+
+def _choice(choice: Choice) -> str:
+    terms = ", ".join(f"{name} {cost:.1f}" for name, cost in choice.terms.items() if round(cost, 1))
+    return f"{choice.ends[0]} - {choice.ends[1]}: {choice.cost:.1f}{f' = {terms}' if terms else ''}"
