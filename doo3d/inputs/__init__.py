@@ -27,8 +27,8 @@ FORMATS: dict[str, str | CaptureFormat] = {
     "record3d": "record3d:Record3DCapture",
     "arrays": "arrays:ArraysCapture",
     "folder": "folder:FolderCapture",
-    "cloud": "cloud:CloudCapture",
     "pairs": "pairs:PairsCapture",
+    "cloud": "cloud:CloudCapture",
     "photos": "photos:PhotosCapture",
     "video": "video:VideoCapture",
 }

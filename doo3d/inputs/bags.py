@@ -16,7 +16,7 @@ from ._align import align_color
 from ._lens import Lens
 from ._records import Place, Topic
 from ._relations import partners_of, relation, transforms_of
-from ._ros import METADATA, SUFFIXES, Bag, Found, Stamp, kind_of, opened, stamp_of
+from ._ros import ENCODINGS, METADATA, SUFFIXES, Bag, Found, Stamp, kind_of, opened, stamp_of
 from ._rosimages import cloud_of, color_of, depth_of
 from ._streams import Stream, Streams
 from ._tf import Transforms
@@ -47,6 +47,7 @@ class BagCapture:
             faults = bag.faults()
             streams = Streams(bag, index, reading)
             transforms = transforms_of(bag, index)
+            self.parts = _parts(index, streams)
             if streams.cloud is not None:
                 self.frames = _clouds(path, streams.cloud, transforms)
             elif streams.depth is not None:
@@ -60,7 +61,7 @@ class BagCapture:
         if faults:
             more = f"; and {len(faults) - 1} more faults" if len(faults) > 1 else ""
             sentence = f"{faults[0]}{more}; the {len(self.frames)} frames before this one are used"
-            self.frames.append(Entry(f"{len(self.frames):06d}", path, partial(_fail, sentence)))
+            self.frames.append(Entry(f"{len(self.frames):06d}", path, partial(_fail, sentence), self.frames[-1].timestamp))
 
     @staticmethod
     def recognises(path: Path) -> bool:
@@ -68,6 +69,17 @@ class BagCapture:
         if path.is_dir():
             return _describes_bag(path / METADATA) or any(file.suffix in (".mcap", ".db3") for file in path.iterdir())
         return kind_of(path) is not None or path.suffix.lower() in SUFFIXES
+
+
+def _parts(index: Mapping[str, Found], streams: Streams) -> list[str]:
+    """The topics of the types that matter, with how many messages they have and what they are read as."""
+    chosen = {"depth": streams.depth, "colour": streams.color, "clouds": streams.cloud}
+    read = {(one if isinstance(one, Found) else one.found).topic.name: what for what, one in chosen.items() if one is not None}
+    return [
+        f"{name} ({found.topic.kind}, {len(found)} message{'s' * (len(found) != 1)})"
+        + (f", read as {read[name]}" if name in read else "")
+        for name, found in sorted(index.items())
+    ]
 
 
 @dataclass(frozen=True)
@@ -187,7 +199,7 @@ def _describes_bag(metadata: Path) -> bool:
 
 def _nothing(bag: Bag, faults: list[str]) -> str:
     there = [
-        f"{topic.name} ({topic.kind}{'' if topic.encoding in ('ros1', 'cdr') else ', ' + topic.encoding})"
+        f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
         for topic in bag.topics.values()
     ]
     if faults and not there:

@@ -53,6 +53,7 @@ class Capture(Protocol):
     """Frames in the order they were taken.
 
     format : the format's name in the registry. path : as the user gave it. frames : the entries, not yet loaded.
+    A capture may have `parts` too, a list of str: its topics or streams, a line each, for `doo3d info`.
     """
 
     format: str

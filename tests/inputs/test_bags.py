@@ -82,6 +82,16 @@ def test_storages(tmp_path, kind, packing):
         assert (shot.data.camera.fx, shot.data.camera.fy, shot.data.camera.cx, shot.data.camera.cy) == NUMBERS
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_topics_are_told(tmp_path, kind):
+    path = script(kind).write(tmp_path / named(kind))
+    assert open_capture(path).parts == [
+        f"{COLOR} (sensor_msgs/msg/Image, 3 messages), read as colour",
+        "/camera/depth/camera_info (sensor_msgs/msg/CameraInfo, 1 message)",
+        f"{DEPTH} (sensor_msgs/msg/Image, 3 messages), read as depth",
+    ]
+
+
 def test_the_bare_files_of_a_ros_2_bag(tmp_path):
     for kind, suffix in (("sqlite3", "db3"), ("mcap", "mcap")):
         (file,) = script(kind).write(tmp_path / kind).glob(f"*.{suffix}")
@@ -175,6 +185,31 @@ def test_compressed_colour_and_depth(tmp_path, kind):
     (frame,) = frames(made.write(tmp_path / named(kind)))
     assert np.array_equal(frame.depth, (slope() / np.float32(1000)).astype(np.float32))
     assert np.array_equal(frame.color, tint(3))
+
+
+def test_depth_as_a_png_of_16_bits_and_a_picture_of_depth(tmp_path):
+    made = script(frames=0, color=False)
+    made.packed(f"{DEPTH}/compressed", SECOND, png(slope()), "16UC1; png compressed")
+    assert np.array_equal(frames(made.write(tmp_path / "a.bag"))[0].depth, (slope() / np.float32(1000)).astype(np.float32))
+    made.packed("/preview/compressed", SECOND, png(tint()), "bgr8; jpeg compressed bgr8")
+    with pytest.raises(InputError, match="is it a picture of the depth"):
+        frames(made.write(tmp_path / "b.bag"), depth_topic="/preview/compressed", color_topic="none", camera=(20, 20, 8, 6))
+
+
+def test_headers_of_one_topic_alone_have_stamps(tmp_path):
+    made = script(frames=0)
+    made.image(DEPTH, 50 * SECOND, slope(), "16UC1", time=SECOND)
+    made.image(COLOR, 0, tint(4), "rgb8", time=SECOND + 1000)
+    (frame,) = frames(made.write(tmp_path / "a.bag"))
+    assert frame.color[0, 0, 2] == 4
+    assert frame.timestamp == 50
+
+
+def test_messages_of_another_kind_are_passed_over_and_named(tmp_path):
+    (file,) = script("mcap").write(tmp_path / "bag").glob("*.mcap")
+    file.write_bytes(file.read_bytes().replace(b"\x03\0\0\0cdr", b"\x03\0\0\0pro"))
+    with pytest.raises(InputError, match=r"/camera/depth/image_raw \(sensor_msgs/msg/Image, pro\)"):
+        open_capture(file)
 
 
 def test_compressed_colour_as_jpeg(tmp_path):
