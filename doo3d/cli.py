@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .commands import evaluate, tune
+from .commands import evaluate, explain, tune
 from .commands.info import info
 from .commands.options import (
     EndOption,
@@ -50,6 +50,7 @@ app = typer.Typer(
 )
 app.add_typer(evaluate.app, name="evaluate")
 app.command("tune")(tune.tune)
+app.command("explain")(explain.explain)
 app.command("info")(info)
 
 
