@@ -20,7 +20,8 @@ _SAME = 0.01  # px; cameras whose numbers differ by less are one and the same
 
 def partners_of(path: Path, depth: Found, color: Found, tolerance: float) -> Array:
     """(depth images,) the colour image nearest in time to each, -1 for none within `tolerance` s."""
-    given, times = depth.clock(), color.clock()
+    stamped = depth.stamped and color.stamped
+    given, times = depth.clock(stamped), color.clock(stamped)
     order = np.argsort(times, kind="stable")
     ranks = np.clip(np.searchsorted(times[order], given), 1, max(len(times) - 1, 1))
     before, after = order[ranks - 1], order[np.minimum(ranks, len(times) - 1)]

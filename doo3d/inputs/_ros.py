@@ -8,12 +8,13 @@ from array import array
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 import yaml
 
-from ..errors import InputError, require
+from ..errors import DooError, InputError, require
 from ..types import Array
 from . import _db3, _mcap, _rosbag1
 from ._mcap import unzstd
@@ -22,6 +23,7 @@ from ._records import Broken, Message, Place, Storage, Topic
 METADATA = "metadata.yaml"
 STORAGES: dict[bytes, Any] = {_rosbag1.MAGIC: _rosbag1.Rosbag1, _mcap.MAGIC: _mcap.Mcap, _db3.MAGIC: _db3.Db3}
 SUFFIXES = (".bag", ".mcap", ".db3")
+ENCODINGS = ("ros1", "cdr")  # of messages; MCAP may hold others
 _HEAD = 4096  # bytes of a message in which its header is; a frame's name is not longer
 Stamp = tuple[tuple[str, int, int], ...]
 """Files with the time they were changed and their size: an open bag is kept as long as this is the same."""
@@ -49,17 +51,21 @@ class Found:
         a, b, c, d = self.places[4 * index : 4 * index + 4]
         return a, b, c, d
 
-    def clock(self) -> Array:
-        """(messages,) int64 ns: the headers' stamps, or when recorded where headers have none."""
-        stamps = np.array(self.stamps, dtype=np.int64)
-        return np.array(self.times, dtype=np.int64) if (stamps <= 0).any() else stamps
+    @property
+    def stamped(self) -> bool:
+        """Whether all headers have a stamp."""
+        return min(self.stamps, default=0) > 0
+
+    def clock(self, stamped: bool = True) -> Array:
+        """(messages,) int64 ns: the headers' stamps; when recorded, where headers have none or `stamped` is false."""
+        return np.array(self.stamps if stamped and self.stamped else self.times, dtype=np.int64)
 
 
 class Bag:
     """A bag that stays open. packed : its messages are compressed one by one."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path, self._lock = path, Lock()
         files, self.packed = files_of(path)
         self.storages: list[Storage] = [_storage(file, number) for number, file in enumerate(files)]
 
@@ -68,6 +74,8 @@ class Bag:
         found: dict[str, Found] = {}
         for storage in self.storages:
             for message in storage.scan():
+                if message.topic.encoding not in ENCODINGS:
+                    continue
                 entry = found.setdefault(message.topic.name, Found(message.topic))
                 try:
                     stamp, frame = self._head(storage, message)
@@ -111,12 +119,15 @@ class Bag:
         """
         file = self.storages[place[0]].path
         try:
-            data = self.storages[place[0]].read(place)
+            with self._lock:
+                data = self.storages[place[0]].read(place)
             return decoded(unzstd(data) if self.packed else data, topic)
         except Broken as error:
             raise InputError(f"{file}: {error}") from None
         except OSError as error:
             raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
+        except DooError:
+            raise
         except Exception as error:  # generated code meets arbitrary bytes here
             raise InputError(f"{file}: a message on {topic.name} is damaged ({error})") from None
 

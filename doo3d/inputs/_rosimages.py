@@ -32,21 +32,25 @@ _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
     "yuv422_yuy2": (2, cv2.COLOR_YUV2RGB_YUY2),
     "yuyv": (2, cv2.COLOR_YUV2RGB_YUY2),
 }
+_TRANSPORT, _PNG16 = "compressedDepth", "compressed 16-bit PNG"
 _GREY = ("mono8", "8UC1")
 _PACKED = struct.Struct("<iff")  # before the image in compressedDepth: the way of packing, two parameters
 _FIELDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # sensor_msgs/PointField
 
 
 def encoding_of(message: Any) -> str:
-    """What an Image or CompressedImage holds: a ROS encoding; "compressedDepth" or "compressed" for CompressedImage."""
+    """What an Image or CompressedImage holds: a ROS encoding; for CompressedImage one of the names below or "compressed"."""
     if hasattr(message, "encoding"):
         return str(message.encoding)
-    return "compressedDepth" if "compressedDepth" in message.format else "compressed"
+    if _TRANSPORT in message.format:
+        return _TRANSPORT
+    head = bytes(message.data[:26])  # of a PNG: bits per channel, and 0 for grey, are the last two of these
+    return _PNG16 if head.startswith(b"\x89PNG") and head[24:] == b"\x10\0" else "compressed"
 
 
 def is_depth(encoding: str) -> bool:
     """Whether images of this encoding are depth."""
-    return encoding in DEPTH or encoding == "compressedDepth"
+    return encoding in DEPTH or encoding in (_TRANSPORT, _PNG16)
 
 
 def is_color(encoding: str) -> bool:
@@ -64,7 +68,7 @@ def size_of(message: Any) -> tuple[int, int]:
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
     packed = bytes(message.data)
-    image = _unpack(packed[_PACKED.size :] if encoding_of(message) == "compressedDepth" else packed)
+    image = _unpack(packed[_PACKED.size :] if encoding_of(message) == _TRANSPORT else packed)
     return int(image.shape[1]), int(image.shape[0])
 
 
@@ -76,8 +80,14 @@ def depth_of(message: Any, scale: float) -> Array:
     InputError : it is no depth, or not whole.
     """
     encoding = encoding_of(message)
-    image = _packed_depth(message) if encoding == "compressedDepth" else _rows(message, 1, DEPTH.get(encoding))
-    image = image if image.ndim == 2 else image[:, :, 0]
+    if encoding in (_PNG16, "compressed"):
+        image = _unpack(bytes(message.data))
+    elif encoding == _TRANSPORT:
+        image = _packed_depth(message)
+    else:
+        image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
+    if image.ndim != 2 or image.dtype == np.uint8:
+        raise InputError(f"a depth image is of {image.dtype} and shape {image.shape}: is it a picture of the depth?")
     return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
 
 

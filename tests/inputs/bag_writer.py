@@ -42,7 +42,9 @@ class Script:
     def add(self, topic: str, kind: str, time: int, message: Any) -> None:
         self.lines.append((topic, kind, time, message))
 
-    def image(self, topic: str, stamp: int, image: np.ndarray, encoding: str, frame="camera_optical", time=None, pad=0, big=0) -> None:
+    def image(
+        self, topic: str, stamp: int, image: np.ndarray, encoding: str, frame="camera_optical", time=None, pad=0, big=0
+    ) -> None:
         """An Image; `pad` bytes fill up each row, `big`-endian where asked."""
         dtype = np.dtype(DTYPES.get(encoding, np.uint8)).newbyteorder(">" if big else "<")
         rows = np.ascontiguousarray(image.astype(dtype)).view(np.uint8).reshape(len(image), -1)
@@ -57,7 +59,9 @@ class Script:
         data_array = np.frombuffer(data, np.uint8)
         self.add(topic, PACKED, stamp, self.make(PACKED, header=self.header(stamp, frame), format=how, data=data_array))
 
-    def info(self, topic: str, size, numbers, model="plumb_bob", d=(0.0,) * 5, p=None, frame="camera_optical", stamp=SECOND) -> None:
+    def info(
+        self, topic: str, size, numbers, model="plumb_bob", d=(0.0,) * 5, p=None, frame="camera_optical", stamp=SECOND
+    ) -> None:
         fx, fy, cx, cy = numbers
         k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], dtype=float)
         p = (fx, fy, cx, cy) if p is None else p
