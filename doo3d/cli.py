@@ -85,7 +85,7 @@ def doo3d(
 def detect(
     capture: Annotated[
         Path,
-        typer.Argument(metavar="INPUT", help="A recording, a folder of frames, a bag, a cloud, a folder of clouds; in 2-D images or a video."),
+        typer.Argument(metavar="INPUT", help="A folder of frames, a bag, a cloud, a folder of clouds; in 2-D images or a video."),
     ],
     out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the results.")] = Path("out"),
     config: Preset = "default",

@@ -77,7 +77,7 @@ def layer(name: str) -> int | None:
 def test_the_walk_sees_the_imports():
     assert "stages.segment" in EDGES["pipeline"]
     assert "config" in EDGES["batch"]
-    assert "inputs._open3d" in EDGES["inputs.cloud"]
+    assert "inputs._open3d" in EDGES["inputs._cloud_files"]
 
 
 def test_every_module_has_its_place():
