@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .commands import evaluate, explain, tune
+from .commands import evaluate, explain, export, report, tune, video
 from .commands.info import info
 from .commands.options import (
     EndOption,
@@ -52,6 +52,9 @@ app.add_typer(evaluate.app, name="evaluate")
 app.command("tune")(tune.tune)
 app.command("explain")(explain.explain)
 app.command("info")(info)
+app.command("export")(export.export)
+app.command("report")(report.report)
+app.command("video")(video.video)
 
 
 def _version(asked: bool) -> None:
@@ -75,6 +78,8 @@ def doo3d(
       doo3d info capture --sheet sheet.png             what the capture is, and a sheet of its frames
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
       doo3d compare capture                            where 3-D and 2-D differ
+      doo3d report out                                 a page to look at what was found; doo3d video out
+      doo3d export out --to mjcf                       for a simulator, a tracker, ...: export --list
       doo3d bench                                      milliseconds per stage on this machine
 
     Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.png (the chains over the image).

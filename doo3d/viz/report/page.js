@@ -1,0 +1,127 @@
+// the page without its plots: figures, failed frames, thumbnails
+const data = JSON.parse(document.getElementById("data").textContent);
+const frames = data.frames, fine = frames.filter((frame) => frame.error === null), failed = frames.filter((frame) => frame.error !== null);
+const metric = !fine.some((frame) => frame.mode === "2d");
+const by = (id) => document.getElementById(id);
+
+function make(tag, text, parent, className) {
+  const element = document.createElement(tag);
+  if (text !== undefined) element.textContent = text;
+  if (className) element.className = className;
+  if (parent) parent.append(element);
+  return element;
+}
+const lengthText = (length) => metric ? `${length.toFixed(3)} m` : `${length.toFixed(0)} px`;
+const radiusText = (radius) => radius === null ? "–" : metric ? `${(1000 * radius).toFixed(1)} mm` : `${radius.toFixed(1)} px`;
+const percent = (share) => share > 0 && share < 0.01 ? "< 1 %" : `${Math.round(100 * share)} %`;
+const timeText = (seconds) => seconds < 10 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`;
+const chainsText = (frame) => `${frame.chains.length} chain${frame.chains.length === 1 ? "" : "s"}`;
+const sum = (values) => values.reduce((total, value) => total + value, 0);
+function median(values) {
+  const sorted = [...values].sort((a, b) => a - b), middle = sorted.length >> 1;
+  return sorted.length % 2 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
+}
+
+function heading() {
+  const name = data.input.split(/[\\/]/).filter(Boolean).pop() || data.results;
+  by("title").textContent = name;
+  by("about").textContent = `${data.input} (${data.format}), doo3d ${data.version}`;
+  const chains = fine.flatMap((frame) => frame.chains), times = frames.map((frame) => frame.seconds).filter((each) => each !== null);
+  const shares = fine.map((frame) => frame.occluded).filter((each) => each !== null);
+  const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ["Chains", chains.length]];
+  if (chains.length) {
+    figures.push(["Length, median", lengthText(median(chains.map((chain) => chain.length)))]);
+    const radii = chains.map((chain) => chain.radius).filter((each) => each !== null);
+    if (radii.length) figures.push(["Radius, median", radiusText(median(radii))]);
+    figures.push(["Occluded, mean", percent(sum(shares) / shares.length)]);
+  }
+  if (times.length) figures.push(["Time, median", timeText(median(times))], ["Time, longest", timeText(Math.max(...times))]);
+  for (const [label, value, bad] of figures) {
+    const box = make("div", undefined, by("figures"), bad ? "bad" : "");
+    make("dt", label, box);
+    make("dd", value, box);
+  }
+}
+
+function failures() {
+  by("failed").hidden = !failed.length;
+  const body = by("failed").querySelector("tbody");
+  for (const frame of failed) {
+    const row = make("tr", undefined, body);
+    make("td", frame.name, row);
+    make("td", frame.error, row);
+  }
+}
+
+const pictureOf = (frame) => `data:image/webp;base64,${frame.picture}`;
+const near = new IntersectionObserver((entries) => {
+  for (const { isIntersecting, target } of entries) {
+    if (!isIntersecting) continue;
+    target.src = pictureOf(frames[target.dataset.frame]);
+    near.unobserve(target);
+  }
+}, { rootMargin: "400px" });
+
+function card(frame, number) {
+  const item = make("li"), button = make("button", undefined, item, frame.error === null ? "" : "failed");
+  button.type = "button";
+  button.addEventListener("click", () => open(number));
+  if (frame.picture) {
+    const image = make("img", undefined, button);
+    image.alt = "";
+    image.dataset.frame = number;
+    near.observe(image);
+  } else {
+    make("div", frame.error ?? "no picture", button, "none");
+  }
+  make("span", frame.name, button);
+  const said = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];
+  if (frame.chains?.length > 2) said.push("…");
+  make("small", said.join(", "), button);
+  return item;
+}
+
+const least = (value) => value ?? Infinity, most = (value) => -(value ?? -Infinity);
+const orders = {
+  "failed first, then as taken": (frame) => frame.error === null ? 1 : 0,
+  "least sure first": (frame) => least(frame.sure),
+  "most occluded first": (frame) => most(frame.occluded),
+  "most chains first": (frame) => most(frame.chains?.length),
+  "slowest first": (frame) => most(frame.seconds),
+};
+let order = [];
+
+function arrange() {
+  const key = orders[by("order").value], sought = by("search").value.trim().toLowerCase();
+  order = frames.map((_, number) => number).filter((number) => frames[number].name.toLowerCase().includes(sought));
+  const keys = frames.map(key);
+  order.sort((a, b) => keys[a] === keys[b] ? a - b : keys[a] < keys[b] ? -1 : 1);
+  by("frames").replaceChildren(...order.map((number) => cards[number]));
+  by("shown").textContent = sought ? `${order.length} of ${frames.length}` : "";
+}
+
+/** Run the scripts that draw plots, once: they are large, and the page is there before. */
+function plotter() {
+  for (const id of ["plotly", "plots-script"]) {
+    const source = by(id);
+    if (!source) continue;
+    source.remove();
+    make("script", source.textContent, document.head);
+  }
+}
+function open(number) {
+  plotter();
+  show(number);
+}
+
+heading();
+failures();
+for (const name of Object.keys(orders)) make("option", name, by("order"));
+by("empty").hidden = frames.length > 0;
+by("choice").hidden = frames.length < 2;
+const cards = frames.map(card);
+arrange();
+by("order").addEventListener("change", arrange);
+by("search").addEventListener("input", arrange);
+by("choice").addEventListener("submit", (event) => event.preventDefault());
+requestAnimationFrame(() => setTimeout(plotter));

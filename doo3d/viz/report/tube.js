@@ -1,0 +1,60 @@
+"use strict";
+// base64 texts back to numbers, and a chain as a tube of triangles
+
+function bytes(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+/** The columns of packed points: D arrays of N numbers. */
+function unpack(packed) {
+  const numbers = new DataView(bytes(packed.xyz).buffer), dim = packed.at.length, count = numbers.byteLength / 2 / dim;
+  return packed.at.map((at, k) => Float64Array.from({ length: count }, (_, i) => at + packed.step * numbers.getInt16(2 * (i * dim + k), true)));
+}
+
+/** Five, six and five bits to CSS colours. */
+function colors(text) {
+  const numbers = new DataView(bytes(text).buffer);
+  return Array.from({ length: numbers.byteLength / 2 }, (_, i) => {
+    const value = numbers.getUint16(2 * i, true);
+    const parts = [(value >> 11) / 31, ((value >> 5) & 63) / 63, (value & 31) / 31];
+    return `rgb(${parts.map((part) => Math.round(255 * part)).join(",")})`;
+  });
+}
+
+const add = (a, b, s) => a.map((value, k) => value + s * b[k]);
+const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);
+const unit = (a) => { const size = Math.sqrt(dot(a, a)) || 1; return a.map((value) => value / size); };
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+/** The stretches of segments that are alike in being occluded: [first joint, last joint, occluded]. */
+function stretches(occluded) {
+  const found = [];
+  for (let i = 0; i < occluded.length; i++) {
+    if (!i || occluded[i] !== occluded[i - 1]) found.push([i, i + 1, occluded[i] === "1"]);
+    else found[found.length - 1][1] = i + 1;
+  }
+  return found;
+}
+
+/** Vertices and triangles of the tube through joints `first` to `last`; a frame is carried along, so that it does not twist. */
+function tube(joints, radii, first, last, sides = 10) {
+  const mesh = { x: [], y: [], z: [], i: [], j: [], k: [], at: [] };
+  let side = null;
+  for (let n = first; n <= last; n++) {
+    const here = joints[n], before = joints[Math.max(n - 1, 0)], after = joints[Math.min(n + 1, joints.length - 1)];
+    const along = unit(add(after, before, -1));
+    if (side === null) side = Math.abs(along[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0];
+    side = unit(add(side, along, -dot(side, along)));
+    const other = cross(along, side);
+    for (let s = 0; s < sides; s++) {
+      const turn = 2 * Math.PI * s / sides;
+      const point = add(add(here, side, radii[n] * Math.cos(turn)), other, radii[n] * Math.sin(turn));
+      mesh.x.push(point[0]); mesh.y.push(point[1]); mesh.z.push(point[2]); mesh.at.push(n);
+      if (n < last) {
+        const a = (n - first) * sides + s, b = (n - first) * sides + (s + 1) % sides;
+        mesh.i.push(a, b); mesh.j.push(b, b + sides); mesh.k.push(a + sides, a + sides);
+      }
+    }
+  }
+  return mesh;
+}

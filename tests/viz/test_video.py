@@ -1,0 +1,124 @@
+"""The video, read back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.errors import InputError
+from doo3d.outputs.recorded import open_results
+from doo3d.viz.video import failed_card, letterboxed, write_video
+
+COLORS = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]
+
+
+def results(place: Path, sizes, stamps=None, failed=()) -> Path:
+    """A folder with plain pictures; `failed` are the places of frames that failed."""
+    place.mkdir()
+    frames = []
+    for i, (width, height) in enumerate(sizes):
+        bad = i in failed
+        stamp = None if stamps is None else stamps[i]
+        frames.append(
+            {"name": f"f{i}", "status": "failed" if bad else "ok", "error": "torn" if bad else None, "timestamp": stamp}
+        )
+        if not bad:
+            cv2.imwrite(str(place / f"f{i}.png"), np.full((height, width, 3), COLORS[i % 3], np.uint8))
+    (place / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "finished": True, "frames": frames}))
+    return place
+
+
+def read(path: Path) -> tuple[list[np.ndarray], float]:
+    video = cv2.VideoCapture(str(path))
+    frames = []
+    while (found := video.read())[0]:
+        frames.append(found[1])
+    return frames, video.get(cv2.CAP_PROP_FPS)
+
+
+def like(pixel: np.ndarray, color: tuple[int, int, int]) -> bool:
+    return bool(np.abs(pixel.astype(int) - color).max() < 16)
+
+
+@pytest.mark.parametrize("codec", ["mp4v", "vp09"])
+def test_every_frame_in_order(tmp_path, codec):
+    opened = open_results(results(tmp_path / "out", [(320, 240)] * 3))
+    made = write_video(opened, tmp_path / "a.mp4", codec=codec)
+    frames, fps = read(tmp_path / "a.mp4")
+    assert (made.frames, made.fps, made.size) == (len(frames), fps, (320, 240)) == (3, 10.0, (320, 240))
+    for frame, color in zip(frames, COLORS, strict=True):
+        assert like(frame[120, 160], color)
+    assert [file.name for file in tmp_path.iterdir() if file.is_file()] == ["a.mp4"]
+    write_video(opened, tmp_path / "b.mp4", codec=codec)
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+
+
+def test_the_rate_of_the_stamps_or_the_one_that_is_said(tmp_path):
+    opened = open_results(results(tmp_path / "out", [(64, 48)] * 4, stamps=[10.0, 10.04, 10.08, 10.5]))
+    assert write_video(opened, tmp_path / "a.mp4").fps == read(tmp_path / "a.mp4")[1] == 25
+    assert write_video(opened, tmp_path / "b.mp4", fps=5).fps == read(tmp_path / "b.mp4")[1] == 5
+
+
+def test_another_size_is_letterboxed_and_an_odd_one_cut(tmp_path):
+    write_video(open_results(results(tmp_path / "out", [(321, 241), (240, 320), (642, 482)])), tmp_path / "a.mp4")
+    first, tall, large = read(tmp_path / "a.mp4")[0]
+    assert first.shape == (240, 320, 3)
+    assert like(tall[120, 160], COLORS[1])
+    assert like(tall[120, 10], (0, 0, 0))
+    assert like(tall[120, 310], (0, 0, 0))
+    assert like(large[2, 2], COLORS[2])
+
+
+def test_failed_frames_are_shown_as_such_or_left_out(tmp_path):
+    opened = open_results(results(tmp_path / "out", [(320, 240)] * 3, failed=[0]))
+    assert write_video(opened, tmp_path / "a.mp4").failed == 1
+    frames, _ = read(tmp_path / "a.mp4")
+    assert len(frames) == 3
+    assert frames[0].mean() < 60
+    assert frames[0].max() > 150, "the reason is written there"
+    made = write_video(opened, tmp_path / "b.mp4", skip_failed=True)
+    frames, _ = read(tmp_path / "b.mp4")
+    assert (made.frames, made.failed, len(frames)) == (2, 1, 2)
+    assert like(frames[0][120, 160], COLORS[1])
+
+
+def test_a_picture_that_is_gone_is_named(tmp_path):
+    place = results(tmp_path / "out", [(64, 48)] * 2)
+    (place / "f1.png").unlink()
+    with pytest.raises(InputError, match=r"f1\.png: is gone"):
+        write_video(open_results(place), tmp_path / "a.mp4")
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"), [({"codec": "mpg"}, "there are mp4v"), ({"fps": 0.0}, "above zero"), ({"fps": float("nan")}, "above zero")]
+)
+def test_what_cannot_be_asked_for(tmp_path, asked, says):
+    with pytest.raises(InputError, match=says):
+        write_video(open_results(results(tmp_path / "out", [(64, 48)])), tmp_path / "a.mp4", **asked)
+
+
+def test_nothing_to_show(tmp_path):
+    with pytest.raises(InputError, match="no frame to show"):
+        write_video(open_results(results(tmp_path / "out", [])), tmp_path / "a.mp4")
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1920, 1080), (64, 48), (2, 2)])
+def test_a_card_fits_any_size(size):
+    card = failed_card("a" * 300, "depth/000001.png is cut off " * 40, size)
+    assert card.shape == (size[1], size[0], 3)
+    assert letterboxed(np.full((7, 500, 3), 255, np.uint8), size).shape == card.shape
+
+
+def test_the_command(doo3d, tmp_path):
+    place = results(tmp_path / "out", [(64, 48)] * 3, failed=[1])
+    assert doo3d("video", place) == (0, "3 frames (1 failed, shown as such), 10 per second, 64x48 -> out.mp4\n", "")
+    code, _, err = doo3d("video", place)
+    assert code == 2
+    assert "--force" in err
+    said = doo3d("video", place, "--force", "--skip-failed", "--fps", 4)[1]
+    assert said == "2 frames (1 failed, left out), 4 per second, 64x48 -> out.mp4\n"
