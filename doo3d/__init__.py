@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .config import Config, load_config
     from .errors import ConfigError, DooError, InputError, MissingDependency
+    from .exports import export
     from .pipeline import detect
     from .types import Camera, Chain, Cloud, Detection, Frame, Image
 
@@ -29,6 +30,7 @@ _HOME = {
     "InputError": "errors",
     "MissingDependency": "errors",
     "detect": "pipeline",
+    "export": "exports",
     "load_config": "config",
 }
 
@@ -45,6 +47,7 @@ __all__ = [
     "InputError",
     "MissingDependency",
     "detect",
+    "export",
     "load_config",
 ]
 

@@ -29,7 +29,7 @@ LAYERS = [
     {"commands"},
     {"cli"},
 ]
-BESIDE = {"inputs", "outputs", "viz"}  # of the layers, these may import no stage and nothing above
+BESIDE = {"exports", "inputs", "outputs", "viz"}  # of the layers, these may import no stage and nothing above
 ANYTHING_BUT_CLI = {"evaluation", "bench", "compare"}
 HEAVY = ["numpy", "cv2", "open3d", "numba", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 

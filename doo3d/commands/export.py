@@ -1,0 +1,65 @@
+"""`doo3d export`: results as other programs take them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import ConfigError
+from .options import Overrides
+
+if TYPE_CHECKING:
+    from ..exports import Export
+
+
+def export(
+    results: Annotated[Path | None, typer.Argument(metavar="OUT", help="The folder that doo3d detect wrote.")] = None,
+    to: Annotated[str | None, typer.Option("--to", metavar="FORMAT", help="What to write, see --list.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="The file or folder; by default beside OUT.")] = None,
+    frame: Annotated[list[str] | None, typer.Option("--frame", metavar="NAME", help="This frame alone; repeat for more.")] = None,
+    pose: Annotated[
+        str | None, typer.Option(metavar="POSE", help="Camera to world: a file with a 4x4 matrix, or x,y,z,qx,qy,qz,qw.")
+    ] = None,
+    count: Annotated[int | None, typer.Option(metavar="M", help="Of nodes: how many (--set count=M).")] = None,
+    overrides: Overrides = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
+    known: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
+) -> None:
+    """Write the chains in OUT as a simulator, a tracker or another program takes them.
+
+    \b
+    Examples:
+      doo3d export out --to npz                                    all frames in one file, out.npz
+      doo3d export out --to mjcf -o scenes --set ground=true       a MuJoCo model per frame
+      doo3d export out --to nodes --frame 000000 --count 45        what TrackDLO starts from
+      doo3d export out --to usd --pose 0,0,1.2,1,0,0,0             in the world's coordinates
+
+    Exit code 0: all is written; 2: nothing is.
+    """
+    from ..config import parse_overrides
+    from ..exports import FORMATS, default_path, export_class
+    from ..exports import export as write
+
+    if known:
+        for name in FORMATS:
+            typer.echo("\n".join(_about(name, export_class(name))))
+        return
+    if results is None or to is None:
+        raise ConfigError(
+            "export needs OUT and --to FORMAT, such as doo3d export out --to npz; the formats: " + ", ".join(FORMATS)
+        )
+    options = parse_overrides(overrides or []) | ({} if count is None else {"count": count})
+    target = out or default_path(results, to)
+    written = write(results, to, target, frames=frame or None, pose=pose, force=force, **options)
+    typer.echo(f"{len(written)} file{'s' * (len(written) != 1)} -> {written[0] if len(written) == 1 else target}")
+
+
+def _about(name: str, kind: type[Export]) -> Iterator[str]:
+    ends = ", ".join(kind.suffixes) or "a folder"
+    yield f"{name:<6} {kind.what} ({ends}; one per {kind.each}; {'3-D and 2-D' if kind.flat else '3-D'})"
+    for key, field in kind.model_fields.items():
+        default = "" if field.default is None else f" [{field.default}]"
+        yield f"         {key}{default}: {field.description}"

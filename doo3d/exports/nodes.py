@@ -1,0 +1,62 @@
+"""The first guess of a tracker: so many points along a chain."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from ..types import Detection, Floats
+from .base import Export
+
+PCD = """# .PCD v0.7 - Point Cloud Data file format
+VERSION 0.7
+FIELDS x y z
+SIZE 4 4 4
+TYPE F F F
+COUNT 1 1 1
+WIDTH {count}
+HEIGHT 1
+VIEWPOINT 0 0 0 1 0 0 0
+POINTS {count}
+DATA binary
+"""
+
+
+class Nodes(Export):
+    """(M, 3) m in order from the first end to the last, evenly spaced along the chain."""
+
+    what: ClassVar[str] = "evenly spaced points of a chain, as trackers (TrackDLO, CDCPD) start from"
+    suffixes: ClassVar[tuple[str, ...]] = (".npy", ".pcd", ".json")
+    each: ClassVar[Any] = "chain"
+
+    count: int = Field(45, ge=2, description="how many points, M")
+    file: Literal["npy", "pcd", "json"] = Field("npy", description="kind of the files in a folder; one file is as it is called")
+
+    @property
+    def suffix(self) -> str:
+        """As the option says."""
+        return f".{self.file}"
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """NPY float64; PCD float32, binary; JSON with the edges too. A frame without chains has no points."""
+        points = frames[0].chains[0].nodes(self.count) if frames[0].chains else np.zeros((0, 3))
+        {".npy": _npy, ".pcd": _pcd, ".json": _json}[path.suffix.lower()](path, points)
+
+
+def _npy(path: Path, points: Floats) -> None:
+    with path.open("xb") as file:
+        np.save(file, points)
+
+
+def _pcd(path: Path, points: Floats) -> None:
+    path.write_bytes(PCD.format(count=len(points)).encode("ascii") + points.astype("<f4").tobytes())
+
+
+def _json(path: Path, points: Floats) -> None:
+    edges = [[k, k + 1] for k in range(len(points) - 1)]
+    path.write_text(json.dumps({"nodes": points.tolist(), "edges": edges}) + "\n", encoding="utf-8")

@@ -1,0 +1,55 @@
+"""All frames in one file of arrays, exact to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..types import Detection
+from .base import Export
+
+
+class Npz(Export):
+    """Ragged data as one long array and the offsets at which its parts begin."""
+
+    what: ClassVar[str] = "NumPy arrays of the whole capture, exact"
+    suffixes: ClassVar[tuple[str, ...]] = (".npz",)
+    each: ClassVar[Any] = "capture"
+    flat: ClassVar[bool] = True
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """Compressed; the same arrays give the same bytes."""
+        with path.open("xb") as file:
+            np.savez_compressed(file, **arrays(frames))
+
+
+def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
+    """The arrays of the file, see docs/exports.md: F frames, C chains, J joints, S segments."""
+    chains = [chain for frame in frames for chain in frame.chains]
+    dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
+    counts = [len(chain.joints) for chain in chains]
+    return {
+        "schema": np.array("doo3d/chains/1"),
+        "units": np.array("m" if dim == 3 else "px"),
+        "frames": np.array([frame.frame for frame in frames], dtype=str),
+        "stamps": np.array([np.nan if frame.timestamp is None else frame.timestamp for frame in frames], dtype=float),
+        "coordinates": np.array([frame.coordinates for frame in frames], dtype=str),
+        "chain_offsets": _offsets([len(frame.chains) for frame in frames]),
+        "joint_offsets": _offsets(counts),
+        "segment_offsets": _offsets([count - 1 for count in counts]),
+        "joints": np.concatenate([chain.joints for chain in chains]) if chains else np.zeros((0, dim)),
+        "radii": np.concatenate([chain.radii for chain in chains]) if chains else np.zeros(0),
+        "occluded": np.concatenate([chain.occluded for chain in chains]) if chains else np.zeros(0, dtype=bool),
+        "ids": np.array([-1 if chain.id is None else chain.id for chain in chains], dtype=np.int64),
+        "radius": np.array([chain.radius for chain in chains], dtype=float),
+        "segment_length": np.array([chain.segment_length for chain in chains], dtype=float),
+        "closed": np.array([chain.closed for chain in chains], dtype=bool),
+        "sure": np.array([chain.sure for chain in chains], dtype=float),
+    }
+
+
+def _offsets(counts: list[int]) -> Any:
+    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64))).astype(np.int64)

@@ -1,0 +1,114 @@
+"""Chains moved from the camera's coordinates to others."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..errors import InputError
+from ..types import Array, Detection, Floats
+
+PoseLike = str | Path | Array | Sequence[float]
+TOLERANCE = 1e-3  # of a rotation as it was written, with few digits; it is made exact, so that segments keep their length
+
+
+def read_pose(pose: PoseLike) -> Floats:
+    """A pose as a matrix.
+
+    Parameters
+    ----------
+    pose : 4x4 numbers, or x y z qx qy qz qw (m, and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with
+    one of the two.
+
+    Returns
+    -------
+    (4, 4) float64, m: p_out = R p_in + t, with R a rotation to the last digit.
+
+    Raises
+    ------
+    InputError : another shape, a file that cannot be read, or no rotation.
+    """
+    name, numbers = _numbers(pose)
+    if numbers.size == 7:
+        return _of_quaternion(name, numbers.ravel())
+    if numbers.size == 16:
+        return _of_matrix(name, numbers.reshape(4, 4))
+    raise InputError(f"{name}: {numbers.size} numbers, expected 4x4 or x,y,z,qx,qy,qz,qw")
+
+
+def moved(detection: Detection, pose: Floats) -> Detection:
+    """The detection in the world's coordinates.
+
+    Parameters
+    ----------
+    pose : (4, 4), as `read_pose` gives it.
+
+    Raises
+    ------
+    InputError : the detection is 2-D.
+    """
+    if detection.mode == "2d":
+        raise InputError(f"frame {detection.frame} is 2-D, in pixels: a pose moves 3-D results")
+    rotation, shift = pose[:3, :3], pose[:3, 3]
+    return dataclasses.replace(
+        detection,
+        coordinates="world",
+        chains=tuple(dataclasses.replace(chain, joints=chain.joints @ rotation.T + shift) for chain in detection.chains),
+        crossings=tuple(dataclasses.replace(each, point=rotation @ each.point + shift) for each in detection.crossings),
+    )
+
+
+def _numbers(pose: PoseLike) -> tuple[str, Floats]:
+    if isinstance(pose, str) and not Path(pose).exists() and "," in pose:
+        return f"pose {pose}", _parsed(f"pose {pose}", pose)
+    if isinstance(pose, str | Path):
+        name = f"pose {pose}"
+        try:
+            if Path(pose).suffix == ".npy":
+                return name, _parsed(name, np.load(pose))
+            return name, _parsed(name, Path(pose).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either") from None
+        except (ValueError, EOFError) as error:
+            raise InputError(f"{name}: cannot be read ({error})") from None
+    return "pose", _parsed("pose", pose)
+
+
+def _parsed(name: str, given: str | Array | Sequence[float]) -> Floats:
+    try:
+        items = given.replace(",", " ").split() if isinstance(given, str) else given
+        numbers = np.asarray(items, dtype=float)
+    except (ValueError, TypeError):
+        raise InputError(f"{name}: holds something that is no number") from None
+    if not np.isfinite(numbers).all():
+        raise InputError(f"{name}: holds a number that is not finite")
+    return numbers
+
+
+def _of_quaternion(name: str, numbers: Floats) -> Floats:
+    length = float(np.linalg.norm(numbers[3:]))
+    if abs(length - 1) > TOLERANCE:
+        raise InputError(f"{name}: the quaternion qx,qy,qz,qw has length {length:.6g}, expected 1")
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat(numbers[3:]).as_matrix()
+    pose[:3, 3] = numbers[:3]
+    return pose
+
+
+def _of_matrix(name: str, matrix: Floats) -> Floats:
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > TOLERANCE:
+        raise InputError(f"{name}: the last row is {matrix[3].tolist()}, expected 0 0 0 1 (the translation is the last column)")
+    left, scale, right = np.linalg.svd(matrix[:3, :3])
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        raise InputError(f"{name}: its upper left 3x3 mirrors, it is no rotation")
+    if np.abs(scale - 1).max() > TOLERANCE:
+        shown = ", ".join(f"{value:.6g}" for value in scale)
+        raise InputError(f"{name}: its upper left 3x3 stretches (singular values {shown}), it is no rotation")
+    pose = np.eye(4)
+    pose[:3, :3] = left @ right  # the nearest rotation
+    pose[:3, 3] = matrix[:3, 3]
+    return pose

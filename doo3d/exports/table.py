@@ -1,0 +1,44 @@
+"""All frames in one table, a row per joint."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ..types import Detection
+from .base import Export
+
+COLUMNS = ["frame", "timestamp", "chain", "id", "closed", "segment_length", "chain_radius", "joint"]
+
+
+class Csv(Export):
+    """Numbers in full, so that they read back bit for bit."""
+
+    what: ClassVar[str] = "table of the whole capture, a row per joint"
+    suffixes: ClassVar[tuple[str, ...]] = (".csv",)
+    each: ClassVar[Any] = "capture"
+    flat: ClassVar[bool] = True
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """With a head line; an empty field is a value that there is none of."""
+        axes = "xy" if frames and all(frame.mode == "2d" for frame in frames) else "xyz"
+        with path.open("x", newline="", encoding="utf-8") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow([*COLUMNS, *axes, "radius", "occluded"])
+            for frame in frames:
+                table.writerows(_rows(frame))
+
+
+def _rows(frame: Detection) -> list[list[Any]]:
+    """Of each joint; `occluded` is that of the segment which begins there, empty at the last joint."""
+    rows: list[list[Any]] = []
+    stamp = None if frame.timestamp is None else float(frame.timestamp)
+    for number, chain in enumerate(frame.chains):
+        sizes = [float(chain.segment_length), float(chain.radius)]
+        head = [frame.frame, stamp, number, chain.id, int(chain.closed), *sizes]
+        occluded = [*map(int, chain.occluded), None]
+        for joint, (at, radius, hidden) in enumerate(zip(chain.joints.tolist(), chain.radii.tolist(), occluded, strict=True)):
+            rows.append([*head, joint, *at, radius, hidden])
+    return rows

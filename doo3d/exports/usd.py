@@ -1,0 +1,92 @@
+"""USD: curves with widths, moving with the capture's stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from ..errors import require
+from ..types import Chain, Detection
+from .base import Thick, colors, labels, times, upright
+
+
+class Usd(Thick):
+    """A UsdGeom.BasisCurves per chain, linear, below one Xform that stands the scene upright."""
+
+    what: ClassVar[str] = "OpenUSD curves, moving over the capture"
+    suffixes: ClassVar[tuple[str, ...]] = (".usda", ".usdc", ".usd")
+    each: ClassVar[Any] = "capture"
+
+    rate: float = Field(30.0, gt=0, description="time codes per second; frames per second too where the capture has no stamps")
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """One layer: plain values for a single frame, time samples for several."""
+        pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", "Sdf", "Vt")}
+        stage = pxr["Usd"].Stage.CreateNew(str(path))
+        geometry = pxr["UsdGeom"]
+        level = all(upright(frame) for frame in frames)
+        geometry.SetStageUpAxis(stage, geometry.Tokens.z if level and frames else geometry.Tokens.y)
+        geometry.SetStageMetersPerUnit(stage, 1.0)
+        root = geometry.Xform.Define(stage, "/doo3d")
+        if not level:  # a camera's y down, z away becomes y up, z towards the viewer
+            root.AddRotateXOp().Set(180.0)
+        stage.SetDefaultPrim(root.GetPrim())
+        codes = self._codes(stage, frames)
+        known = sorted({label for frame in frames for label in labels(frame)})
+        for label in known:
+            _curve(pxr, stage, label, [_found(frame, label) for frame in frames], codes, self)
+        stage.GetRootLayer().Save()
+
+    def _codes(self, stage: Any, frames: Sequence[Detection]) -> list[float | None]:
+        """The time code of each frame; None, the default time, where there is only one."""
+        stage.SetTimeCodesPerSecond(self.rate)
+        stage.SetFramesPerSecond(self.rate)
+        if len(frames) < 2:
+            return [None] * len(frames)
+        seconds = times(frames, self.rate)
+        codes = [(second - seconds[0]) * self.rate for second in seconds]
+        stage.SetStartTimeCode(codes[0])
+        stage.SetEndTimeCode(codes[-1])
+        stage.GetRootLayer().customLayerData = {"doo3d:start": float(seconds[0])}
+        return list(codes)
+
+
+def _found(frame: Detection, label: int) -> Chain | None:
+    return next((chain for number, chain in zip(labels(frame), frame.chains, strict=True) if number == label), None)
+
+
+def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | None], codes: list[float | None], kind: Usd) -> None:
+    geometry, vt, types = pxr["UsdGeom"], pxr["Vt"], pxr["Sdf"].ValueTypeNames
+    curve = geometry.BasisCurves.Define(stage, f"/doo3d/chain{label}")
+    curve.CreateTypeAttr(geometry.Tokens.linear)
+    first = next(chain for chain in chains if chain is not None)
+    ring = first.closed and all(chain is None or chain.closed for chain in chains)
+    curve.CreateWrapAttr(geometry.Tokens.periodic if ring else geometry.Tokens.nonperiodic)
+    curve.SetWidthsInterpolation(geometry.Tokens.vertex)
+    curve.CreateDisplayColorAttr([pxr["Gf"].Vec3f(*(float(part) / 255 for part in colors(label)[0]))])
+    prim = curve.GetPrim()
+    hidden = prim.CreateAttribute("doo3d:occluded", types.BoolArray, True)
+    prim.CreateAttribute("doo3d:segmentLength", types.Double, True).Set(first.segment_length)
+    attributes = curve.CreatePointsAttr(), curve.CreateCurveVertexCountsAttr(), curve.CreateWidthsAttr(), curve.CreateExtentAttr()
+    for chain, code in zip(chains, codes, strict=True):
+        when = () if code is None else (pxr["Usd"].TimeCode(code),)
+        if code is not None:
+            curve.CreateVisibilityAttr().Set(geometry.Tokens.invisible if chain is None else geometry.Tokens.inherited, *when)
+        if chain is None:
+            continue
+        points = chain.joints[:-1] if ring else chain.joints  # a periodic curve goes back to its first point by itself
+        widths = 2 * kind.radii_of(chain)[: len(points)]
+        box = np.array([points.min(axis=0) - widths.max() / 2, points.max(axis=0) + widths.max() / 2])
+        values = (
+            vt.Vec3fArray.FromNumpy(points.astype(np.float32)),
+            vt.IntArray([len(points)]),
+            vt.FloatArray.FromNumpy(widths.astype(np.float32)),
+            vt.Vec3fArray.FromNumpy(box.astype(np.float32)),
+        )
+        for attribute, value in zip(attributes, values, strict=True):
+            attribute.Set(value, *when)
+        hidden.Set(vt.BoolArray(chain.occluded.tolist()), *when)
