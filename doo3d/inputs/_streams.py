@@ -50,9 +50,9 @@ class Streams:
         self.cloud = self._given("cloud_topic", ("sensor_msgs/msg/PointCloud2",))
         if self.cloud is not None:
             return
-        images = self._images()
-        self.depth = self._choose("depth_topic", images, _is_depth, self._depth_rank)
-        self.color = self._choose("color_topic", images, _is_color, self._color_rank)
+        self._images = self._whole_images()
+        self.depth = self._choose("depth_topic", _is_depth, self._depth_rank)
+        self.color = self._choose("color_topic", _is_color, self._color_rank)
         if self.depth is None and reading.depth_topic is None:
             clouds = [found for found in index.values() if found.topic.kind.endswith("/PointCloud2") and len(found)]
             if clouds and reading.color_topic is None:
@@ -62,7 +62,7 @@ class Streams:
         if self.color is not None:
             self.color = self._with_lens(self.color, None)
 
-    def _images(self) -> dict[str, Stream]:
+    def _whole_images(self) -> dict[str, Stream]:
         """All topics with images, each by the first of them that is whole."""
         result = {}
         for name, found in self._index.items():
@@ -92,20 +92,17 @@ class Streams:
             raise InputError(f"{self._bag.path}: has no topic {wanted} for {key}; {what}")
         return found
 
-    def _choose(
-        self, key: str, images: dict[str, Stream], fits: Callable[[Stream], bool], rank: Callable[[Found], tuple[Any, ...]]
-    ) -> Stream | None:
+    def _choose(self, key: str, fits: Callable[[Stream], bool], rank: Callable[[Found], tuple[Any, ...]]) -> Stream | None:
         if getattr(self._reading, key) == NONE:
             return None
         given = self._given(key, _IMAGES)
         if given is not None:
-            stream = images.get(given.topic.name)
+            stream = self._images.get(given.topic.name)
             if stream is None:
                 raise InputError(f"{self._bag.path}: {given.topic.name} holds no image that is whole")
             return stream
-        candidates = [stream.found for stream in images.values() if fits(stream)]
-        self._encodings = {name: stream.encoding for name, stream in images.items()}
-        return images[self._single(candidates, rank, key).topic.name] if candidates else None
+        candidates = [stream.found for stream in self._images.values() if fits(stream)]
+        return self._images[self._single(candidates, rank, key).topic.name] if candidates else None
 
     def _single(self, candidates: list[Found], rank: Callable[[Found], tuple[Any, ...]], key: str) -> Found:
         """The best one; raises InputError where two are equally good."""
@@ -117,7 +114,7 @@ class Streams:
 
     def _depth_rank(self, found: Found) -> tuple[Any, ...]:
         name = found.topic.name.lower()
-        order = ("aligned_depth_to_color", "depth_registered", "rect", "depth")
+        order = ("depth_to_", "depth_registered", "rect", "depth")  # aligned_depth_to_color, depth_to_rgb
         return (next((i for i, word in enumerate(order) if word in name), len(order)), _is_packed(found))
 
     def _color_rank(self, found: Found) -> tuple[Any, ...]:
@@ -127,7 +124,7 @@ class Streams:
         base = PurePosixPath(_TRANSPORT.sub("", name)).name
         return (
             _NO_DEPTH.search(name) is not None,
-            is_grey(self._encodings[name]),
+            is_grey(self._images[name].encoding),
             words,
             -beside,
             "rect" not in base,
@@ -173,7 +170,11 @@ class Streams:
         if size != stream.size:
             raise InputError(
                 f"{where} is for {size[0]}x{size[1]} but the images of {stream.name} are {stream.size[0]}x{stream.size[1]}: "
-                "name the right one with --read info_topic=..., or give --read 'camera=[fx, fy, cx, cy]'"
+                + (
+                    "name the right one with --read info_topic=..., or give --read 'camera=[fx, fy, cx, cy]'"
+                    if _is_depth(stream)
+                    else "read the depth alone, with --read color_topic=none"
+                )
             )
         upper = hasattr(said, "K")
         inner, outer, given = (said.K, said.P, said.D) if upper else (said.k, said.p, said.d)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import shutil
+import sqlite3
 from pathlib import Path
 
 import cv2
@@ -104,6 +106,21 @@ def test_a_folder_whose_recorder_was_killed_has_no_metadata(tmp_path):
     path = script("sqlite3").write(tmp_path / "bag")
     (path / "metadata.yaml").unlink()
     assert len(frames(path)) == 3
+
+
+def test_rows_that_a_killed_recorder_left_in_the_journal(tmp_path):
+    (file,) = script("sqlite3").write(tmp_path / "bag").glob("*.db3")
+    database = sqlite3.connect(file)
+    database.execute("PRAGMA journal_mode = WAL")
+    database.execute("UPDATE messages SET id = id + 100 WHERE timestamp > 1010000000")
+    database.commit()
+    database.execute("DELETE FROM messages WHERE id > 102")
+    database.commit()
+    (tmp_path / "killed").mkdir()
+    for part in (file, file.with_name(f"{file.name}-wal")):
+        shutil.copy(part, tmp_path / "killed")
+    database.close()
+    assert len(frames(tmp_path / "killed")) == 1
 
 
 def test_a_bag_in_several_files(tmp_path):

@@ -126,6 +126,14 @@ def test_camera_info_of_another_size_and_one_that_cannot_be(tmp_path):
     refused(made.write(tmp_path / "c.bag"), "model 'thin prism'.*plumb_bob")
 
 
+def test_the_camera_info_of_the_colour_is_of_another_size(tmp_path):
+    made = script()
+    made.info("/camera/color/camera_info", (640, 480), NUMBERS)
+    refused(
+        made.write(tmp_path / "a.bag"), r"color/camera_info is for 640x480 but the images of .*color.*16x12.*color_topic=none"
+    )
+
+
 def test_camera_info_under_another_name(tmp_path):
     made = script(info=False)
     made.info("/calibration", SIZE, NUMBERS, frame="elsewhere")
