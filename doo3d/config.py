@@ -332,7 +332,9 @@ class FusionConfig(Section):
         None, gt=0, description="m, edge of the voxels in which points are averaged; null: how far apart a frame's points are."
     )
     min_views: int = Field(
-        2, ge=1, description="frames that must have seen something near a voxel; half of the frames where there are few."
+        2,
+        ge=1,
+        description="frames that must have seen something near a voxel if others saw through it; half of all where they are few.",
     )
     cell: float = Field(4.0, ge=1, description="voxels; what is as near as this is near.")
     max_sights: int = Field(24, ge=2, description="frames, evenly over all, whose masks tell where the axis is.")

@@ -131,11 +131,23 @@ class ManyEvidence(Evidence):
 
         FREE where more of them saw through a place than saw the object there; else the most telling of what else is said.
         """
-        said = np.array([one.classify((points - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each])
-        free = (said == Seen.FREE).sum(axis=0)
+        said = self._said(points)
         result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
         for seen in (Seen.NO_DEPTH, Seen.HIDDEN, Seen.MASKED, Seen.SURFACE):
             result[(said == seen).any(axis=0)] = int(seen)
-        object_there = ((said == Seen.SURFACE) | (said == Seen.MASKED)).sum(axis=0)
-        result[free > object_there] = int(Seen.FREE)
+        free, taken = _votes(said)
+        result[free > taken] = int(Seen.FREE)
         return result
+
+    def denied(self, points: Floats) -> Bools:
+        """Which of the points (N, 3) m as many of them saw through as saw the object there, at least: (N,) bool."""
+        free, taken = _votes(self._said(points))
+        return np.asarray((free > 0) & (free >= taken))
+
+    def _said(self, points: Floats) -> Ints:
+        return np.array([one.classify((points - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each])
+
+
+def _votes(said: Ints) -> tuple[Ints, Ints]:
+    """How many of what each says (E, N) are FREE, and how many the object: (N,) and (N,)."""
+    return (said == Seen.FREE).sum(axis=0), ((said == Seen.SURFACE) | (said == Seen.MASKED)).sum(axis=0)

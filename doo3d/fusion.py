@@ -12,6 +12,7 @@ import numpy as np
 from .cells import distinct
 from .config import Config
 from .errors import DooError, InputError
+from .evidence import ManyEvidence
 from .inputs import Capture, Entry, Shot
 from .runs.frame import chosen_mask
 from .stages.segment import segment
@@ -78,8 +79,8 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     """The object in all frames as one cloud in the world frame of the poses, each voxel the mean of what was seen in it.
 
     Every frame is told from the rest as the config says, or by the capture's masks. What fewer than `fusion.min_views` frames
-    see goes. Frames are read one at a time, and what is kept does not grow with their number; those that cannot be used are
-    named in the notes.
+    see, and others see through, goes. Frames are read one at a time, and what is kept does not grow with their number; those
+    that cannot be used are named in the notes.
 
     Raises
     ------
@@ -124,7 +125,8 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     if lost:
         notes.append(f"{lost} frames without a pose are left out")
     check_moved(np.array(poses))
-    seen, shown = _kept(fine, coarse, min(config.fusion.min_views, (len(poses) + 1) // 2))
+    least = min(config.fusion.min_views, (len(poses) + 1) // 2)
+    seen, shown = _kept(fine, coarse, least, sights.kept, config.evidence.margin)
     places: Floats = np.array(poses)[:, :3, 3]
     central = places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]
     viewpoint = central if sights.kept else None
@@ -164,11 +166,17 @@ def _colors(found: Foreground) -> Floats:
     return found.color[found.pixels[:, 1], found.pixels[:, 0]].astype(float)
 
 
-def _kept(fine: _Voxels, coarse: _Voxels, least: int) -> tuple[Floats, Array | None]:
-    """The means of the voxels near which at least so many frames saw something: points (N, 3) m and colours (N, 3) uint8."""
+def _kept(fine: _Voxels, coarse: _Voxels, least: int, sights: list[Sight], margin: float) -> tuple[Floats, Array | None]:
+    """The means of the voxels, points (N, 3) m and colours (N, 3) uint8, without what other frames contradict.
+
+    A voxel near which fewer than `least` frames saw something goes where as many of the sights saw through it, or where there
+    are no sights to ask.
+    """
     mean = fine.sums[:, 1:] / fine.sums[:, :1]
     points, colors = mean[:, :3], mean[:, 3:]
     kept = coarse.frames[np.searchsorted(coarse.keys, coarse.of(points))] >= least
+    if sights and not kept.all():
+        kept[~kept] = ~ManyEvidence.together(sights, margin, True).denied(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
         raise InputError(f"nothing is seen by {least} frames: are the poses right, and is the thing at rest?")
