@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .commands import evaluate, explain, export, report, tune, video
+from .commands import evaluate, explain, export, report, tune, video, view
 from .commands.info import info
 from .commands.options import (
     EndOption,
@@ -23,6 +23,7 @@ from .commands.options import (
     config_of,
 )
 from .commands.progress import reporting, say_compiling
+from .commands.stages import StagesOption, keep_stages, staged
 from .errors import DooError
 
 SOME_FAILED, NOTHING_DONE = 1, 2  # exit codes
@@ -51,6 +52,7 @@ app = typer.Typer(
 app.add_typer(evaluate.app, name="evaluate")
 app.command("tune")(tune.tune)
 app.command("explain")(explain.explain)
+app.command("view")(view.view)
 app.command("info")(info)
 app.command("export")(export.export)
 app.command("report")(report.report)
@@ -110,6 +112,7 @@ def detect(
     static: Annotated[
         bool, typer.Option("--static", help="A thing at rest and a camera of known poses: all frames are fused to one cloud.")
     ] = False,
+    stages: StagesOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do all frames again, even those that are finished in OUT.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
@@ -122,6 +125,7 @@ def detect(
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
+      doo3d detect sample_clouds/crossing -o out --stages 0
       doo3d detect capture -o out --static --read trajectory=poses.txt
 
     A run that was ended, however that was, goes on where it was when the same command is given again.
@@ -142,6 +146,7 @@ def detect(
         from .fusion import StaticCapture
 
         opened = StaticCapture(opened, effective)
+    looked_into = staged(opened, stages)
     from . import batch
     from .outputs.lines import closing_line
 
@@ -166,6 +171,7 @@ def detect(
         raise typer.Exit(NOTHING_DONE)
     if not quiet:
         typer.echo(closing_line(counts["frames"], summary.failed, counts["chains"], str(out)))
+    keep_stages(out, looked_into, effective)
     if summary.failed:
         raise typer.Exit(SOME_FAILED)
 

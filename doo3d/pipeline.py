@@ -134,13 +134,13 @@ def walked(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Frame | Cloud | Image, Stages]:
     """The data as the mode of the config wants it, and what every stage made of it; arguments and errors as of `detect`."""
-    data = _in_mode(data, config)
+    data = in_mode(data, config)
     if isinstance(data, Cloud) and mask is not None:
         mask = _finite_rows(data, mask)
     return data, run_stages(data, config, mask)
 
 
-def _in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
+def in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
     """The data as the mode of the config wants it."""
     if isinstance(data, np.ndarray):
         data = Image(data)

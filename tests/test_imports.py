@@ -24,8 +24,9 @@ LAYERS = [
     },
     {"stages"},
     {"pipeline"},
-    {"explain", "tuning"},
+    {"explain", "products", "tuning"},
     {"batch", "fusion", "runs"},
+    {"viewer"},
     {"commands"},
     {"cli"},
 ]

@@ -17,7 +17,7 @@ FrameOption = Annotated[
 ]
 
 
-def frame_of(capture: Capture, wanted: str | None) -> Entry:
+def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> Entry:
     """The frame that is called so, or has that number; the first without.
 
     Raises
@@ -31,8 +31,10 @@ def frame_of(capture: Capture, wanted: str | None) -> Entry:
     try:
         return frames[int(wanted or 0)]
     except (ValueError, IndexError):
-        shown = f"{frames[0].name} to {frames[-1].name}" if len(frames) else "none"
-        raise InputError(f"--frame {wanted}: {capture.path} has {len(frames)} frames, {shown}") from None
+        shown = f"{frames[0].name} to {frames[-1].name}" if len(frames) > 1 else "".join(entry.name for entry in frames)
+        raise InputError(
+            f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {shown}"
+        ) from None
 
 
 def new_file(path: Path, force: bool) -> Path:

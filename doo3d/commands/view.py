@@ -1,0 +1,49 @@
+"""`doo3d view`: a run in the Rerun viewer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .looking import Results, free, watching
+from .progress import say_compiling
+
+
+def view(
+    results: Results,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="FILE", help="Write a recording (.rrd) instead of opening the viewer.")
+    ] = None,
+    frame: Annotated[
+        list[str] | None, typer.Option("--frame", metavar="N", help="Only this frame, by name or number; repeat for more.")
+    ] = None,
+    stages: Annotated[
+        bool, typer.Option("--stages/--no-stages", help="Go through the stages again, and show what each made.")
+    ] = True,
+    force: Annotated[bool, typer.Option("--force", help="Write over FILE.")] = False,
+) -> None:
+    """Show a run in the Rerun viewer: images, clouds, chains, what each stage made, and what the merges cost, on a time line.
+
+    \b
+    Examples:
+      doo3d detect sample_clouds/crossing -o out && doo3d view out
+      doo3d view out --save out.rrd                    without a screen; open it elsewhere with: rerun out.rrd
+    """
+    from ..outputs.recorded import open_results
+
+    opened = open_results(results)
+    if save is not None:
+        free(save, force)
+    from ..viewer import Viewing, frames_of
+
+    names = frames_of(opened, frame)
+    viewing = Viewing(opened, save)
+    if stages:
+        say_compiling()
+    for name in watching(names):
+        viewing.show(name, stages)
+    if viewing.said:
+        typer.echo(f"note: {viewing.said}", err=True)
+    typer.echo(f"{len(names)} frame{'s' * (len(names) != 1)} -> {save or 'the viewer'}")

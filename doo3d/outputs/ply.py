@@ -1,0 +1,23 @@
+"""Points and lines between them as PLY."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..types import Array, Floats, Ints
+
+
+def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
+    """A binary little-endian PLY: points (N, 2 or 3), in 2-D with z = 0, colours (N, 3) uint8 RGB, edges (E, 2)."""
+    vertices = np.zeros(
+        len(points), dtype=[*((name, "<f8") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue"))]
+    )
+    for axis in range(points.shape[1]):
+        vertices["xyz"[axis]] = points[:, axis]
+    for i, name in enumerate(("red", "green", "blue")):
+        vertices[name] = colors[:, i]
+    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
+    head += [f"property double {name}" for name in "xyz"] + [f"property uchar {name}" for name in ("red", "green", "blue")]
+    if len(edges):
+        head += [f"element edge {len(edges)}", "property int vertex1", "property int vertex2"]
+    return ("\n".join([*head, "end_header"]) + "\n").encode("ascii") + vertices.tobytes() + edges.astype("<i4").tobytes()
