@@ -11,7 +11,6 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Floats
-from ._frames import check_pose
 from .base import Capture, Entry, Shot
 
 _UNIT = 1e-2  # by which a quaternion's length may differ from 1: those in files are rounded
@@ -126,10 +125,7 @@ def read_trajectory(path: Path) -> Trajectory:
     rows = read_lines(path, 8, "time tx ty tz qx qy qz qw")
     times = rising(path, rows)
     values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
-    poses = [
-        check_pose(pose_from(row[3:], row[:3], f"{path}: line {number}"), f"{path}: line {number}")
-        for (number, _), row in zip(rows, values, strict=True)
-    ]
+    poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
     return Trajectory(times, np.array(poses))
 
 
