@@ -13,6 +13,7 @@ from ..types import Array, Camera
 
 PLUMB_BOB = ("plumb_bob", "rational_polynomial", "Brown Conrady", "")  # OpenCV's own order: k1 k2 p1 p2 k3 k4 k5 k6
 FISHEYE = ("equidistant", "fisheye", "Kannala Brandt4")
+_COUNTS = (4, 5, 8, 12, 14)  # of coefficients, that OpenCV knows
 BACKWARDS = ("Inverse Brown Conrady",)  # RealSense: plumb_bob, but from the distorted to the straight position
 
 
@@ -33,10 +34,13 @@ class Lens:
         return not any(self.coefficients)
 
     def check(self) -> None:
-        """Raise InputError where the lens is of a model that is not known."""
+        """Raise InputError where the lens is of a model that is not known, or has other numbers than the model."""
         if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE, *BACKWARDS):
             known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE, *BACKWARDS) if name)
             raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}")
+        fits = len(self.coefficients) in ((4,) if self.model in FISHEYE and "Brandt" not in self.model else _COUNTS)
+        if not self.straight and not (fits and np.isfinite(self.coefficients).all()):
+            raise InputError(f"the lens of model {self.model!r} has the coefficients {self.coefficients}, which cannot be")
 
     def straightened(self, image: Array, nearest: bool) -> Array:
         """(H, W[, 3]) as the pinhole camera would have it; `nearest` for depth, which must not be mixed."""

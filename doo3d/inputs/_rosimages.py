@@ -128,7 +128,10 @@ def color_of(message: Any) -> Array:
     channels, how_known = known
     image = _rows(message, channels, np.uint8)
     image = image if channels > 1 else image[:, :, 0]
-    return image if how_known is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), how_known))
+    try:
+        return image if how_known is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), how_known))
+    except cv2.error as error:
+        raise InputError(f"an image of {message.width}x{message.height} cannot be of encoding {encoding} ({error.err})") from None
 
 
 def _rows(message: Any, channels: int, dtype: Any) -> Array:
@@ -177,6 +180,10 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
     height, width, step, row = message.height, message.width, message.point_step, message.row_step
     data = np.asarray(message.data, dtype=np.uint8)
     row = row or step * width
+    if not width or not height:
+        return np.zeros((0, 3)), None
+    if any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values()):
+        raise InputError(f"a cloud has points of {step} bytes, which its fields do not fit into")
     if row < step * width or data.size < row * (height - 1) + step * width:
         raise InputError(f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is not whole")
     names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
@@ -185,7 +192,7 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
         {"names": names, "formats": [fields[n][0] for n in names], "offsets": [fields[n][1] for n in names], "itemsize": step}
     )
     rows = [np.frombuffer(data[k * row : k * row + step * width].tobytes(), layout) for k in range(height)]
-    cells = np.concatenate(rows) if rows else np.zeros(0, layout)
+    cells = np.concatenate(rows)
     points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
     kept = np.isfinite(points).all(axis=1)
     colors = _colors(cells, order)

@@ -25,7 +25,9 @@ class Transforms:
         self._values: dict[str, array[float]] = {}
 
     def add(self, parent: str, child: str, time: int, values: tuple[float, ...], static: bool) -> None:
-        """One transform, from coordinates in `child` to coordinates in `parent`. time : ns."""
+        """One transform, from coordinates in `child` to coordinates in `parent`, passed over if not finite. time : ns."""
+        if not np.isfinite(values).all():
+            return
         parent, child = parent.lstrip("/"), child.lstrip("/")
         if static:
             self._static[child] = matrix(values)

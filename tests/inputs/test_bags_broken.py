@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 from bag_writer import KINDS, SECOND, Script, packed_depth
-from test_bags import COLOR, DEPTH, FRAME, NUMBERS, SIZE, named, script, slope, tint
+from test_bags import COLOR, DEPTH, FRAME, HEIGHT, NUMBERS, SIZE, WIDTH, named, points, script, slope, tint
 
 from doo3d.errors import InputError
 from doo3d.inputs import Reading, open_capture
@@ -132,6 +132,41 @@ def test_the_camera_info_of_the_colour_is_of_another_size(tmp_path):
     refused(
         made.write(tmp_path / "a.bag"), r"color/camera_info is for 640x480 but the images of .*color.*16x12.*color_topic=none"
     )
+
+
+@pytest.mark.parametrize("d", [(0.1, 0.2), (0.1, float("nan"), 0, 0, 0)])
+def test_coefficients_that_cannot_be(tmp_path, d):
+    made = script(info=False)
+    made.info("/camera/depth/camera_info", SIZE, NUMBERS, d=d)
+    refused(made.write(tmp_path / "a.bag"), "camera_info: the lens of model 'plumb_bob' has the coefficients .* cannot be")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"point_step": 8}, "points of 8 bytes, which its fields do not fit into"),
+        ({"width": 400}, "400x1 points of 20 bytes has 240 bytes: it is not whole"),
+        ({"width": 0, "row_step": 0, "height": 2**32 - 1}, "no points with finite coordinates"),
+        ({"fields": []}, "has the fields none, expected x, y and z"),
+    ],
+)
+def test_clouds_that_make_no_sense(tmp_path, change, words):
+    made = Script("mcap")
+    made.cloud("/points", SECOND, points())
+    for name, value in change.items():
+        setattr(made.lines[0][3], name, value)
+    (entry,) = open_capture(made.write(tmp_path / "bag")).frames
+    with pytest.raises(InputError, match=words):
+        entry.load()
+
+
+def test_yuv_of_an_odd_width(tmp_path):
+    made = script(frames=1, color=False)
+    made.image(COLOR, SECOND, np.zeros((HEIGHT, WIDTH - 1, 2), np.uint8), "yuv422")
+    made.info("/camera/color/camera_info", (WIDTH - 1, HEIGHT), NUMBERS)
+    (entry,) = open_capture(made.write(tmp_path / "a.bag")).frames
+    with pytest.raises(InputError, match="15x12 cannot be of encoding yuv422"):
+        entry.load()
 
 
 def test_camera_info_under_another_name(tmp_path):
