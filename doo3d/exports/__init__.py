@@ -1,6 +1,7 @@
 """Results out: chains as other programs take them, one file per format.
 
-To add a format, write a file with one class like `npz.Npz` and give it a line in `FORMATS`.
+To add a format, write a file with one class like `npz.Npz` and give it a line in `FORMATS`; a program of your own puts its
+class there itself.
 """
 
 from __future__ import annotations

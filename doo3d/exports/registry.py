@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from ..errors import ConfigError
 from .base import Export
 
-FORMATS = {
+FORMATS: dict[str, str | type[Export]] = {
     "mjcf": "mjcf:Mjcf",
     "urdf": "urdf:Urdf",
     "usd": "usd:Usd",
@@ -34,7 +34,10 @@ def export_class(name: str) -> type[Export]:
     """
     if name not in FORMATS:
         raise ConfigError(f"no format {name!r} to export to: the formats are {', '.join(FORMATS)}")
-    module, _, member = FORMATS[name].partition(":")
+    entry = FORMATS[name]
+    if not isinstance(entry, str):
+        return entry
+    module, _, member = entry.partition(":")
     found: type[Export] = getattr(importlib.import_module(f".{module}", __package__), member)
     return found
 
