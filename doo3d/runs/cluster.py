@@ -6,7 +6,7 @@ import logging
 import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +16,7 @@ from .base import Job, LostError
 
 _AHEAD = 4  # frames under way per worker: one that takes long does not keep the others waiting, and memory stays small
 _PATIENCE = 60.0  # s without any worker until the run ends; one that died is back within some seconds
+_POLL = 1.0  # s between looks at who is there, while something is waited for
 _LOST = "its worker died of it, twice (out of memory, or a crash in a library)"
 # A local worker's death is blamed on all that it was given; which frame it was, each then shows alone.
 _LOCAL = {
@@ -61,9 +62,9 @@ def remote(scheduler: str) -> Iterator[Cluster]:
         yield Cluster(client, sum(client.nthreads().values()))
 
 
-@dataclass
+@dataclass(eq=False)
 class _Task:
-    """Work on the cluster. place : the address of the worker that did it, once it is done."""
+    """Work on the cluster. place : the address of the worker that it is to be near, then of the one that did it."""
 
     cluster: Cluster
     function: Callable[..., Any]
@@ -79,7 +80,7 @@ class _Task:
         return value
 
 
-@dataclass
+@dataclass(eq=False)
 class Cluster:
     """A client of dask.distributed as a crew."""
 
@@ -93,7 +94,7 @@ class Cluster:
     def submit(self, function: Callable[..., Any], *args: Any, near: Job | None = None) -> Job:
         """Hand out work; what is near a job goes first, so that what waits for it is soon let go."""
         place = near.place if isinstance(near, _Task) else None
-        task = _Task(self, function, args, self._start(function, args, place))
+        task = _Task(self, function, args, self._start(function, args, place), place)
         self._tasks.append(task)
         return task
 
@@ -104,45 +105,43 @@ class Cluster:
     def outcome(self, task: _Task) -> tuple[str, Any]:
         """Where it was done, and what came of it. Work whose worker died is done once more with nothing beside it."""
         killed = require("dask.distributed", "cluster").KilledWorker
+        self._tasks.remove(task)
         try:
-            return self._wait(task.future)
+            return self._wait(task)
         except killed:
-            others = [other.future for other in self._tasks if other is not task]
-        finally:
-            self._tasks.remove(task)
-        for other in others:
-            self._settled(other)
-        task.future = self._start(task.function, task.args)
+            for other in self._tasks:
+                with suppress(killed):
+                    self._wait(other)
+        self._restart(task)
         try:
-            return self._wait(task.future)
+            return self._wait(task)
         except killed:
             raise LostError(_LOST) from None
 
-    def _settled(self, future: Any) -> None:
-        """Wait until it is done or has failed."""
-        self._patiently(lambda seconds: future.exception(timeout=seconds))
+    def _restart(self, task: _Task) -> None:
+        task.future, task.place = self._start(task.function, task.args), None
 
-    def _wait(self, future: Any) -> tuple[str, Any]:
-        place, value = self._patiently(lambda seconds: future.result(timeout=seconds))
-        return place, value
-
-    def _patiently(self, ask: Callable[[float], Any]) -> Any:
-        """Ask until there is an answer, as long as there are workers that could give one.
+    def _wait(self, task: _Task) -> tuple[str, Any]:
+        """Wait as long as there are workers that could do it.
 
         Raises
         ------
-        InputError : there are none, or the scheduler has gone.
+        KilledWorker : who did it died. InputError : there are no workers, or the scheduler has gone.
         """
         distributed = require("dask.distributed", "cluster")
         seen = time.monotonic()
         while True:
             try:
-                return ask(_PATIENCE / 10)
+                place, value = task.future.result(timeout=_POLL)
+                return place, value
             except distributed.TimeoutError:
-                if self.client.scheduler_info()["workers"]:
+                workers = self.client.nthreads()
+                if workers:
                     seen = time.monotonic()
                 elif time.monotonic() - seen > _PATIENCE:
                     raise InputError(f"no worker is left; finished frames are kept, {_AGAIN}") from None
+                if task.place and task.place not in workers:
+                    self._restart(task)  # dask lets work wait for the worker it was to be near, though that has gone
             except (OSError, distributed.CancelledError):
                 raise InputError(f"the scheduler has gone; finished frames are kept, {_AGAIN}") from None
 
