@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,6 +13,7 @@ from ..errors import InputError, require
 from ..types import Array, Floats
 from ._cloud_files import Points
 
+_LAS_HEAD, _LAS_RECORD, _LAS_EXTENDED = 375, 54, 60  # bytes, of LAS 1.4's header and of the heads of records behind it
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
@@ -25,6 +27,8 @@ def read_las(path: Path) -> Points:
     """
     laspy = require("laspy", "las")
     require("lazrs", "las")
+    if fault := _las_fault(path):
+        raise InputError(f"{path}: is cut off or damaged: {fault}")
     try:
         with laspy.open(path) as file:
             announced, las = file.header.point_count, file.read()
@@ -42,6 +46,21 @@ def read_las(path: Path) -> Points:
         return Points(points)
     # v >> 8 takes back both ways of widening, v * 257 and v << 8
     return Points(points, (colors if colors.max() <= 255 else colors >> 8).astype(np.uint8))
+
+
+def _las_fault(path: Path) -> str | None:
+    """What its head announces that the file has no room for: laspy would go on reading beyond the end for hours."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(_LAS_HEAD)
+    header, points, records = struct.unpack_from("<HII", head.ljust(_LAS_HEAD, b"\0"), 94)
+    if records * _LAS_RECORD > max(min(points, size) - header, 0):
+        return f"{records} variable length records are announced, for which there is no room"
+    if head[25:26] >= b"\x04" and len(head) == _LAS_HEAD:
+        start, extended = struct.unpack_from("<QI", head, 235)
+        if extended * _LAS_EXTENDED > max(size - start, 0):
+            return f"{extended} extended variable length records are announced, for which there is no room"
+    return None
 
 
 def count_e57(path: Path) -> int:

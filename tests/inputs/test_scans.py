@@ -263,6 +263,17 @@ def test_las_cut_off_between_two_points(tmp_path, points):
         clouds(path)
 
 
+@pytest.mark.parametrize(("version", "kind", "at"), [("1.2", 2, 100), ("1.4", 7, 100), ("1.4", 7, 243)])
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+def test_a_las_that_announces_billions_of_records(tmp_path, points, suffix, version, kind, at):
+    path = write_las(tmp_path / f"a.{suffix}", points, kind=kind, version=version)
+    data = bytearray(path.read_bytes())
+    data[at : at + 4] = b"\xff" * 4
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"is cut off or damaged: 4294967295 (extended )?variable length records are announced"):
+        clouds(path)
+
+
 @pytest.mark.parametrize("at", [100, 1500, -300])
 def test_a_damaged_e57(tmp_path, points, colors, at):
     path = write_e57(tmp_path / "a.e57", (points, colors, TURN, UTM))
