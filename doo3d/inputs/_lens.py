@@ -11,10 +11,12 @@ import numpy as np
 from ..errors import InputError
 from ..types import Array, Camera
 
-PLUMB_BOB = ("plumb_bob", "rational_polynomial", "Brown Conrady", "")  # OpenCV's own order: k1 k2 p1 p2 k3 k4 k5 k6
+# k1 k2 p1 p2 k3 k4 k5 k6, in OpenCV's order. RealSense's SDK projects by this polynomial whatever it calls the model (rsutil.h,
+# rs2_project_point_to_pixel); in the modified one p1 and p2 differ in the second order only
+_REALSENSE = ("Brown Conrady", "Inverse Brown Conrady", "Modified Brown Conrady")
+PLUMB_BOB = ("plumb_bob", "rational_polynomial", *_REALSENSE, "")
 FISHEYE = ("equidistant", "fisheye", "Kannala Brandt4")
 _COUNTS = (4, 5, 8, 12, 14)  # of coefficients, that OpenCV knows
-BACKWARDS = ("Inverse Brown Conrady",)  # RealSense: plumb_bob, but from the distorted to the straight position
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ class Lens:
 
     def check(self) -> None:
         """Raise InputError where the lens is of a model that is not known, or has other numbers than the model."""
-        if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE, *BACKWARDS):
-            known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE, *BACKWARDS) if name)
+        if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE):
+            known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
             raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}")
         fits = len(self.coefficients) in ((4,) if self.model in FISHEYE and "Brandt" not in self.model else _COUNTS)
         if not self.straight and not (fits and np.isfinite(self.coefficients).all()):
@@ -60,8 +62,4 @@ def _maps(lens: Lens) -> tuple[Array, Array]:
     inner = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     if lens.model in FISHEYE:
         return cv2.fisheye.initUndistortRectifyMap(inner, given[:4], np.eye(3), inner, size, cv2.CV_32FC1)
-    if lens.model in BACKWARDS:
-        grid = np.stack(np.meshgrid(np.arange(size[0]), np.arange(size[1])), axis=-1).reshape(-1, 1, 2).astype(float)
-        found = cv2.undistortPoints(grid, inner, given, P=inner).reshape(size[1], size[0], 2).astype(np.float32)
-        return np.ascontiguousarray(found[..., 0]), np.ascontiguousarray(found[..., 1])
     return cv2.initUndistortRectifyMap(inner, given, None, inner, size, cv2.CV_32FC1)

@@ -112,10 +112,7 @@ def bent(numbers, size, d, model) -> tuple[np.ndarray, np.ndarray]:
     fx, fy, cx, cy = numbers
     inner = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
     grid = np.stack(np.meshgrid(np.arange(size[0]), np.arange(size[1])), axis=-1).reshape(-1, 1, 2).astype(float)
-    if model == "Inverse Brown Conrady":  # from the bent to the straight position by the polynomial itself
-        rays = np.concatenate([(grid - (cx, cy)) / (fx, fy), np.ones((len(grid), 1, 1))], axis=2)
-        found = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), inner, np.array(d))[0]
-    elif model == "equidistant":
+    if model == "equidistant":
         found = cv2.fisheye.undistortPoints(grid, inner, np.array(d), P=inner)
     else:
         found = cv2.undistortPoints(grid, inner, np.array(d), P=inner)
