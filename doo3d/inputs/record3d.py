@@ -45,7 +45,7 @@ class Record3DCapture:
     format = "record3d"
 
     def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
-        require("liblzfse", "record3d")
+        require("lzfse", "record3d")
         self.path = path
         recorded = _open(path)
         about = json_object(_member(path, recorded, METADATA, _MOST_METADATA), f"{path}: {METADATA}")
@@ -137,7 +137,7 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     # a block that lies about itself still unpacks to 24 MB at most, so not more of them than this image needs
     if announced > length or blocks > length // _BLOCK + 2:
         raise InputError(f"{where}: unpacks to more than an image of {size[0]}x{size[1]}")
-    lzfse = require("liblzfse", "record3d")
+    lzfse = require("lzfse", "record3d")
     try:
         raw = lzfse.decompress(data)
     except lzfse.error:
