@@ -112,17 +112,18 @@ def shown(views: list[View]) -> float:
 def table(sensor: str = "d435") -> Iterator[str]:
     """A line per number of views, over SCENES: what is in view, what is right, how exact."""
     config = load_config("default")
-    yield "| views | in view | correct | covered, least | RMS, mm | radius, found/true |"
-    yield "|---|---|---|---|---|---|"
+    yield "| views | in view | correct | covered, least | RMS seen, mm | RMS hidden, mm | radius, found/true |"
+    yield "|---|---|---|---|---|---|---|"
     scenes = [with_block(make_scene(family, seed, SIZE)) for family, seed in SCENES]
     for count in VIEWS:
         views = [views_round(scene, count, sensor=sensor) for scene in scenes]
         scores = [fused_score(scene, own, config) for scene, own in zip(scenes, views, strict=True)]
-        rms = [np.nanmax((found.rms_seen, found.rms_hidden)) for found in scores]
+        hidden = [found.rms_hidden for found in scores if np.isfinite(found.rms_hidden)]
         right = sum(found.correct for found in scores)
         yield (
             f"| {count} | {np.mean([shown(own) for own in views]):.1%} | {right} of {len(scores)} "
-            f"| {min(found.coverage for found in scores):.0%} | {np.mean(rms):.2f} "
+            f"| {min(found.coverage for found in scores):.0%} | {np.mean([found.rms_seen for found in scores]):.2f} "
+            f"| {f'{np.mean(hidden):.2f}' if hidden else '-'} "
             f"| {np.mean([found.radius_ratio for found in scores]):.3f} |"
         )
 
