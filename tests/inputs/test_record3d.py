@@ -16,7 +16,7 @@ from sample_scene import POSE, POSITION, QUATERNION, check, found, refused, scen
 from doo3d.errors import MissingDependency
 from doo3d.inputs import Reading, open_capture, record3d
 
-lzfse = pytest.importorskip("lzfse")
+packing = pytest.importorskip("lzfse")
 SMALL = (320, 240)  # of the depth; the colour is twice as large
 
 
@@ -25,7 +25,7 @@ def jpeg(color):
 
 
 def lzfse(depth):
-    return lzfse.compress(np.ascontiguousarray(depth, dtype="<f4").tobytes())
+    return packing.compress(np.ascontiguousarray(depth, dtype="<f4").tobytes())
 
 
 def about(size=(640, 480), **changes):
@@ -148,14 +148,14 @@ def test_links(make):
 
 @pytest.mark.parametrize("lie", [False, True])
 def test_a_depth_that_unpacks_to_too_much(make, lie, monkeypatch):
-    data = bytearray(lzfse.compress(bytes(8_000_000)))
+    data = bytearray(packing.compress(bytes(8_000_000)))
     assert len(data) < 20_000
     if lie:  # many blocks, each of which says that it is small
         at = data.index(b"bvx2")
         data[at + 4 : at + 8] = (100).to_bytes(4, "little")
         data = data[:-4] * 200 + data[-4:]
     path = make({"rgbd/0.depth": bytes(data)})
-    monkeypatch.setattr(lzfse, "decompress", None)
+    monkeypatch.setattr(packing, "decompress", None)
     refused(path, r"rgbd/0\.depth: unpacks to more than an image of 640x480", 0)
 
 
@@ -163,7 +163,7 @@ def test_what_a_depth_says_that_it_unpacks_to():
     rng = np.random.default_rng(0)
     noise, few = rng.integers(0, 256, 300_000, dtype=np.uint8), rng.integers(0, 9, 700_000, dtype=np.uint8)
     for raw in (b"", b"abc", bytes(3000), noise[:500].tobytes(), noise.tobytes(), few.tobytes(), bytes(5_000_000)):
-        total, blocks = record3d._announced(lzfse.compress(raw))
+        total, blocks = record3d._announced(packing.compress(raw))
         assert total == len(raw)
         assert blocks <= len(raw) // record3d._BLOCK + 2
 
