@@ -99,7 +99,8 @@ def explain(data: Frame | Cloud | Image, stages: Stages, config: Config, mask: A
 def _told(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> int:
     """Pixels or points that the method took, before anything was dropped."""
     if mask is None:
-        mask = SEGMENTERS[method(data, config.segment)](data, config.segment, config.seed)
+        given = isinstance(data, Cloud) and data.segmented
+        mask = SEGMENTERS["everything" if given else method(data, config.segment)](data, config.segment, config.seed)
     return int(np.count_nonzero(mask))
 
 

@@ -24,9 +24,9 @@ LAYERS = [
     },
     {"stages"},
     {"pipeline"},
-    {"explain", "products", "tuning"},
+    {"explain", "tuning"},
     {"batch", "fusion", "runs"},
-    {"viewer"},
+    {"products", "viewer"},
     {"commands"},
     {"cli"},
 ]

@@ -81,7 +81,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         color=data.color,
         camera=data.camera,
         viewpoint=np.zeros(3),
-        notes=() if found.any() else (_nothing(config),),
+        notes=() if found.any() else (_nothing(way),),
     )
 
 
@@ -112,13 +112,13 @@ def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) 
     return min(MOST, math.ceil(readings / width / 2))
 
 
-def _nothing(config: SegmentConfig) -> str:
+def _nothing(way: str) -> str:
     hint = {
         "hsv": "widen segment.ranges (doo3d tune proposes them and shows what they take)",
         "background": "lower segment.depth_difference or segment.color_difference",
         "plane": "lower segment.plane_distance, or tell the object by its colour (doo3d tune)",
-    }.get(config.method, "give a mask, or tell the object by its colour (doo3d tune)")
-    return f"segment ({config.method}): nothing in this frame is told from the rest; {hint}"
+    }.get(way, "give a mask, or tell the object by its colour (doo3d tune)")
+    return f"segment ({way}): nothing in this frame is told from the rest; {hint}"
 
 
 def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
@@ -139,7 +139,8 @@ def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
     shape = image.color.shape[:2]
-    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[method(image, config)](image, config, seed)
+    way = "mask" if mask is not None else method(image, config)
+    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[way](image, config, seed)
     if mask is not None and not found.any():
         raise InputError("the mask is empty: no pixel of it says object")
     if found.all():
@@ -153,7 +154,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         pixels=pixels,
         mask=found,
         color=image.color,
-        notes=() if found.any() else (_nothing(config),),
+        notes=() if found.any() else (_nothing(way),),
     )
 
 
@@ -211,10 +212,11 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         raise InputError(
             f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)"
         )
+    way = "mask" if mask is not None else "everything" if cloud.segmented else method(cloud, config)
     if mask is not None:
         found = check_mask(mask, (len(points),))
     else:
-        found = SEGMENTERS["everything" if cloud.segmented else method(cloud, config)](cloud, config, seed)
+        found = SEGMENTERS[way](cloud, config, seed)
     if mask is not None and not found.any():
         raise InputError("the mask is empty: no point of it says object")
     kept = points[found]
@@ -225,7 +227,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         points=kept[solid],
         steady=mean[solid] if config.smooth else None,
         viewpoint=cloud.viewpoint,
-        notes=() if len(kept) else (_nothing(config),),
+        notes=() if len(kept) else (_nothing(way),),
         sights=cloud.sights,
     )
 
