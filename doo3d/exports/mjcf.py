@@ -132,7 +132,8 @@ class Mjcf(Thick):
         if chain.closed:
             ends = (0, last) if back else (last, 0)
             yield tag("connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip)
-        if self.fixed == "both":  # two points hold the last segment; a weld is not stable at the end of so light a chain
+        elif self.fixed == "both":  # of a ring the first segment is enough
+            # two points hold the last segment: a weld is not stable at the end of so light a chain
             yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base)
             yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip)
 

@@ -17,7 +17,7 @@ from .links import link_frames
 
 NANO = 1_000_000_000
 ADD, DELETE_ALL, LINE_LIST = 0, 3, 5  # of visualization_msgs/Marker
-Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]).T  # a link points along its z, a pose along its x
+Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link points along its z, a pose along its x
 
 
 class Ros2(Thick):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.spatial.transform import Rotation
 
 from ..types import Chain, Detection, Floats
 from .base import Thick, colors, labels
@@ -47,7 +49,7 @@ class Urdf(Thick):
         yield "</robot>"
 
     def _chain(self, name: str, chain: Chain) -> Iterator[str]:
-        relative = turns(link_frames(chain.joints)).as_euler("xyz")  # roll, pitch, yaw about fixed axes
+        relative = _roll_pitch_yaw(turns(link_frames(chain.joints)))
         for k, hidden in enumerate(chain.occluded):
             link, place = f"{name}_segment{k}", (0.0, 0.0, chain.segment_length)
             if k == 0:
@@ -82,6 +84,13 @@ class Urdf(Thick):
         yield f"<inertial>{middle}{tag('mass', value=mass)}{moments}</inertial>"
         yield f"<visual>{shape}{tag('material', name=material)}</visual>"
         yield f"<collision>{shape}</collision></link>"
+
+
+def _roll_pitch_yaw(rotations: Rotation) -> Floats:
+    """(N, 3) rad, about the fixed axes x, y, z in turn."""
+    with warnings.catch_warnings():  # where the pitch is a right angle roll and yaw are not unique: any pair will do
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        return np.asarray(rotations.as_euler("xyz"))
 
 
 def _joint(name: str, kind: str, parent: str, child: str, place: Floats, turn: Floats, inside: str = "") -> str:

@@ -1,0 +1,107 @@
+"""NPZ, CSV, SWC and nodes: what is read back is what was found."""
+
+import csv
+import itertools
+import json
+
+import numpy as np
+import open3d
+import pytest
+from shapes import capture, flat, helix, ring
+
+import doo3d
+
+
+def split(values, offsets):
+    return [values[a:b] for a, b in itertools.pairwise(offsets)]
+
+
+@pytest.mark.parametrize("frames", [capture(), [flat()], [doo3d.Detection((ring(), helix(1)), frame="no stamp")]])
+def test_npz_bit_for_bit(tmp_path, frames):
+    file = np.load(doo3d.export(frames, "npz", tmp_path / "all.npz")[0])
+    chains = [chain for frame in frames for chain in frame.chains]
+    assert file["frames"].tolist() == [frame.frame for frame in frames]
+    np.testing.assert_array_equal(file["stamps"], [np.nan if f.timestamp is None else f.timestamp for f in frames])
+    assert np.diff(file["chain_offsets"]).tolist() == [len(frame.chains) for frame in frames]
+    joints, radii = (split(file[name], file["joint_offsets"]) for name in ("joints", "radii"))
+    occluded = split(file["occluded"], file["segment_offsets"])
+    assert len(joints) == len(occluded) == len(chains)
+    for i, chain in enumerate(chains):
+        assert joints[i].tobytes() == chain.joints.tobytes()
+        assert radii[i].tobytes() == chain.radii.tobytes()
+        assert occluded[i].tolist() == chain.occluded.tolist()
+        assert file["ids"][i] == (-1 if chain.id is None else chain.id)
+        assert (file["radius"][i], file["segment_length"][i]) == (chain.radius, chain.segment_length)
+        assert (file["closed"][i], file["sure"][i]) == (chain.closed, chain.sure)
+    assert str(file["units"]) == ("px" if frames[0].mode == "2d" else "m")
+
+
+@pytest.mark.parametrize("frames", [capture(), [flat()], [doo3d.Detection((helix(), ring()), frame='a, "b"')]])
+def test_csv_bit_for_bit(tmp_path, frames):
+    path = doo3d.export(frames, "csv", tmp_path / "all.csv")[0]
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(chain.joints) for frame in frames for chain in frame.chains)
+    for frame in frames:
+        for number, chain in enumerate(frame.chains):
+            own = [row for row in rows if row["frame"] == frame.frame and row["chain"] == str(number)]
+            axes = "xy" if frame.mode == "2d" else "xyz"
+            np.testing.assert_array_equal([[float(row[axis]) for axis in axes] for row in own], chain.joints)
+            np.testing.assert_array_equal([float(row["radius"]) for row in own], chain.radii)
+            assert [row["joint"] for row in own] == [str(k) for k in range(len(own))]
+            assert [row["occluded"] for row in own] == [*(str(int(hidden)) for hidden in chain.occluded), ""]
+            for row in own:
+                assert row["id"] == ("" if chain.id is None else str(chain.id))
+                assert row["closed"] == str(int(chain.closed))
+                assert float(row["segment_length"]) == chain.segment_length
+                assert row["timestamp"] == ("" if frame.timestamp is None else repr(frame.timestamp))
+
+
+def read_swc(path):
+    return np.array([line.split() for line in path.read_text().splitlines() if not line.startswith("#")], dtype=float).reshape(
+        -1, 7
+    )
+
+
+@pytest.mark.parametrize("frame", [capture()[0], flat(), doo3d.Detection((ring(), helix(1)))])
+def test_swc_is_a_tree_per_chain(tmp_path, frame):
+    rows = read_swc(doo3d.export(frame, "swc", tmp_path / "skeleton.swc")[0])
+    assert rows[:, 0].tolist() == list(range(1, len(rows) + 1))
+    assert (rows[:, 6] < rows[:, 0]).all()
+    roots = np.flatnonzero(rows[:, 6] == -1)
+    assert len(roots) == len(frame.chains)
+    for chain, own in zip(frame.chains, np.split(rows, roots[1:]), strict=True):
+        at = np.pad(chain.joints, ((0, 0), (0, 3 - chain.joints.shape[1])))
+        np.testing.assert_array_equal(own[:, 2:5], at)
+        np.testing.assert_array_equal(own[:, 5], chain.radii)
+        np.testing.assert_array_equal(own[1:, 6], own[:-1, 0])
+        np.testing.assert_array_equal(own[1:, 1] == 5, chain.occluded)
+
+
+def test_swc_in_micrometres(tmp_path):
+    rows = read_swc(doo3d.export(capture()[0], "swc", tmp_path / "skeleton.swc", scale=1e6)[0])
+    np.testing.assert_allclose(rows[:26, 2:5], helix().joints * 1e6)
+    np.testing.assert_allclose(rows[:26, 5], helix().radii * 1e6)
+
+
+def test_nodes_of_each_kind_are_the_same_points(tmp_path):
+    frames = capture()
+    for kind in ("npy", "pcd", "json"):
+        paths = doo3d.export(frames, "nodes", tmp_path, count=20, file=kind)
+        assert [path.name for path in paths] == [f"{name}.{kind}" for name in ("000000_0", "000000_3", "000001", "000002_0")]
+    for stem, chain in (("000000_0", frames[0].chains[0]), ("000000_3", frames[0].chains[1]), ("000002_0", frames[2].chains[0])):
+        points = np.load(tmp_path / f"{stem}.npy")
+        np.testing.assert_array_equal(points, chain.nodes(20))
+        document = json.loads((tmp_path / f"{stem}.json").read_text())
+        np.testing.assert_array_equal(document["nodes"], points)
+        assert document["edges"] == [[k, k + 1] for k in range(19)]
+        cloud = np.asarray(open3d.io.read_point_cloud(str(tmp_path / f"{stem}.pcd")).points)
+        np.testing.assert_allclose(cloud, points, atol=1e-7)
+    assert np.load(tmp_path / "000001.npy").shape == (0, 3)
+
+
+def test_nodes_of_one_chain_in_one_file(tmp_path):
+    path = doo3d.export(capture()[2], "nodes", tmp_path / "start.npy", count=7)[0]
+    np.testing.assert_array_equal(np.load(path), capture()[2].chains[0].nodes(7))
+    with pytest.raises(doo3d.InputError, match=r"this makes 2 files, one per chain"):
+        doo3d.export(capture()[0], "nodes", tmp_path / "both.npy")

@@ -1,0 +1,249 @@
+"""Which files are made, what is refused, and the command."""
+
+import hashlib
+import importlib
+import json
+import os
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+import yourdfpy
+from pxr import Usd, UsdGeom
+from rosbags.highlevel import AnyReader
+from shapes import capture, flat, helix
+
+import doo3d
+from doo3d import errors
+from doo3d.exports import FORMATS, export_class
+from doo3d.outputs.document import dumps
+
+FLAT = {"npz", "csv", "swc"}
+
+
+def target(folder, name, stem="chains"):
+    kind = export_class(name)
+    return folder / (stem + (kind.suffixes[0] if kind.suffixes else ""))
+
+
+def digests(folder):
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+@pytest.fixture
+def results(tmp_path):
+    """A folder as `doo3d detect` writes it."""
+
+    def make(frames, name="out"):
+        folder = tmp_path / name
+        folder.mkdir()
+        for frame in frames:
+            (folder / f"{frame.frame}.json").write_text(dumps(frame.to_dict()))
+        listed = [{"name": frame.frame, "status": "ok"} for frame in frames]
+        (folder / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "frames": listed}))
+        return folder
+
+    return make
+
+
+def paths_in_bag(path):
+    with AnyReader([path]) as bag:
+        return sum(connection.msgtype == "nav_msgs/msg/Path" for connection in bag.connections)
+
+
+def curves_on_stage(path):
+    stage = Usd.Stage.Open(str(path))
+    assert stage.GetDefaultPrim().GetName() == "doo3d"
+    return sum(prim.IsA(UsdGeom.BasisCurves) for prim in stage.Traverse())
+
+
+OPENED = {
+    "mjcf": lambda path: mujoco.MjModel.from_xml_path(str(path)).nv,
+    "urdf": lambda path: len(yourdfpy.URDF.load(str(path)).joint_map),
+    "usd": curves_on_stage,
+    "ply": lambda path: len(trimesh.load_scene(path).geometry),
+    "glb": lambda path: len(trimesh.load_scene(path).geometry),
+    "obj": lambda path: sum(line.startswith("v ") for line in path.read_text().splitlines()),
+    "npz": lambda path: len(np.load(path)["joints"]),
+    "csv": lambda path: len(path.read_text().splitlines()) - 1,
+    "nodes": lambda path: len(np.load(path)),
+    "ros2": paths_in_bag,
+    "swc": lambda path: sum(not line.startswith("#") for line in path.read_text().splitlines()),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_nothing_found_is_an_empty_file(tmp_path, name):
+    empty = doo3d.Detection((), frame="empty", timestamp=1.0)
+    path = doo3d.export(empty, name, target(tmp_path, name))[0]
+    assert OPENED[name](path) == 0
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_one_segment_is_a_chain(tmp_path, name):
+    path = doo3d.export(doo3d.Detection((helix(1),)), name, target(tmp_path, name))[0]
+    assert OPENED[name](path) > 0
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_same_bytes_every_time_and_nothing_else_is_left(tmp_path, name):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        doo3d.export(
+            capture(), name, tmp_path / folder / (target(tmp_path, name).name if export_class(name).each == "capture" else "x")
+        )
+    first, second = digests(tmp_path / "a"), digests(tmp_path / "b")
+    assert first == second
+    assert first
+    assert not [path for path in os.listdir(tmp_path) if path.startswith(".")]
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_pixels_go_to_few_formats(tmp_path, name):
+    if name in FLAT:
+        assert doo3d.export(flat(), name, target(tmp_path, name))
+    else:
+        with pytest.raises(
+            doo3d.InputError, match=f"frame photo is 2-D, in pixels, and {name} needs 3-D; 2-D goes to npz, csv, swc"
+        ):
+            doo3d.export(flat(), name, target(tmp_path, name))
+        assert not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_what_is_there_is_overwritten_with_force_only(tmp_path, name):
+    path = target(tmp_path, name)
+    doo3d.export(capture()[2], name, path)
+    before = digests(tmp_path)
+    other = doo3d.Detection((helix(3),), frame="other")
+    with pytest.raises(doo3d.InputError, match="exists: --force overwrites"):
+        doo3d.export(other, name, path)
+    assert digests(tmp_path) == before
+    doo3d.export(other, name, path, force=True)
+    assert digests(tmp_path) != before
+
+
+def test_force_deletes_no_folder_of_something_else(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("all of it")
+    for name in ("ros2", "npz"):
+        path = tmp_path / "mine" if name == "ros2" else tmp_path / "mine.npz"
+        path.mkdir(exist_ok=True)
+        with pytest.raises(doo3d.InputError, match="a folder of something else and is not overwritten"):
+            doo3d.export(capture(), name, path, force=True)
+    assert (tmp_path / "mine" / "thesis.txt").read_text() == "all of it"
+
+
+@pytest.mark.parametrize(("name", "module", "extra"), [("usd", "pxr", "usd"), ("ros2", "rosbags", "bags")])
+def test_a_missing_library_is_named_with_its_pip_line(tmp_path, monkeypatch, name, module, extra):
+    real = importlib.import_module
+
+    def missing(wanted, *rest):
+        if wanted.split(".")[0] == module:
+            raise ImportError(f"No module named {wanted!r}")
+        return real(wanted, *rest)
+
+    monkeypatch.setattr(errors.importlib, "import_module", missing)
+    with pytest.raises(doo3d.MissingDependency, match=rf"pip install 'doo3d\[{extra}\]'"):
+        doo3d.export(capture(), name, target(tmp_path, name))
+    assert not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (("dxf", "a.dxf"), "no format 'dxf' to export to: the formats are mjcf, urdf"),
+        (("npz", "a.csv"), "npz makes one file, which ends in .npz"),
+        (("mjcf", "a.urdf"), "a file of mjcf ends in .xml"),
+        (("mjcf", "a.xml"), "this makes 3 files, one per frame"),
+        (("ply", "plain.txt/meshes"), "cannot be written to"),
+    ],
+)
+def test_files_that_do_not_fit(tmp_path, call, says):
+    (tmp_path / "plain.txt").write_text("a file")
+    with pytest.raises((doo3d.InputError, doo3d.ConfigError), match=says):
+        doo3d.export(capture(), call[0], tmp_path / call[1])
+    assert os.listdir(tmp_path) == ["plain.txt"]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "says"),
+    [
+        ("npz", {"density": 1}, "npz: no option 'density'; there are: none"),
+        ("mjcf", {"densty": 1}, "mjcf: no option 'densty'; there are: radius, density, bending"),
+        ("mjcf", {"density": -1}, "mjcf: density = -1: Input should be greater than 0"),
+        ("nodes", {"count": 1}, "nodes: count = 1: Input should be greater than or equal to 2"),
+        ("urdf", {"axes": 4}, "urdf: axes = 4: Input should be 2 or 3"),
+    ],
+)
+def test_options_are_checked(tmp_path, name, options, says):
+    with pytest.raises(doo3d.ConfigError, match=says):
+        doo3d.export(capture(), name, target(tmp_path, name), **options)
+
+
+@pytest.mark.parametrize("name", ["mjcf", "urdf", "usd", "ply", "glb", "obj", "ros2", "swc"])
+def test_a_chain_without_radius_needs_one(tmp_path, name):
+    found = doo3d.Detection((doo3d.Chain(helix().joints, helix().segment_length),))
+    with pytest.raises(doo3d.InputError, match="the radius of a chain is not known"):
+        doo3d.export(found, name, target(tmp_path, name))
+    assert doo3d.export(found, name, target(tmp_path, name), radius=0.003)
+
+
+def test_frames_of_one_name_do_not_overwrite_each_other(tmp_path):
+    with pytest.raises(doo3d.InputError, match="several frames have the same name"):
+        doo3d.export([doo3d.Detection((helix(),)), doo3d.Detection((helix(),))], "mjcf", tmp_path / "x")
+
+
+def test_what_is_no_detection_is_refused(tmp_path):
+    with pytest.raises(doo3d.InputError, match="a Chain cannot be exported"):
+        doo3d.export([helix()], "npz", tmp_path / "a.npz")
+
+
+def test_the_command_takes_results(doo3d, results, tmp_path):
+    results(capture())
+    assert doo3d("export", "out", "--to", "npz") == (0, f"1 file -> {tmp_path / 'out.npz'}\n", "")
+    assert len(np.load("out.npz")["joints"]) == 65
+    assert doo3d("export", "out", "--to", "mjcf", "--set", "ground=true") == (0, f"3 files -> {tmp_path / 'out_mjcf'}\n", "")
+    assert "ground" in (tmp_path / "out_mjcf" / "000000.xml").read_text()
+    assert doo3d("export", "out", "--to", "nodes", "--frame", "000002", "--count", "9", "-o", "start.npy")[0] == 0
+    assert np.load("start.npy").shape == (9, 3)
+    assert doo3d("export", "out", "--to", "csv", "--frame", "000002", "--pose", "-1,0,0,0,0,0,1", "-o", "moved.csv")[0] == 0
+    assert (tmp_path / "moved.csv").read_text().splitlines()[1].split(",")[8] == repr(0.1 - 1)
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        ((), "expected OUT and --to FORMAT"),
+        (("out",), "expected OUT and --to FORMAT"),
+        (("out", "--to", "dxf"), "no format 'dxf'"),
+        (("nowhere", "--to", "npz"), "is no folder of results"),
+        (("out", "--to", "npz", "--frame", "9"), "no frame '9' among the results: there are 000000, 000001, 000002"),
+        (("out", "--to", "npz", "--pose", "0,0,0,0,0,0,2"), "the quaternion"),
+        (("out", "--to", "npz", "--count", "3"), "no option 'count'"),
+        (("out", "--to", "mjcf", "--set", "density"), "expected key=value"),
+    ],
+)
+def test_the_command_refuses_in_a_sentence(doo3d, results, tmp_path, args, says):
+    results(capture())
+    before = sorted(os.listdir(tmp_path))
+    code, out, err = doo3d("export", *args)
+    assert (code, out) == (2, "")
+    assert err.startswith("doo3d: ")
+    assert err.count("\n") == 1
+    assert says in err
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_the_list_names_every_format_and_option(doo3d):
+    code, out, _ = doo3d("export", "--list")
+    assert code == 0
+    for name in FORMATS:
+        kind = export_class(name)
+        assert f"{name:<6} {kind.what}" in out
+        assert all(f"  {key}" in out for key in kind.model_fields)
