@@ -77,6 +77,8 @@ def doo3d(
       doo3d detect scan.ply -o out                     one point cloud
       doo3d detect capture --set merge.chains=2        two cables
       doo3d detect photo.jpg -c image --mask mask.png  in 2-D: a photograph, a folder of them, or a video
+      doo3d tune capture                               colour ranges and lengths for this camera and object
+      doo3d explain capture --frame 0                  why the chains of a frame are what they are
       doo3d info capture --sheet sheet.png             what the capture is, and a sheet of its frames
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
       doo3d compare capture                            where 3-D and 2-D differ

@@ -38,7 +38,7 @@ NARROW = 3.0
 
 OTHERWISE = (
     "tell it in another way: segment.method=plane where it stands off a surface in the depth, background with an image "
-    "without it (segment.reference), or a mask of your own (--mask)"
+    "without it (segment.reference), or a mask of your own (doo3d detect --mask)"
 )
 
 
