@@ -19,7 +19,7 @@ LAYERS = [
     {"kernels"},
     {"geometry"},
     {
-        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "meetings", "overlaps"),
+        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "linking", "meetings", "overlaps"),
         *("segmenters", "segments", "sights", "silhouette", "stations", "stubs", "sureness", "surface", "tracks"),
     },
     {"stages"},
