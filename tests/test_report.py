@@ -19,6 +19,7 @@ from doo3d.errors import InputError
 from doo3d.inputs import open_capture
 from doo3d.outputs.recorded import Results, open_results
 from doo3d.viz.report import report_page
+from doo3d.viz.report.packing import pack_picture
 
 sys.path.insert(0, str(Path(__file__).parent))
 import browser
@@ -98,7 +99,7 @@ def test_points_of_the_object_lie_on_its_chain_and_the_others_do_not(run):
     cloud, axis = held["frames"][0]["cloud"], found.chains[0].nodes(2000)
     points = numbers(cloud)
     away = np.sqrt(((points[:, None] - axis[None]) ** 2).sum(axis=2)).min(axis=1)
-    assert 500 < cloud["own"] < len(points)
+    assert 500 < cloud["own"] < len(points) <= 1600
     assert away[: cloud["own"]].max() < 1.4 * found.chains[0].radius
     assert away[cloud["own"] :].min() > 1.2 * found.chains[0].radius
     assert len(base64.b64decode(cloud["rgb"])) == 2 * len(points)
@@ -131,7 +132,19 @@ def test_names_and_reasons_stay_text(run, tmp_path):
     assert page.count("<script") == page.count("</script>") == 4
 
 
-def test_nothing_found_and_no_frames(run, tmp_path):
+@pytest.mark.parametrize("most", [60_000, 10_000, 3_400])
+def test_a_thumbnail_takes_no_more_than_its_share(most):
+    rng = np.random.default_rng(0)
+    scene = cv2.resize(rng.integers(0, 255, (9, 16, 3), dtype=np.uint8), (1280, 720), interpolation=cv2.INTER_CUBIC)
+    noisy = np.clip(scene + rng.normal(0, 8, scene.shape), 0, 255).astype(np.uint8)
+    held, width, height = pack_picture(noisy, most)
+    data = base64.b64decode(held)
+    assert (width, height) == (1280, 720)
+    assert most / 6 < len(data) <= most
+    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape[1] >= 110
+
+
+def test_nothing_found_and_no_frames(tmp_path):
     place = tmp_path / "none"
     place.mkdir()
     (place / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "finished": True, "frames": []}))
@@ -219,6 +232,18 @@ def test_in_the_image(photos, tmp_path):
         seen.wait("document.querySelector('#view .main-svg .scatterlayer .trace')")
         assert seen.run("document.querySelector('#view').layout.images.length") == 1
         assert seen.problems == []
+
+
+@needs_chromium
+def test_many_frames_open_soon(run, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(open_results(copied(run, tmp_path / "copy", times=60)), clouds=False), encoding="utf-8")
+    assert path.stat().st_size < 20e6
+    with browser.Browser() as seen:
+        seen.open(path)
+        assert seen.run("document.querySelectorAll('#frames li').length") == 121
+        times = "performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd"
+        assert 0 < seen.run(times) < 6000, "ms, on a machine that may be busy"
 
 
 @needs_chromium

@@ -15,8 +15,9 @@ from ..palette import chain_color
 
 _WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, of thumbnails
 _QUALITY = 72
+_DENSEST = 0.04  # bytes per pixel: fewer are not to be expected at this quality
 _LEVELS = 32767  # of 16-bit numbers, above zero
-_LOOKED_AT = 60_000  # points of a frame that are sorted into the object's and others
+_READ, _LOOKED_AT = 300_000, 60_000  # points of a frame, and of what is round the chains, that are looked at
 _AROUND = 0.2  # of the diagonal of the chains' box: how far the surroundings reach
 _NEAR = 1.3  # radii from the axis: points of the object
 
@@ -64,11 +65,11 @@ def pack_cloud(shot: Shot, detection: Detection, count: int) -> dict[str, Any] |
     ----------
     shot : of the frame that `detection` was made from. count : how many points at most, half of them the object's.
     """
-    seen = _points(shot, detection.coordinates)
+    rng = np.random.default_rng(0)  # the same page from the same results
+    seen = _points(shot, detection.coordinates, rng)
     if seen is None:
         return None
     points, colors = seen
-    rng = np.random.default_rng(0)  # the same page from the same results
     inside = np.flatnonzero(_round_about(points, detection))
     inside = np.sort(rng.choice(inside, min(len(inside), _LOOKED_AT), replace=False))
     own = _of_object(points[inside], detection)
@@ -87,6 +88,8 @@ def pack_picture(picture: Array, most: int) -> tuple[str, int, int]:
     for wide in _WIDTHS:
         scale = min(wide / width, 1.0)
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
+        if size[0] * size[1] * _DENSEST > most and wide != _WIDTHS[-1]:
+            continue
         good, data = cv2.imencode(
             ".webp", cv2.resize(picture, size, interpolation=cv2.INTER_AREA), [cv2.IMWRITE_WEBP_QUALITY, _QUALITY]
         )
@@ -95,20 +98,21 @@ def pack_picture(picture: Array, most: int) -> tuple[str, int, int]:
         encoded = data.tobytes()
         if len(encoded) <= most:
             break
-        # the size goes with the area: widths that cannot do are passed over
-        picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA) if scale < 1 else picture
     return text(encoded), width, height
 
 
-def _points(shot: Shot, coordinates: str) -> tuple[Floats, Array | None] | None:
-    """All points of a shot in the frame of the chains, (N, 3) m, with their colours, (N, 3) uint8 RGB."""
+def _points(shot: Shot, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
+    """Points of a shot in the frame of the chains, (N, 3) m, with their colours, (N, 3) uint8 RGB."""
     data = shot.data
     if isinstance(data, Frame):
         v, u = np.nonzero(data.depth)
+        kept = _some(rng, len(v))
+        v, u = v[kept], u[kept]
         points = data.camera.unproject(np.column_stack((u, v)), data.depth[v, u])
         colors = None if data.color is None else data.color[v, u]
     elif isinstance(data, Cloud):
-        points, colors = data.points, data.colors
+        kept = _some(rng, len(data.points))
+        points, colors = data.points[kept], None if data.colors is None else data.colors[kept]
     else:
         return None
     if coordinates == "world":
@@ -116,6 +120,11 @@ def _points(shot: Shot, coordinates: str) -> tuple[Floats, Array | None] | None:
             return None
         points = points @ shot.pose[:3, :3].T + shot.pose[:3, 3]
     return points, colors
+
+
+def _some(rng: np.random.Generator, count: int) -> Bools:
+    """(count,) bool: which of so many points are looked at; all of them, or about `_READ`."""
+    return np.asarray(rng.random(count) < _READ / count) if count > _READ else np.ones(count, dtype=bool)
 
 
 def _round_about(points: Floats, detection: Detection) -> Bools:

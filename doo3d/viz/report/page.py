@@ -23,7 +23,7 @@ from .packing import pack_chain, pack_cloud, pack_picture
 _PICTURES, _CLOUDS = 4_500_000, 5_000_000  # bytes of the page that all thumbnails, and all clouds, may take
 _IN_BASE64 = 3 / 4  # of the bytes
 _POINT = 8  # bytes: three coordinates and a colour
-_POINTS = (100, 6000)  # of a frame, at least and at most
+_POINTS = (100, 1600)  # of a frame, at least and at most
 _LARGEST = 60_000  # bytes of a thumbnail, where there is room for all
 
 Watch = Callable[[list[Told]], Iterable[Told]]

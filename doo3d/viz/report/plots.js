@@ -27,7 +27,7 @@ function flatLayout(unit, percentages) {
 /** A line of values over frames: [number of the frame, value, text]. */
 function line(values, name, color, lines = true) {
   return {
-    type: "scatter", mode: lines && values.length > 1 ? "lines+markers" : "markers", name,
+    type: "scatter", mode: lines && values.length > 1 && values.length <= 300 ? "lines+markers" : "markers", name,
     x: values.map(([number]) => place(number)), y: values.map(([, value]) => value), customdata: values.map(([number]) => number),
     text: values.map(([number, , text]) => `${safe(frames[number].name)}<br>${safe(text)}`), hovertemplate: "%{text}<extra></extra>",
     marker: { color, size: values.length > 300 ? 3 : 6 }, line: { color, width: 1.5 }, connectgaps: false,
@@ -101,7 +101,7 @@ function solid(chain, number) {
 
 function around(cloud) {
   const columns = unpack(cloud), shades = colors(cloud.rgb), count = shades.length;
-  return [["object's points", 0, cloud.own, 2.5], ["surroundings", cloud.own, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
+  return [["object's points", 0, cloud.own, 2], ["surroundings", cloud.own, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
     type: "scatter3d", mode: "markers", name, hoverinfo: "skip", x: Array.from(columns[0].slice(from, to)),
     y: Array.from(columns[1].slice(from, to)), z: Array.from(columns[2].slice(from, to)),
     marker: { size, color: cloud.colored ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
@@ -118,7 +118,7 @@ function shape(traces) {
 }
 
 function drawSolid(frame) {
-  const axis = { color: css("--quiet"), gridcolor: css("--line"), zerolinecolor: css("--line"), showbackground: false, showspikes: false, nticks: 6 };
+  const axis = { color: css("--quiet"), gridcolor: css("--line"), zerolinecolor: css("--line"), showbackground: false, showspikes: false };
   const optical = frame.coordinates === "camera";  // y down and z forward: seen from somewhat above the camera
   const camera = optical ? { up: { x: 0, y: -1, z: 0 }, eye: { x: 0.25, y: -0.45, z: -1.25 } } : { eye: { x: 0.85, y: 0.85, z: 0.7 } };
   const stood = frame.cloud?.viewpoint;
@@ -128,12 +128,12 @@ function drawSolid(frame) {
     if (Math.abs(way[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
   }
   const traces = [...(frame.cloud ? around(frame.cloud) : []), ...frame.chains.flatMap(solid)];
-  const titled = (letter) => ({ ...axis, title: { text: `${letter} (m)` } });
+  const sides = shape(traces), titled = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
     legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: frame.chains.length <= 12,
     modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--quiet"), activecolor: css("--strong") },
-    scene: { aspectmode: "manual", aspectratio: shape(traces), dragmode: "orbit", camera, xaxis: titled("x"), yaxis: titled("y"), zaxis: titled("z") },
+    scene: { aspectmode: "manual", aspectratio: sides, dragmode: "orbit", camera, xaxis: titled("x"), yaxis: titled("y"), zaxis: titled("z") },
   }, buttons("resetCameraDefault3d"));
 }
 
