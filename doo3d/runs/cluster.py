@@ -24,6 +24,13 @@ _LOCAL = {
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.nanny.pre-spawn-environ": ONE_THREAD,
     "distributed.admin.low-level-log-length": 0,
+    # dask looks after itself fifty times a second, samples what workers do, and moves work about: none of it is of use here
+    "distributed.admin.tick.interval": "500ms",
+    "distributed.admin.tick.limit": "30s",
+    "distributed.admin.tick.cycle": "10s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.profile.enabled": False,
+    "distributed.scheduler.work-stealing": False,
 }
 
 
