@@ -29,7 +29,7 @@ class Mjcf(Thick):
 
     density: float = Field(1100.0, gt=0, description="kg/m³, of the cylinders")
     bending: float = Field(0.0, ge=0, description="N m², bending stiffness E I about the shape that was found")
-    damping: float = Field(1e-5, ge=0, description="N m² s, of bending: that of a joint is this over the segment length")
+    damping: float = Field(5e-5, ge=0, description="N m² s, of bending: that of a joint is this over the segment length")
     friction: float = Field(0.5, ge=0, description="sliding friction of the capsules")
     fixed: Literal["none", "first", "last", "both"] = Field(
         "none", description="ends held as in a gripper: the first segment, the last, or both"
@@ -125,17 +125,20 @@ class Mjcf(Thick):
 
     def _held(self, name: str, chain: Chain) -> Iterator[str]:
         last, base, tip = len(chain.occluded) - 1, (0, 0, 0), (0, 0, chain.segment_length)
+        firm = {"solref": (2 * self.timestep, 1), "solimp": (0.99, 0.999, 0.001, 0.5, 2)}  # as stiff as the step allows
         back = self.fixed == "last"
         for k in range(NESTED, last + 1, NESTED):
             above, below = (last + 1 - k, last - k) if back else (k - 1, k)
-            yield tag("connect", name=f"{name}_tie{k}", body1=_body(name, above), body2=_body(name, below), anchor=tip)
+            yield tag("connect", name=f"{name}_tie{k}", body1=_body(name, above), body2=_body(name, below), anchor=tip, **firm)
         if chain.closed:
             ends = (0, last) if back else (last, 0)
-            yield tag("connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip)
+            yield tag(
+                "connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip, **firm
+            )
         elif self.fixed == "both":  # of a ring the first segment is enough
             # two points hold the last segment: a weld is not stable at the end of so light a chain
-            yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base)
-            yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip)
+            yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base, **firm)
+            yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip, **firm)
 
 
 def _body(name: str, segment: int) -> str:

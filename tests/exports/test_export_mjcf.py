@@ -46,7 +46,7 @@ def test_in_every_direction(tmp_path, axis, sign):
     np.testing.assert_allclose(joints(data, chain), chain.joints, atol=1e-12)
 
 
-@pytest.mark.parametrize("chain", [helix(), ring(), helix(1)], ids=["helix", "ring", "one segment"])
+@pytest.mark.parametrize("chain", [helix(), helix(70), ring(), helix(1)], ids=["helix", "long", "ring", "one segment"])
 @pytest.mark.parametrize(
     "options",
     [{}, {"ground": True}, {"fixed": "first"}, {"fixed": "last"}, {"fixed": "both"}, {"fixed": "both", "bending": 1e-4}],
