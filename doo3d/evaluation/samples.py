@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from ..inputs._open3d import open3d
 from ..types import Array, Camera, Floats
 from .model import Scene, Solid, Table, Truth
+from .recording import write_bag
 from .renderer import Rendered, render
 from .scenes import make_scene
 from .truthfile import write_truth
@@ -44,6 +45,7 @@ PHOTOS: dict[str, tuple[str, int]] = {
     "loop": ("crossing", 3),
     "tangle": ("tangle", 3),
 }
+BAGS = ("crossing",)
 PHOTO_SIZE = (640, 480)
 AXES_SCHEMA = "doo3d/axes/1"
 AXIS_EVERY = 6  # of the points of a true axis, half a millimetre apart, that are written of a photograph
@@ -58,17 +60,22 @@ def write_samples(folder: str | Path) -> list[Path]:
 
     A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
     `<name>/truth.json`; a cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's
-    optical frame; a photograph is `photos/<name>.jpg` and `photos/mask/<name>.png`, with the true axes of all in
-    `photos/axes.json`, in pixels.
+    optical frame; `bags/<name>` is a ROS 2 bag of a capture's first frame; a photograph is `photos/<name>.jpg` and
+    `photos/mask/<name>.png`, with the true axes of all in `photos/axes.json`, in pixels.
 
     Returns
     -------
-    The folders of the captures, the files of the clouds and the folder of the photographs.
+    The folders of the captures, the files of the clouds, the bags and the folder of the photographs.
+
+    Raises
+    ------
+    MissingDependency : rosbags is not installed.
     """
     folder = Path(folder)
     captures = [_write_capture(folder / name, *what) for name, what in CAPTURES.items()]
     clouds = [_write_cloud(folder / "clouds" / name, *what) for name, what in CLOUDS.items()]
-    return [*captures, *clouds, _write_photos(folder / "photos")]
+    bags = [write_bag(folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES]
+    return [*captures, *clouds, *bags, _write_photos(folder / "photos")]
 
 
 def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:

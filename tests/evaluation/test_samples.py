@@ -27,7 +27,7 @@ def test_same_bytes_every_time(tmp_path, monkeypatch):
     samples.write_samples(tmp_path / "two")
     one = _files(tmp_path / "one")
     assert one == _files(tmp_path / "two")
-    assert len(one) == 4 + 4 + 3
+    assert len(one) == 4 + 4 + 3 + 2
     assert all(path.exists() for path in written)
 
 
