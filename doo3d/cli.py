@@ -27,10 +27,16 @@ from .commands.stages import StagesOption, keep_stages, staged
 from .errors import DooError
 
 SOME_FAILED, NOTHING_DONE = 1, 2  # exit codes
+ORDER = ("detect", "info", "tune", "explain", "report", "video", "view", "export", "compare", "evaluate", "bench")  # in the help
 
 
 class Commands(TyperGroup):
-    """The commands, with what doo3d refuses said in one sentence."""
+    """The commands in the order of their use, with what doo3d refuses said in one sentence."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Those of ORDER first."""
+        names = super().list_commands(ctx)
+        return sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; a DooError ends it with exit code 2 and no traceback."""
@@ -47,15 +53,15 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )
 app.add_typer(evaluate.app, name="evaluate")
-app.command("tune")(tune.tune)
-app.command("explain")(explain.explain)
-app.command("view")(view.view)
-app.command("info")(info)
-app.command("export")(export.export)
-app.command("report")(report.report)
+app.command("tune", short_help="Propose settings for the object in INPUT, and draw them.")(tune.tune)
+app.command("explain", short_help="Say why the chains of a frame are what they are.")(explain.explain)
+app.command("view", short_help="Show a run in the Rerun viewer.")(view.view)
+app.command("info", short_help="Say what INPUT is, and what looks wrong with it.")(info)
+app.command("export", short_help="Write the chains in OUT for other programs.")(export.export)
+app.command("report", short_help="Make one page of HTML of what was found.")(report.report)
 app.command("video")(video.video)
 
 
@@ -178,7 +184,7 @@ def detect(
         raise typer.Exit(SOME_FAILED)
 
 
-@app.command()
+@app.command(short_help="Detect in 3-D and in 2-D, and show where the two differ.")
 def compare(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder with depth.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="The folder for the pictures.")] = Path("compare"),
@@ -233,10 +239,10 @@ def compare(
         raise typer.Exit(SOME_FAILED)
 
 
-@app.command()
+@app.command(short_help="Print the milliseconds of each stage.")
 def bench(
     captures: Annotated[
-        list[Path] | None, typer.Argument(metavar="[INPUT]...", help="Captures, the first frame of each; none: one is rendered.")
+        list[Path] | None, typer.Argument(metavar="INPUT", help="Captures, the first frame of each; none: one is rendered.")
     ] = None,
     runs: Annotated[int, typer.Option(min=1, help="How often each frame is run and counted.")] = 20,
     config: Preset = "default",
@@ -263,7 +269,7 @@ def presets() -> None:
 
 @app.command("config")
 def show_config(
-    name: Annotated[str, typer.Argument(help="A preset or a YAML file.")] = "default",
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A preset or a YAML file.")] = "default",
     overrides: Overrides = None,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the page of the documentation instead.")] = False,
 ) -> None:
@@ -274,7 +280,7 @@ def show_config(
 
 
 @app.command()
-def samples(folder: Annotated[Path, typer.Argument(help="Where to; made when it is not there.")]) -> None:
+def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where to; made when it is not there.")]) -> None:
     """Render the sample captures and clouds into FOLDER."""
     from .evaluation.samples import write_samples
 

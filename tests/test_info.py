@@ -43,6 +43,16 @@ def test_bad_frames(doo3d, capture):
     assert doo3d("info", folder)[0] == 2
 
 
+def test_of_many_bad_frames_a_few_reasons_are_enough(doo3d, capture):
+    folder = capture(frames=6)
+    for file in (folder / "depth").iterdir():
+        file.write_bytes(b"")
+    code, out, _ = doo3d("info", folder)
+    assert code == 2
+    assert [line.split()[1] for line in out.splitlines() if "unreadable" in line] == ["000000:", "000001:", "000002:", "3"]
+    assert "3 more, which --json names" in out
+
+
 def test_json(doo3d, capture):
     code, out, err = doo3d("info", capture(frames=9), "--json", "--samples", 2, "--every", 2, "--sheet", "a.jpg")
     found = json.loads(out)

@@ -76,7 +76,9 @@ def scenes(
 
 @app.command()
 def samples(
-    folder: Annotated[Path, typer.Argument(help="Captures and clouds with their truth beside them, such as sample_clouds.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Captures and clouds with their truth beside them, such as sample_clouds.")
+    ],
     count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,

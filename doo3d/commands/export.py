@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError
-from .options import Overrides
 
 if TYPE_CHECKING:
     from ..exports import Export
@@ -24,7 +23,10 @@ def export(
         str | None, typer.Option(metavar="POSE", help="Camera to world: a file with a 4x4 matrix, or x,y,z,qx,qy,qz,qw.")
     ] = None,
     count: Annotated[int | None, typer.Option(metavar="M", help="Of nodes: how many (--set count=M).")] = None,
-    overrides: Overrides = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Set one option of the format, such as ground=true; repeat for more."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
     known: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
 ) -> None:

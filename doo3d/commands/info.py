@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..viz.sheet import Tile
 
 SOME_FAILED, ALL_FAILED = 1, 2  # exit codes
+MOST_REASONS = 3  # of frames that cannot be read
 _PICTURES = (".png", ".jpg", ".jpeg")
 
 
@@ -92,7 +93,7 @@ def lines(found: Summary, what: str) -> list[str]:
         *(("camera", f"fx {c.fx:.2f}  fy {c.fy:.2f}  cx {c.cx:.2f}  cy {c.cy:.2f} px") for c in sorted(cameras, key=repr)),
         ("depth", _depth(found)),
         ("cloud", _clouds(good)),
-        *(("unreadable", f"{look.name}: {look.error}") for look in found.looks if look.error is not None),
+        *(("unreadable", text) for text in _unreadable(found.looks)),
         *(("note", note) for note in found.notes),
     ]
     return [found.path, *(f"  {label:<10}  {text}" for label, text in matters if text)]
@@ -116,6 +117,13 @@ def _looked(found: Summary) -> str:
         return ""
     failed = len(found.looks) - len(found.good)
     return f"{_frames(len(found.looks))}" + (f", of which {failed} cannot be read" if failed else ", all can be read")
+
+
+def _unreadable(looks: Sequence[Look]) -> list[str]:
+    """Why frames cannot be read: of the first few, for mostly it is the same of all."""
+    reasons = [f"{look.name}: {look.error}" for look in looks if look.error is not None]
+    more = len(reasons) - MOST_REASONS
+    return reasons[:MOST_REASONS] + [f"{more} more, which --json names"] * (more > 0)
 
 
 def _holds(good: Sequence[Look]) -> str:

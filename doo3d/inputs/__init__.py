@@ -69,8 +69,7 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
                 if reading.trajectory is not None:
                     capture = PosedCapture(capture, reading.trajectory, reading.tolerance)
                 return MaskedCapture(capture, Path(masks)) if masks is not None else capture
-        known = "; ".join(format_class(name).what for name in FORMATS)
-        raise InputError(f"{path}: {_why_unknown(path)}. What can be read: {known}")
+        raise InputError(f"{path}: {_why_unknown(path)}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
@@ -81,13 +80,14 @@ def _camera_is_said(path: Path, reading: Reading) -> bool:
 
 
 def _why_unknown(path: Path) -> str:
+    known = f"What can be read: {'; '.join(format_class(name).what for name in FORMATS)}"
     if path.is_file():
-        return "this file is of no known format (a depth image alone is not enough, its camera has to be known)"
+        return f"this file is of no known format (a depth image alone is not enough, its camera has to be known). {known}"
     inside = sorted(path.iterdir())
     if not inside:
-        return "this folder is empty"
+        return f"this folder is empty. {known}"
     captures = [item.name for item in inside if any(format_class(name).recognises(item) for name in FORMATS)]
     if not captures:
-        return "this folder holds nothing of a known format"
-    shown = ", ".join(captures[:5]) + (", ..." if len(captures) > 5 else "")
+        return f"this folder holds nothing of a known format. {known}"
+    shown = ", ".join(captures[:5]) + (f" and {len(captures) - 5} more" if len(captures) > 5 else "")
     return f"this folder is not itself a capture but holds {len(captures)} of them, give one of these: {shown}"
