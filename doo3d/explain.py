@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -214,33 +215,42 @@ def _accounts(stages: Stages, config: Config, pruned: Floats, merges: tuple[Merg
         Account("thin", f"{len(stages.skeleton.coords)} voxels of skeleton"),
         Account(
             "traverse",
-            f"{len(lengths)} paths: {', '.join(said(length) for length in sorted(lengths, reverse=True)[:12])}"
+            f"{_counted(len(lengths), 'path')}: {', '.join(said(length) for length in sorted(lengths, reverse=True)[:12])}"
             f"{', ...' if len(lengths) > 12 else ''}",
             (f"{cut} voxels of skeleton: spurs (traverse.min_branch), and where strands touch at junctions (separation)",)
             * (cut > 0),
         ),
         Account(
             "fit",
-            f"{len(stages.fitted)} chains of {sum(len(chain.joints) - 1 for chain in stages.fitted)} segments of {said(least)}",
-            (f"{short} paths shorter than a segment (fit.segment_length)",) * (short > 0),
+            f"{_laid(stages.fitted)} of {said(least)}",
+            (f"{_counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
         ),
         Account(
             "prune",
-            f"{len(stages.pruned)} chains of {sum(len(chain.joints) - 1 for chain in stages.pruned)} segments",
+            _laid(stages.pruned),
             (f"{len(pruned)} segments that overlapped one of a longer chain (prune.width)",) * (len(pruned) > 0),
         ),
         Account(
             "merge",
-            f"{len(merges)} connections, {len(stages.merged)} chains",
+            f"{_counted(len(merges), 'connection')}, {_counted(len(stages.merged), 'chain')}",
             tuple(f"a chain of {said(chain.length)}: {last}" for chain in lone),
         ),
-        Account("fill", f"{sum(len(path.joins) for path in stages.filled)} gaps closed"),
+        Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
         Account(
             "refine",
-            f"{len(stages.chains)} chains: {', '.join(said(chain.length) for chain in stages.chains)}",
-            (f"{gone} chains shorter than half a segment, or thin beside the thickest (refine.min_width)",) * (gone > 0),
+            f"{_counted(len(stages.chains), 'chain')}: {', '.join(said(chain.length) for chain in stages.chains)}",
+            (f"{_counted(gone, 'chain')} shorter than half a segment, or thin beside the thickest (refine.min_width)",)
+            * (gone > 0),
         ),
     ]
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' * (count != 1)}"
+
+
+def _laid(chains: Sequence[Chain]) -> str:
+    return f"{_counted(len(chains), 'chain')} of {_counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"
 
 
 def _off_paths(stages: Stages) -> int:

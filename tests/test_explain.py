@@ -93,6 +93,7 @@ def test_from_the_shell(doo3d, tmp_path):
     assert said[0] == "frame 000001"
     assert "merges, in order:" in said
     assert sum("next best: " in line for line in said) == 2
+    assert any(line.split(None, 1) == ["merge", "2 connections, 1 chain"] for line in said)
     why = json.loads((tmp_path / "why.json").read_text())
     assert (why["schema"], why["frame"], len(why["merges"])) == ("doo3d/explanation/1", "000001", 2)
     code, _, err = doo3d("explain", SAMPLES / "crossing", "--json", "why.json")
