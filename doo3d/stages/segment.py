@@ -23,6 +23,8 @@ FAR = 5.0
 ALIKE = 4
 """Neighbouring readings that err alike, so that only as many fewer are averaged: those of a stereo camera do over 2 px."""
 
+LINES = "segment: no mask and no colours are given, so lines of any colour are the object, shadows too; see doo3d tune"
+
 MOST = 20
 """px; half the widest window."""
 
@@ -154,7 +156,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         pixels=pixels,
         mask=found,
         color=image.color,
-        notes=() if found.any() else (_nothing(way),),
+        notes=(_nothing(way),) if not found.any() else (LINES,) if way == "ridge" and config.method == "auto" else (),
     )
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label
@@ -10,8 +13,8 @@ from stages.drawn import CAMERA, depth_of, frame_of, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
 from doo3d.errors import InputError
-from doo3d.stages.segment import lone, roughness, segment, tidy
-from doo3d.types import Cloud, Foreground, Frame
+from doo3d.stages.segment import LINES, lone, roughness, segment, tidy
+from doo3d.types import Cloud, Foreground, Frame, Image
 
 RADIUS = 0.005
 CONFIG = SegmentConfig()
@@ -275,3 +278,12 @@ def test_the_input_is_not_written_to():
     np.testing.assert_array_equal(depth, DEPTH.astype(np.float32))
     np.testing.assert_array_equal(mask, SEEN)
     assert frame_of(wave(), radius=RADIUS)[1].sum() == SEEN.sum()
+
+
+def test_lines_of_an_image_are_taken_with_a_word_of_warning():
+    folder = Path(__file__).parents[2] / "sample_clouds" / "photos"
+    image = Image(np.ascontiguousarray(cv2.imread(str(folder / "loop.jpg"))[:, :, ::-1]))
+    mask = cv2.imread(str(folder / "mask" / "loop.png"), cv2.IMREAD_GRAYSCALE) > 0
+    assert segment(image, SegmentConfig()).notes == (LINES,)
+    assert segment(image, SegmentConfig(method="ridge")).notes == ()
+    assert segment(image, SegmentConfig(), mask).notes == ()
