@@ -32,7 +32,7 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
         there = paths[name].exists()
         found = _in_3d(paths[name]) if there else Detection(())
         crossings = found.crossings if found.coordinates == "camera" else None
-        seconds = sum(found.seconds.values()) if there else float("nan")
+        seconds = sum(found.seconds.values()) if found.seconds else float("nan")
         error = None if there else "no result"
         family = folder.resolve().name
         rows.append(Row(name, family, score(found.chains, truths, crossings), seconds, error, found.sure, found))
