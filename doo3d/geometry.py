@@ -99,18 +99,3 @@ def perpendicular(direction: Floats) -> Floats:
     """(D,) unit -> a (D,) unit vector square to it, always the same for the same direction."""
     axis = np.eye(len(direction))[np.argmin(np.abs(direction))]
     return unit(axis - direction * (axis @ direction))
-
-
-def end_course(points: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Where the last end of a polyline (P, D) is heading: the outward unit direction (D,), and the curvature (D,) 1/m.
-
-    Of a parabola (a line, from fewer than four points) fitted over `reach` of it: a line over a length of a curve of
-    radius R lags behind its end by length / 2R. The curvature is square to the direction.
-    """
-    back = arc_length(points[::-1])
-    near = back <= max(reach, back[1]) * (1 + 1e-9)
-    powers = np.vander(-back[near], 3 if near.sum() > 3 else 2, increasing=True)
-    fitted = np.linalg.lstsq(powers, points[::-1][near], rcond=None)[0]
-    direction = unit(fitted[1])
-    bend = 2 * fitted[2] if len(fitted) > 2 else np.zeros(points.shape[1])
-    return direction, np.asarray(bend - (bend @ direction) * direction)

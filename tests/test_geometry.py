@@ -9,7 +9,6 @@ from doo3d.geometry import (
     angle,
     arc_length,
     densify,
-    end_course,
     moving_mean,
     perpendicular,
     resample,
@@ -147,28 +146,3 @@ def test_perpendicular(dim):
         np.testing.assert_array_equal(side, perpendicular(direction.copy()))
     for axis in np.eye(dim):
         assert perpendicular(axis) @ axis == 0
-
-
-@dims
-@pytest.mark.parametrize("reach", [0.05, 0.4, 1.0])
-def test_the_course_at_the_ends_of_an_arc(dim, reach):
-    """A line through the last stretch of an arc lags by half of it; the tangent of the fitted parabola does not."""
-    points = circle(dim, turn=2.0)
-    (first, _), (last, bend) = end_course(points[::-1], reach), end_course(points, reach)
-    np.testing.assert_allclose(first[:2], [0, -1], atol=0.35 * reach**2 + 0.01)
-    np.testing.assert_allclose(last[:2], [-np.sin(2.0), np.cos(2.0)], atol=0.35 * reach**2 + 0.01)
-    assert np.linalg.norm(first) == pytest.approx(1)
-    np.testing.assert_allclose(bend[:2], [-np.cos(2.0), -np.sin(2.0)], atol=0.5 * reach + 0.02)
-    assert bend @ last == pytest.approx(0, abs=1e-9)
-
-
-@dims
-def test_the_course_of_the_last_segment(dim):
-    points = np.pad([[0.0, 0], [1, 0], [1, 1], [1, 2]], ((0, 0), (0, dim - 2)))
-    first, last = end_course(points[::-1], 0.0)[0], end_course(points, 0.0)[0]
-    np.testing.assert_allclose(first[:2], [-1, 0], atol=1e-12)
-    np.testing.assert_allclose(last[:2], [0, 1], atol=1e-12)
-    first, last = end_course(points[1::-1], 5.0)[0], end_course(points[:2], 5.0)[0]
-    assert not end_course(points[:2], 5.0)[1].any()
-    np.testing.assert_allclose(first[:2], [-1, 0], atol=1e-12)
-    np.testing.assert_allclose(last[:2], [1, 0], atol=1e-12)

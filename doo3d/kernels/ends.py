@@ -10,10 +10,11 @@ import numpy as np
 
 @numba.njit(cache=True)
 def courses(joints, bounds, reach):  # type: ignore[no-untyped-def]
-    """The outward direction and the curvature of either end of every chain, as `geometry.end_course` says.
+    """Where either end of every chain is heading: the outward direction, and the curvature, which is square to it.
 
-    The parabola is fitted in polynomials that are orthogonal over the joints: t less its mean, and the square of that less
-    what the former and 1 have of it; t is the arc length, 0 at the end.
+    Of a parabola (a line, from fewer than four joints) fitted over `reach` of it: a line over a length of a curve of radius R
+    lags behind its end by length / 2R. It is fitted in polynomials that are orthogonal over the joints: t less its mean, and the
+    square of that less what the former and 1 have of it; t is the arc length, 0 at the end.
 
     joints : (N, D) float64 of all chains. bounds : (C + 1,) int64, where each chain's begin. reach : m (px in 2-D).
     Returns (2 C, D) unit and (2 C, D) 1/m, the first end of each chain and then its last.

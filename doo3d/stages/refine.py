@@ -33,8 +33,9 @@ def refine(
     points = _ascending(foreground.points)
     paths = extended(paths, stations, config, points, grid.size)
     stations = lay(paths, grid.radius, config, segment_length)
-    paths = carried_on(paths, stations, config, points, evidence)
-    stations = lay(paths, grid.radius, config, segment_length)
+    longer = carried_on(paths, stations, config, points, evidence)
+    if longer is not paths:
+        paths, stations = longer, lay(longer, grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
     for _ in range(config.rounds):
         to_axis(stations, config, foreground)
