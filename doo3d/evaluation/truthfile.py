@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..outputs.document import read_object
 from ..types import COORDINATES
 from .model import Truth
 
@@ -57,14 +58,7 @@ def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
     ------
     InputError : not there, not JSON, not of this schema, or a cable is not one.
     """
-    try:
-        values = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not valid JSON ({error})") from None
-    if not isinstance(values, dict) or values.get("schema") != SCHEMA:
-        raise InputError(f"{path}: is not a truth file: expected an object with schema {SCHEMA!r}")
+    values = read_object(path, SCHEMA, "a truth file")
     frames = values.get("frames")
     if not isinstance(frames, dict) or not all(isinstance(cables, list) for cables in frames.values()):
         raise InputError(f"{path}: frames: expected an object with a list of cables by each frame's name")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+from pathlib import Path
 from typing import Any
 
+from ..errors import InputError
 from ..types import Cloud, Detection, Frame, Image
 
 # a list that holds neither lists nor objects nor strings, spread over lines
@@ -22,6 +24,24 @@ def dumps(value: Any) -> str:
     """JSON with one line per joint, floats in full, and null for NaN and infinity, which JSON does not have."""
     text = json.dumps(finite(value), indent=1, ensure_ascii=False, allow_nan=False)
     return _FLAT_LIST.sub(lambda found: "[" + re.sub(r"\n\s+", " ", found.group(1)) + "]", text) + "\n"
+
+
+def read_object(path: str | Path, schema: str, what: str) -> dict[str, Any]:
+    """The object in a JSON file of a schema; `what` such a file is, with its article.
+
+    Raises
+    ------
+    InputError : not there, not JSON, or of another schema.
+    """
+    try:
+        values = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise InputError(f"{path}: is not valid JSON ({error})") from None
+    if not isinstance(values, dict) or values.get("schema") != schema:
+        raise InputError(f"{path}: is not {what}: expected an object with schema {schema!r}")
+    return values
 
 
 def finite(value: Any) -> Any:

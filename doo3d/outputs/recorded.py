@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import COORDINATES, SCHEMA, Chain, Connection, Crossing, Detection, Place
+from .document import read_object
 from .results import MANIFEST
 
 
@@ -64,14 +65,7 @@ def read_detection(path: str | Path) -> Detection:
     ------
     InputError : not there, not JSON, of another schema, or damaged.
     """
-    try:
-        values = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not valid JSON ({error})") from None
-    if not isinstance(values, dict) or values.get("schema") != SCHEMA:
-        raise InputError(f"{path}: is not a detection: expected an object with schema {SCHEMA!r}")
+    values = read_object(path, SCHEMA, "a detection")
     try:
         return _detection(values)
     except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
