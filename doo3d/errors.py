@@ -7,7 +7,21 @@ from types import ModuleType
 
 
 class DooError(Exception):
-    """Base of every error that doo3d raises on purpose."""
+    """Base of every error that doo3d raises on purpose.
+
+    Attributes
+    ----------
+    code : short and stable, lower case with hyphens, such as "mask-shape": names the cause, for scripts and tests. The
+        sentence may be rewritten from version to version; the code stays.
+    """
+
+    def __init__(self, message: str, *, code: str = "") -> None:
+        super().__init__(message)
+        self.code = code
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Keep the code when the error crosses a process boundary."""
+        return _rebuilt, (type(self), str(self), self.code)
 
 
 class InputError(DooError):
@@ -20,6 +34,10 @@ class ConfigError(DooError):
 
 class MissingDependency(DooError):
     """An optional package is needed and not installed. The message holds the pip line."""
+
+
+def _rebuilt(kind: type[DooError], message: str, code: str) -> DooError:
+    return kind(message, code=code)
 
 
 def require(module: str, extra: str | None = None) -> ModuleType:
@@ -38,4 +56,6 @@ def require(module: str, extra: str | None = None) -> ModuleType:
         return importlib.import_module(module)
     except ImportError as error:
         what = f"'doo3d[{extra}]'" if extra else module.split(".")[0]
-        raise MissingDependency(f"{module} cannot be imported ({error}): install it with: pip install {what}") from error
+        raise MissingDependency(
+            f"{module} cannot be imported ({error}): install it with: pip install {what}", code="missing-package"
+        ) from error

@@ -83,9 +83,12 @@ def doo3d(monkeypatch, capfd, tmp_path):
 
 @pytest.fixture
 def refused(doo3d, tmp_path):
-    """A function that runs `detect`, which is to end with exit code 2, one sentence, and nothing written; the sentence."""
+    """A function that runs `detect`, which is to end with exit code 2, one sentence, and nothing written; the sentence.
 
-    def run(*args) -> str:
+    `refused(*args, code="mask-shape")` checks the error's code as well; wording is asserted only where it names a file or value.
+    """
+
+    def run(*args, code: str | None = None) -> str:
         before = sorted(os.listdir(tmp_path))
         code, out, err = doo3d("detect", *args)
         assert code == 2
@@ -94,6 +97,7 @@ def refused(doo3d, tmp_path):
         lines = [line for line in err.splitlines() if "compiles" not in line]
         assert len(lines) == 1, err
         assert lines[0].startswith("doo3d: ")
+        assert code is None or lines[0].endswith(f" [{code}]"), lines[0]
         return lines[0]
 
     return run

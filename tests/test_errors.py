@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
 import doo3d
@@ -29,3 +31,8 @@ def test_public_names():
         assert name in dir(doo3d)
     with pytest.raises(AttributeError, match="nothing_such"):
         _ = doo3d.nothing_such
+
+
+def test_the_code_of_an_error_stays_with_it_when_it_crosses_processes():
+    error = pickle.loads(pickle.dumps(InputError("mask has shape (1, 2)", code="mask-shape")))
+    assert (type(error), str(error), error.code) == (InputError, "mask has shape (1, 2)", "mask-shape")
