@@ -90,8 +90,8 @@ def refused(doo3d, tmp_path):
 
     def run(*args, code: str | None = None) -> str:
         before = sorted(os.listdir(tmp_path))
-        code, out, err = doo3d("detect", *args)
-        assert code == 2
+        status, out, err = doo3d("detect", *args)
+        assert status == 2
         assert out == ""
         assert sorted(os.listdir(tmp_path)) == before
         lines = [line for line in err.splitlines() if "compiles" not in line]
