@@ -108,7 +108,8 @@ def run(
     if capture.format in FLAT and config.mode != "2d":
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json: use a 2-D config, the "
-            "preset image or paper_2d (-c image)"
+            "preset image or paper_2d (-c image)",
+            code="mode-needs-depth",
         )
     names = [entry.name for entry in capture.frames]
     folder = ResultsFolder(Path(out), _source(capture, reading), config, names, fresh=fresh, force=force)
@@ -182,7 +183,7 @@ def _found(entry: Entry, job: Job) -> Found:
         found: Found = job.result()
         return found
     except LostError as error:
-        return Found(FrameRecord.of(entry, str(error)))
+        return Found(FrameRecord.of(entry, str(error), error.code))
 
 
 def _drawn(entry: Entry, found: Found, job: Job | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
@@ -192,4 +193,4 @@ def _drawn(entry: Entry, found: Found, job: Job | None) -> tuple[FrameRecord, di
         record, files = job.result()
         return record, files
     except LostError as error:
-        return FrameRecord.of(entry, str(error)), None
+        return FrameRecord.of(entry, str(error), error.code), None

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from .errors import ConfigError
+from .errors import ConfigError, invalid_code
 
 
 class Section(BaseModel):
@@ -395,7 +395,10 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
     try:
         return Config.model_validate(values)
     except ValidationError as error:
-        raise ConfigError(f"config {name}: " + "; ".join(_sentence(item) for item in error.errors())) from None
+        raise ConfigError(
+            f"config {name}: " + "; ".join(_sentence(item) for item in error.errors()),
+            code=invalid_code(item["type"] for item in error.errors()),
+        ) from None
 
 
 def parse_overrides(pairs: list[str]) -> dict[str, Any]:
@@ -409,11 +412,11 @@ def parse_overrides(pairs: list[str]) -> dict[str, Any]:
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals or not key.strip():
-            raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2")
+            raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2", code="override-invalid")
         try:
             result[key.strip()] = yaml.safe_load(text)
         except yaml.YAMLError as error:
-            raise ConfigError(f"--set {pair}: the value cannot be read as YAML ({error})") from None
+            raise ConfigError(f"--set {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
     return result
 
 
@@ -423,18 +426,21 @@ def _read(name: str | Path) -> dict[str, Any]:
         path = preset_folder() / f"{name}.yaml"
         if not path.is_file():
             raise ConfigError(
-                f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; a file of your own ends in .yaml"
+                f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; a file of your own ends in .yaml",
+                code="preset-unknown",
             )
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigError(f"config {path}: cannot be read ({error.strerror})") from None
+        raise ConfigError(f"config {path}: cannot be read ({error.strerror})", code="file-unreadable") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"config {path}: not valid YAML ({error})") from None
+        raise ConfigError(f"config {path}: not valid YAML ({error})", code="yaml-invalid") from None
     if values is None:
         return {}
     if not isinstance(values, dict):
-        raise ConfigError(f"config {path}: expected sections such as 'merge:', got a {type(values).__name__}")
+        raise ConfigError(
+            f"config {path}: expected sections such as 'merge:', got a {type(values).__name__}", code="section-expected"
+        )
     return values
 
 
@@ -445,7 +451,7 @@ def _put(values: dict[str, Any], key: str, value: Any) -> None:
         if inner is None:
             inner = values[section] = {}
         if not isinstance(inner, dict):
-            raise ConfigError(f"override {key}: {section} is not a section")
+            raise ConfigError(f"override {key}: {section} is not a section", code="section-expected")
         values = inner
     values[last] = value
 

@@ -28,7 +28,9 @@ def own(name: str) -> OwnCost:
     ConfigError : there is none.
     """
     if name not in OWN:
-        raise ConfigError(f"merge.own: there is no cost {name!r}; doo3d.costs.OWN holds {', '.join(OWN) or 'none'}")
+        raise ConfigError(
+            f"merge.own: there is no cost {name!r}; doo3d.costs.OWN holds {', '.join(OWN) or 'none'}", code="cost-unknown"
+        )
     return OWN[name]
 
 

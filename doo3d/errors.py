@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterable
 from types import ModuleType
 
 
@@ -38,6 +39,14 @@ class MissingDependency(DooError):
 
 def _rebuilt(kind: type[DooError], message: str, code: str) -> DooError:
     return kind(message, code=code)
+
+
+def invalid_code(kinds: Iterable[str]) -> str:
+    """The code for values that pydantic refuses, by the first of its kinds of errors."""
+    first = next(iter(kinds), "")
+    if first == "extra_forbidden":
+        return "key-unknown"
+    return "value-out-of-bounds" if first.startswith(("greater_than", "less_than")) else "value-invalid"
 
 
 def require(module: str, extra: str | None = None) -> ModuleType:

@@ -41,7 +41,10 @@ class _Voxels:
         """The keys (N,) of points (N, 3) m."""
         places = np.floor(points / self.size).astype(np.int64) + HALF
         if (places < 0).any() or (places >= 2 * HALF).any():
-            raise InputError(f"it lies over {HALF * self.size:.3g} m from the world's origin: give a larger fusion.voxel")
+            raise InputError(
+                f"it lies over {HALF * self.size:.3g} m from the world's origin: give a larger fusion.voxel",
+                code="voxels-too-many",
+            )
         return np.asarray((places[:, 0] * 2 * HALF + places[:, 1]) * 2 * HALF + places[:, 2])
 
     def add(self, points: Floats, values: Floats) -> None:
@@ -91,6 +94,7 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     sights = _Sights(config.fusion.max_sights)
     poses: list[Floats] = []
     notes: list[str] = []
+    codes: set[str] = set()
     lost = 0
     for entry in entries:
         try:
@@ -101,9 +105,10 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
             pose = _checked(shot.pose)
             found = segment(_with_depth(shot), config.segment, chosen_mask(shot, config), config.seed)
             if not len(found.points):
-                raise InputError("the object is not in it")
+                raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
             notes.append(f"{entry.name} is left out: {error}")
+            codes.add(error.code)
             continue
         if fine is None or coarse is None:
             size = config.fusion.voxel or point_spacing(found)
@@ -118,10 +123,14 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     if lost and not poses:
         raise InputError(
             "no frame says where its camera was, which fusing them needs: a capture with poses (TUM, BOP, a bag with tf), or "
-            "--read trajectory=FILE"
+            "--read trajectory=FILE",
+            code="pose-missing",
         )
     if fine is None or coarse is None:
-        raise InputError("no frame can be used" + (f": {notes[0]}" if notes else ""))
+        raise InputError(
+            "no frame can be used" + (f": {notes[0]}" if notes else ""),
+            code=codes.pop() if len(codes) == 1 else "frames-unusable",
+        )
     if lost:
         notes.append(f"{lost} frames without a pose are left out")
     check_moved(np.array(poses))
@@ -142,20 +151,21 @@ def check_moved(poses: Floats) -> None:
     if way < MOVED and turn < TURNED:
         raise InputError(
             f"the camera did not move ({1000 * way:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every frame "
-            "shows the same parts, detect in them one by one, without --static"
+            "shows the same parts, detect in them one by one, without --static",
+            code="camera-still",
         )
 
 
 def _checked(pose: Floats) -> Floats:
     pose = np.asarray(pose, dtype=float)
     if pose.shape != (4, 4) or not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-3):
-        raise InputError("its pose is no rotation and shift, 4 x 4")
+        raise InputError("its pose is no rotation and shift, 4 x 4", code="pose-invalid")
     return pose
 
 
 def _with_depth(shot: Shot) -> Frame | Cloud:
     if isinstance(shot.data, Image):
-        raise InputError("it is an image without depth, of which no cloud can be made")
+        raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
     return shot.data
 
 
@@ -179,7 +189,9 @@ def _kept(fine: _Voxels, coarse: _Voxels, least: int, sights: list[Sight], margi
         kept[~kept] = ~ManyEvidence.together(sights, margin, True).denied(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
-        raise InputError(f"nothing is seen by {least} frames: are the poses right, and is the thing at rest?")
+        raise InputError(
+            f"nothing is seen by {least} frames: are the poses right, and is the thing at rest?", code="views-too-few"
+        )
     return points, np.rint(colors).astype(np.uint8) if np.isfinite(colors).all() else None
 
 
@@ -194,7 +206,8 @@ class StaticCapture:
     def __init__(self, capture: Capture, config: Config) -> None:
         if config.mode == "2d":
             raise InputError(
-                "--static fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)"
+                "--static fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
+                code="config-mode",
             )
         self.path, self.format = capture.path, f"{capture.format}, fused"
         self.masks: Path | None = getattr(capture, "masks", None)

@@ -145,17 +145,20 @@ def in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Clou
     if isinstance(data, np.ndarray):
         data = Image(data)
     if not isinstance(data, (Frame, Cloud, Image)):
-        raise InputError(f"a {type(data).__name__} is no doo3d.Frame, doo3d.Cloud or image")
+        raise InputError(f"a {type(data).__name__} is no doo3d.Frame, doo3d.Cloud or image", code="data-type")
     if config.mode == "2d":
         if isinstance(data, Image):
             return data
         if isinstance(data, Cloud) or data.color is None:
             raise InputError(
-                "the config is for images (mode: 2d), and this has no colour image: use a 3-D config, such as default"
+                "the config is for images (mode: 2d), and this has no colour image: use a 3-D config, such as default",
+                code="mode-needs-image",
             )
         return Image(data.color, data.name, data.timestamp)
     if isinstance(data, Image):
-        raise InputError("an image has no depth: use a 2-D config, such as the presets image and paper_2d (-c image)")
+        raise InputError(
+            "an image has no depth: use a 2-D config, such as the presets image and paper_2d (-c image)", code="mode-needs-depth"
+        )
     return data
 
 

@@ -202,7 +202,9 @@ class Tracker:
             for document in last:
                 state = _after(state, [_chain(chain) for chain in document["chains"]], config.keep)
         except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
-            raise InputError(f"the results so far are broken ({error!r}): start anew with --fresh") from None
+            raise InputError(
+                f"the results so far are broken ({error!r}): start anew with --fresh", code="results-damaged"
+            ) from None
         return Tracker(config, state)
 
 

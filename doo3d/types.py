@@ -51,9 +51,11 @@ def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
     """
     mask = np.asarray(mask)
     if mask.shape != shape:
-        raise InputError(f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data")
+        raise InputError(
+            f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data", code="mask-shape"
+        )
     if mask.dtype != bool and not np.issubdtype(mask.dtype, np.integer):
-        raise InputError(f"mask has type {mask.dtype}, expected bool or integers (non-zero = object)")
+        raise InputError(f"mask has type {mask.dtype}, expected bool or integers (non-zero = object)", code="mask-type")
     return mask.astype(bool, order="C")
 
 
@@ -76,10 +78,13 @@ class Camera:
         if not np.isfinite(numbers).all() or self.fx <= 0 or self.fy <= 0:
             raise InputError(
                 f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: expected finite numbers in pixels, "
-                "focal lengths above zero"
+                "focal lengths above zero",
+                code="intrinsics-invalid",
             )
         if self.width < 1 or self.height < 1:
-            raise InputError(f"intrinsics: image size {self.width}x{self.height}, expected at least 1x1")
+            raise InputError(
+                f"intrinsics: image size {self.width}x{self.height}, expected at least 1x1", code="intrinsics-invalid"
+            )
 
     def project(self, points: Floats) -> Floats:
         """(N, 3) m in the camera frame -> (N, 2) pixels; z <= 0 gives NaN."""
@@ -115,25 +120,32 @@ class Frame:
     def __post_init__(self) -> None:
         depth = np.asarray(self.depth)
         if depth.ndim != 2 or depth.size == 0:
-            raise InputError(f"depth has shape {depth.shape}, expected (height, width)")
+            raise InputError(f"depth has shape {depth.shape}, expected (height, width)", code="depth-shape")
         if not np.issubdtype(depth.dtype, np.floating):
             raise InputError(
-                f"depth has type {depth.dtype}, expected float metres: divide the raw values by the depth_scale (units per metre)"
+                f"depth has type {depth.dtype}, expected float metres: divide the raw values by the depth_scale "
+                "(units per metre)",
+                code="depth-type",
             )
         if (self.camera.height, self.camera.width) != depth.shape:
             raise InputError(
                 f"depth is {depth.shape[1]}x{depth.shape[0]} but the intrinsics are for "
-                f"{self.camera.width}x{self.camera.height}: give the intrinsics of this resolution"
+                f"{self.camera.width}x{self.camera.height}: give the intrinsics of this resolution",
+                code="intrinsics-size",
             )
         color = self.color
         if color is not None:
             color = np.asarray(color)
             if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8:
-                raise InputError(f"color has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB")
+                raise InputError(
+                    f"color has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB",
+                    code="color-shape",
+                )
             if color.shape[:2] != depth.shape:
                 raise InputError(
                     f"color is {color.shape[1]}x{color.shape[0]} but depth is {depth.shape[1]}x{depth.shape[0]}: "
-                    "align one to the other first (same size, same view)"
+                    "align one to the other first (same size, same view)",
+                    code="color-size",
                 )
         with np.errstate(invalid="ignore"):
             good = np.isfinite(depth) & (depth > 0)
@@ -158,7 +170,9 @@ class Image:
         if color.ndim == 2:
             color = np.repeat(color[:, :, None], 3, axis=2)
         if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or color.size == 0:
-            raise InputError(f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB")
+            raise InputError(
+                f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB", code="image-shape"
+            )
         _set(self, color=color)
 
 
@@ -209,20 +223,25 @@ class Cloud:
     def __post_init__(self) -> None:
         points = np.asarray(self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
-            raise InputError(f"points have shape {points.shape} and type {points.dtype}, expected (N, 3) float metres")
+            raise InputError(
+                f"points have shape {points.shape} and type {points.dtype}, expected (N, 3) float metres", code="points-shape"
+            )
         points = points.astype(float)
         finite = np.isfinite(points).all(axis=1)
         colors = self.colors
         if colors is not None:
             colors = np.asarray(colors)
             if colors.shape != points.shape or colors.dtype != np.uint8:
-                raise InputError(f"colors have shape {colors.shape} and type {colors.dtype}, expected {points.shape} uint8 RGB")
+                raise InputError(
+                    f"colors have shape {colors.shape} and type {colors.dtype}, expected {points.shape} uint8 RGB",
+                    code="colors-shape",
+                )
             colors = colors[finite]
         viewpoint = self.viewpoint
         if viewpoint is not None:
             viewpoint = np.asarray(viewpoint, dtype=float)
             if viewpoint.shape != (3,) or not np.isfinite(viewpoint).all():
-                raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres")
+                raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres", code="viewpoint-invalid")
         _set(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)
 
 
@@ -365,14 +384,20 @@ class Chain:
     def __post_init__(self) -> None:
         joints = np.asarray(self.joints, dtype=float)
         if joints.ndim != 2 or joints.shape[1] not in (2, 3) or len(joints) < 2:
-            raise InputError(f"joints have shape {joints.shape}, expected (N + 1, 2 or 3) with N >= 1")
+            raise InputError(f"joints have shape {joints.shape}, expected (N + 1, 2 or 3) with N >= 1", code="chain-shape")
         steps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
         if not (np.abs(steps - self.segment_length) <= 1e-6 * self.segment_length).all():
-            raise InputError(f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}")
+            raise InputError(
+                f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}",
+                code="chain-spacing",
+            )
         radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
         occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)
         if radii.shape != (len(joints),) or occluded.shape != (len(joints) - 1,):
-            raise InputError(f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}: expected (N + 1,) and (N,)")
+            raise InputError(
+                f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}: expected (N + 1,) and (N,)",
+                code="chain-shape",
+            )
         _set(self, joints=joints, radii=radii, occluded=occluded)
 
     @property
@@ -393,7 +418,7 @@ class Chain:
         InputError : count is below 2.
         """
         if count < 2:
-            raise InputError(f"nodes({count}): expected at least 2")
+            raise InputError(f"nodes({count}): expected at least 2", code="value-out-of-bounds")
         at = np.linspace(0, len(self.joints) - 1, count)
         index = np.minimum(at.astype(int), len(self.joints) - 2)
         part = (at - index)[:, None]

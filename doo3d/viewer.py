@@ -54,7 +54,8 @@ class Viewing:
             else:
                 self.stream.save(str(save))
         except (OSError, RuntimeError) as error:
-            raise InputError(f"{save or 'the viewer'}: cannot be opened ({error})") from None
+            code = "out-unwritable" if save else "viewer-unavailable"
+            raise InputError(f"{save or 'the viewer'}: cannot be opened ({error})", code=code) from None
         self.stream.log("world", self.rr.ViewCoordinates.RDF, static=True)
 
     def show(self, name: str, stages: bool = True) -> None:
@@ -81,7 +82,7 @@ class Viewing:
             reading = Reading(**source.get("reading", {}))
             capture = open_capture(source["path"], flat, source.get("masks"), reading)
             if capture.format != source.get("format"):
-                raise InputError(f"{source['path']}: is a capture of another format now")
+                raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
             return {entry.name: entry for entry in capture.frames}
         except (DooError, KeyError, TypeError, ValueError) as error:
             self.said = f"the capture cannot be read any more, so only the chains are shown ({error})"
@@ -194,5 +195,7 @@ def frames_of(results: Results, wanted: Sequence[str] | None) -> list[str]:
         try:
             chosen.append(item if item in results.frames else results.frames[int(item)])
         except (ValueError, IndexError):
-            raise InputError(f"--frame {item}: {results.path} has {len(results.frames)} frames that are fine") from None
+            raise InputError(
+                f"--frame {item}: {results.path} has {len(results.frames)} frames that are fine", code="frame-unknown"
+            ) from None
     return chosen

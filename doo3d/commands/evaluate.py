@@ -227,7 +227,7 @@ def _run(
         try:
             paths = write_pictures(pictures, [row for own in by_family(shown).values() for row in worst(own, drawn)])
         except OSError as error:
-            raise InputError(f"{pictures}: cannot be written to ({error.strerror})") from None
+            raise InputError(f"{pictures}: cannot be written to ({error.strerror})", code="out-unwritable") from None
         typer.echo("\n".join(map(str, paths)))
 
 
@@ -263,11 +263,13 @@ def _sensor(name: str) -> str:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and int(width) >= 64 and int(height) >= 64):
-        raise ConfigError(f"--size {text}: expected WIDTHxHEIGHT in pixels, 64x64 at least, such as 1280x720")
+        raise ConfigError(
+            f"--size {text}: expected WIDTHxHEIGHT in pixels, 64x64 at least, such as 1280x720", code="value-invalid"
+        )
     return int(width), int(height)
 
 
 def _one_of(option: str, value: str, choices: Collection[str]) -> str:
     if value not in choices:
-        raise ConfigError(f"{option} {value}: there are {', '.join(choices)}")
+        raise ConfigError(f"{option} {value}: there are {', '.join(choices)}", code="choice-unknown")
     return value

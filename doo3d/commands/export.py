@@ -50,7 +50,10 @@ def export(
             typer.echo("\n".join(_about(name, export_class(name))))
         return
     if results is None or to is None:
-        raise ConfigError("expected OUT and --to FORMAT, such as doo3d export out --to npz; the formats: " + ", ".join(FORMATS))
+        raise ConfigError(
+            "expected OUT and --to FORMAT, such as doo3d export out --to npz; the formats: " + ", ".join(FORMATS),
+            code="option-missing",
+        )
     options = parse_overrides(overrides or []) | ({} if count is None else {"count": count})
     target = out or default_path(results, to)
     written = write(results, to, target, frames=frame or None, pose=pose, force=force, **options)

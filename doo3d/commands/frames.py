@@ -33,7 +33,7 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> E
     except (ValueError, IndexError):
         shown = f"{frames[0].name} to {frames[-1].name}" if len(frames) > 1 else "".join(entry.name for entry in frames)
         raise InputError(
-            f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {shown}"
+            f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {shown}", code="frame-unknown"
         ) from None
 
 
@@ -45,5 +45,5 @@ def new_file(path: Path, force: bool) -> Path:
     InputError : something is there already, and it is not to be replaced.
     """
     if path.exists() and not force:
-        raise InputError(f"{path} exists: give another name with -o, or --force to replace it")
+        raise InputError(f"{path} exists: give another name with -o, or --force to replace it", code="out-exists")
     return path

@@ -165,9 +165,11 @@ def _clouds(good: Sequence[Look]) -> str:
 
 def _check_place(sheet: Path, capture: Path) -> None:
     if sheet.suffix.lower() not in _PICTURES:
-        raise InputError(f"--sheet {sheet}: expected a name that ends in {', '.join(_PICTURES)}")
+        raise InputError(f"--sheet {sheet}: expected a name that ends in {', '.join(_PICTURES)}", code="out-suffix")
     if capture.resolve() in (sheet.resolve(), *sheet.resolve().parents):
-        raise InputError(f"--sheet {sheet}: belongs to the input, which would no longer be what it is: give another place")
+        raise InputError(
+            f"--sheet {sheet}: belongs to the input, which would no longer be what it is: give another place", code="out-in-input"
+        )
 
 
 def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
@@ -179,4 +181,4 @@ def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     try:
         write_bytes(path, cv2.imencode(path.suffix.lower(), sheet(title, tiles)[:, :, ::-1])[1].tobytes())
     except OSError as error:
-        raise InputError(f"--sheet {path}: cannot be written to ({error.strerror or error})") from None
+        raise InputError(f"--sheet {path}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None

@@ -23,11 +23,11 @@ def free(path: Path, force: bool) -> None:
     InputError : the file is there and `force` is not given, or its folder is not there.
     """
     if path.is_dir():
-        raise InputError(f"{path}: is a folder, expected the name of a file to write")
+        raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
     if path.exists() and not force:
-        raise InputError(f"{path}: is there already: give another name with -o, or --force to write over it")
+        raise InputError(f"{path}: is there already: give another name with -o, or --force to write over it", code="out-exists")
     if not path.absolute().parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist")
+        raise InputError(f"{path}: the folder {path.parent} does not exist", code="out-folder-missing")
 
 
 def watching(frames: Sequence[T]) -> Iterable[T]:

@@ -66,4 +66,4 @@ def save(path: Path, content: str | bytes) -> None:
     try:
         write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None

@@ -45,7 +45,10 @@ def mbest(
     from ..evaluation import photos, photos_data
 
     if single and (masks != "labels" or known_count):
-        raise ConfigError("--single goes by each cable's label and wants one chain: leave --masks and --known-count out")
+        raise ConfigError(
+            "--single goes by each cable's label and wants one chain: leave --masks and --known-count out",
+            code="options-conflict",
+        )
     entries, effective = photos_data.mbest(folder, masks, split(subsets)), config_of(config, overrides)
     rows = photos.evaluate_cables(entries, effective) if single else photos.evaluate_photos(entries, effective, known_count)
     _say_photos(rows, table, worst, pictures)

@@ -46,8 +46,8 @@ class Reporter:
 
         say = self._bar.above if self._bar else typer.echo
         if record.error is not None:
-            alone = f"doo3d: {record.error}"
-            say(failure_line(record.name, record.error, self.column) if self.total > 1 else alone, err=True)
+            error = record.error + (f" [{record.code}]" if record.code else "")
+            say(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
         elif not self.quiet:
             values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
             line = frame_line(record.name, *values, self.column)

@@ -69,7 +69,7 @@ def write_stages(folder: Path, entry: Entry, config: Config) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written to ({error.strerror})") from None
+        raise InputError(f"{folder}: cannot be written to ({error.strerror})", code="out-unwritable") from None
     files: dict[str, str | bytes] = {
         "explanation.json": dumps({"frame": entry.name, **found.to_dict()}),
         "explanation.txt": "\n".join(lines(found)) + "\n",

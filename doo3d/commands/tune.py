@@ -56,13 +56,13 @@ def tune(
     entry = frame_of(opened, frame)
     picture = out.with_suffix(".png")
     if out.suffix not in (".yaml", ".yml"):
-        raise InputError(f"-o {out}: a configuration is called .yaml")
+        raise InputError(f"-o {out}: a configuration is called .yaml", code="out-suffix")
     for path in (out, picture):
         new_file(path, force)
     picks = [(x, y) for x, y in (_numbers("--pick", text, 2) for text in pick or [])]
     region = _numbers("--box", box, 4) if box else None
     if picks and region:
-        raise InputError("--pick and --box: give one or the other")
+        raise InputError("--pick and --box: give one or the other", code="options-conflict")
     say_compiling()
     from ..outputs.picture import encode_image
     from ..outputs.settings import annotated_yaml
@@ -112,5 +112,5 @@ def _numbers(option: str, text: str, count: int) -> list[int]:
         values = []
     if len(values) != count:
         wanted = "X,Y in pixels, such as 412,230" if count == 2 else "X,Y,W,H in pixels, such as 100,50,640,480"
-        raise InputError(f"{option} {text}: expected {wanted}")
+        raise InputError(f"{option} {text}: expected {wanted}", code="value-invalid")
     return values

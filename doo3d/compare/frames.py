@@ -91,7 +91,7 @@ def compare(frame: Frame, config: Config, flat_config: Config, mask: Array | Non
     stages = run_stages(frame, config, mask)
     seen = stages.foreground.mask
     if seen is None or not seen.any():
-        raise InputError("; ".join(stages.foreground.notes) or "there is no pixel of an object to compare")
+        raise InputError("; ".join(stages.foreground.notes) or "there is no pixel of an object to compare", code="object-missing")
     color = frame.color if frame.color is not None else np.zeros((*frame.depth.shape, 3), np.uint8)
     return compare_chains(stages.chains, frame.camera, detect(Image(color), flat_config, seen).chains)
 

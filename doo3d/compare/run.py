@@ -74,9 +74,11 @@ def compare_capture(
     InputError : the capture has no depth; `out` holds something else, or cannot be written to.
     """
     if capture.format in FLAT:
-        raise InputError(f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json")
+        raise InputError(
+            f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json", code="mode-needs-depth"
+        )
     if flat_config.mode != "2d" or config.mode == "2d":
-        raise InputError("to compare, a 3-D config and a 2-D one are needed, such as default and image")
+        raise InputError("to compare, a 3-D config and a 2-D one are needed, such as default and image", code="config-mode")
     _check_place(out, force)
     records = []
     try:
@@ -86,7 +88,7 @@ def compare_capture(
         if any(record.comparison for record in records):
             write_text(out / SUMMARY, _summary(capture, records))
     except OSError as error:
-        raise InputError(f"{out}: cannot be written to ({error.strerror or error})") from None
+        raise InputError(f"{out}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
     return records
 
 
@@ -94,7 +96,7 @@ def _one(entry: Entry, config: Config, flat_config: Config, out: Path) -> Record
     try:
         shot = entry.load()
         if not isinstance(shot.data, Frame):
-            raise InputError(f"{entry.source}: a cloud has no image to compare in")
+            raise InputError(f"{entry.source}: a cloud has no image to compare in", code="mode-needs-image")
         found = compare(shot.data, config, flat_config, chosen_mask(shot, config))
     except DooError as error:
         return Record(entry.name, error=str(error))
@@ -108,14 +110,16 @@ def _one(entry: Entry, config: Config, flat_config: Config, out: Path) -> Record
 
 def _check_place(out: Path, force: bool) -> None:
     if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file, expected a folder for the results")
+        raise InputError(f"{out}: is a file, expected a folder for the results", code="out-is-file")
     if out.is_dir() and any(out.iterdir()) and not force:
         try:
             ours = json.loads((out / SUMMARY).read_text(encoding="utf-8")).get("schema") == SCHEMA
         except (OSError, ValueError, AttributeError):
             ours = False
         if not ours:
-            raise InputError(f"{out}: holds something else than a comparison: give another folder with -o, or --force")
+            raise InputError(
+                f"{out}: holds something else than a comparison: give another folder with -o, or --force", code="out-foreign"
+            )
 
 
 def _summary(capture: Capture, records: Sequence[Record]) -> str:

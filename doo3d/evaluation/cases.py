@@ -87,7 +87,7 @@ def capture_cases(
     path = Path(truth) if truth is not None else _truth_of(capture)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in entries]:
-        raise InputError(f"{path}: knows the frame {unknown[0]}, which {capture} does not have")
+        raise InputError(f"{path}: knows the frame {unknown[0]}, which {capture} does not have", code="frame-unknown")
 
     def load(name: str) -> Known:
         shot = entries[name].load()
@@ -108,7 +108,7 @@ def folder_cases(folder: str | Path) -> list[Case]:
         data = path.parent if path.name == TRUTH else _cloud_beside(path)
         cases += capture_cases(data, path, data.relative_to(folder).as_posix() if data != folder else folder.name)
     if not cases:
-        raise InputError(f"{folder}: nothing below it has a {TRUTH} or <name>.{TRUTH} beside it")
+        raise InputError(f"{folder}: nothing below it has a {TRUTH} or <name>.{TRUTH} beside it", code="truth-missing")
     return cases
 
 
@@ -120,5 +120,5 @@ def _cloud_beside(path: Path) -> Path:
     stem = path.name.removesuffix(f".{TRUTH}")
     found = [file for file in sorted(path.parent.glob(f"{stem}.*")) if not file.name.endswith(".json")]
     if not found:
-        raise InputError(f"{path}: there is no cloud {stem}.* beside it")
+        raise InputError(f"{path}: there is no cloud {stem}.* beside it", code="cloud-missing")
     return found[0]

@@ -126,18 +126,21 @@ def hsv_mask(color: Array) -> Bools:
 
 def _checked(folder: str | Path, masks: str, known: tuple[str, ...]) -> Path:
     if masks not in known:
-        raise ConfigError(f"masks {masks}: there are {', '.join(known)}")
+        raise ConfigError(f"masks {masks}: there are {', '.join(known)}", code="choice-unknown")
     return Path(folder)
 
 
 def _chosen(entries: list[Entry], folder: Path, subsets: Sequence[str] | None) -> list[Entry]:
     """Those of the subsets wanted, in the order of their numbers."""
     if not entries:
-        raise InputError(f"{folder}: no photographs here: expected images/ with labels/ beside it, see the help for the layout")
+        raise InputError(
+            f"{folder}: no photographs here: expected images/ with labels/ beside it, see the help for the layout",
+            code="photos-missing",
+        )
     there = sorted({entry.subset for entry in entries})
     for subset in subsets or ():
         if subset.upper() not in there:
-            raise InputError(f"{folder}: has no subset {subset}, only {', '.join(there)}")
+            raise InputError(f"{folder}: has no subset {subset}, only {', '.join(there)}", code="subset-unknown")
     wanted = {subset.upper() for subset in subsets or there}
     numbered = [entry for entry in entries if entry.subset in wanted]
     return sorted(
@@ -161,13 +164,16 @@ def _beside(image: Path, place: Path, kinds: tuple[str, ...]) -> Path:
         for suffix in (".png", ".npy"):
             if (path := folder / f"{image.stem}{suffix}").is_file():
                 return path
-    raise InputError(f"{image}: no {image.stem}.png or .npy beside it in {' or '.join(f'{kind}/' for kind in kinds)} of {place}")
+    raise InputError(
+        f"{image}: no {image.stem}.png or .npy beside it in {' or '.join(f'{kind}/' for kind in kinds)} of {place}",
+        code="label-missing",
+    )
 
 
 def _decoded(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> Array:
     image = cv2.imdecode(np.fromfile(path, np.uint8), flags)
     if image is None:
-        raise InputError(f"{path}: is no image that OpenCV can read: copy it again")
+        raise InputError(f"{path}: is no image that OpenCV can read: copy it again", code="image-unreadable")
     return np.asarray(image)
 
 
@@ -179,7 +185,10 @@ def _numbers(path: Path) -> Ints:
     """(H, W) uint8, from an 8-bit image or a NumPy file that hold the numbers."""
     labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decoded(path)
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
-        raise InputError(f"{path}: has shape {labels.shape} and type {labels.dtype}, expected (height, width) numbers of cables")
+        raise InputError(
+            f"{path}: has shape {labels.shape} and type {labels.dtype}, expected (height, width) numbers of cables",
+            code="label-shape",
+        )
     return np.where(labels > 0, 1 + np.searchsorted(np.unique(labels[labels > 0]), labels), 0).astype(np.uint8)
 
 
@@ -195,4 +204,6 @@ def _color_numbers(colors: Array) -> Ints:
 
 def _same_size(image: Path, color: Array, label: Path, labels: Ints) -> None:
     if color.shape[:2] != labels.shape:
-        raise InputError(f"{label}: is {labels.shape[1]}x{labels.shape[0]}, {image} is {color.shape[1]}x{color.shape[0]}")
+        raise InputError(
+            f"{label}: is {labels.shape[1]}x{labels.shape[0]}, {image} is {color.shape[1]}x{color.shape[0]}", code="label-size"
+        )

@@ -26,7 +26,9 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
     folder, frames = Path(folder), read_truth(truth)
     paths = {name: folder / f"{name}.json" for name in frames}
     if not any(path.exists() for path in paths.values()):
-        raise InputError(f"{folder}: has a result for none of the frames that {truth} knows ({_some(list(frames))})")
+        raise InputError(
+            f"{folder}: has a result for none of the frames that {truth} knows ({_some(list(frames))})", code="results-missing"
+        )
     rows = []
     for name, truths in frames.items():
         there = paths[name].exists()
@@ -42,7 +44,7 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
 def _in_3d(path: Path) -> Detection:
     found = read_detection(path)
     if found.mode != "3d":
-        raise InputError(f"{path}: is of the 2-D mode, the truth is in 3-D")
+        raise InputError(f"{path}: is of the 2-D mode, the truth is in 3-D", code="results-2d")
     return found
 
 

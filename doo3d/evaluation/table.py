@@ -61,7 +61,9 @@ def evaluate(
     ConfigError : the config is for 2-D.
     """
     if config.mode == "2d":
-        raise ConfigError("the truth is in 3-D, the config for 2-D, for which there are evaluate mbest and evaluate cset")
+        raise ConfigError(
+            "the truth is in 3-D, the config for 2-D, for which there are evaluate mbest and evaluate cset", code="config-mode"
+        )
     rows: list[Row] = []
     warm = False
     for case in cases:

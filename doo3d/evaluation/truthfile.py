@@ -61,7 +61,7 @@ def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
     values = read_object(path, SCHEMA, "a truth file")
     frames = values.get("frames")
     if not isinstance(frames, dict) or not all(isinstance(cables, list) for cables in frames.values()):
-        raise InputError(f"{path}: frames: expected an object with a list of cables by each frame's name")
+        raise InputError(f"{path}: frames: expected an object with a list of cables by each frame's name", code="truth-invalid")
     return {
         name: tuple(_truth(cable, f"{path}: frame {name}, cable {k}") for k, cable in enumerate(cables))
         for name, cables in frames.items()
@@ -75,14 +75,18 @@ def _truth(values: Any, where: str) -> Truth:
         seen = np.array(values.get("seen", np.ones(len(axis))), dtype=bool)
         closed = bool(values.get("closed", False))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{where}: expected axis and radius, and perhaps closed, color and seen ({error!r})") from None
+        raise InputError(
+            f"{where}: expected axis and radius, and perhaps closed, color and seen ({error!r})", code="truth-invalid"
+        ) from None
     if axis.ndim != 2 or axis.shape[1] != 3 or len(axis) < 2 or seen.shape != (len(axis),) or not np.isfinite(axis).all():
-        raise InputError(f"{where}: axis {axis.shape}, seen {seen.shape}, expected (P, 3), finite, P >= 2, and (P,)")
+        raise InputError(
+            f"{where}: axis {axis.shape}, seen {seen.shape}, expected (P, 3), finite, P >= 2, and (P,)", code="truth-invalid"
+        )
     if not 0 < radius < np.inf:
-        raise InputError(f"{where}: radius {radius:g}, expected metres above 0")
+        raise InputError(f"{where}: radius {radius:g}, expected metres above 0", code="truth-invalid")
     truth = Truth(axis, radius, closed, (red, green, blue), seen)
     if truth.length == 0:
-        raise InputError(f"{where}: all points of the axis are one")
+        raise InputError(f"{where}: all points of the axis are one", code="truth-invalid")
     return _even(truth)
 
 

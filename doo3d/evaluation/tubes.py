@@ -36,9 +36,9 @@ def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
         words = iter(Path(path).read_text(encoding="utf-8").split())
         return [_read_tube(words) for _ in range(int(next(words)))]
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror})", code="file-unreadable") from None
     except (ValueError, KeyError, StopIteration, RuntimeError) as error:
-        raise InputError(f"{path}: is not a tube configuration ({error!r})") from None
+        raise InputError(f"{path}: is not a tube configuration ({error!r})", code="tubes-invalid") from None
 
 
 def _read_tube(words: Iterator[str]) -> tuple[Floats, float]:

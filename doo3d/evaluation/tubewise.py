@@ -44,7 +44,7 @@ def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", s
     """
     files = sorted(Path(folder).glob("*.txt"))
     if not files:
-        raise InputError(f"{folder}: there is no tube configuration (*.txt) in it")
+        raise InputError(f"{folder}: there is no tube configuration (*.txt) in it", code="tubes-missing")
     return scene_cases([f"{TUBES}:{file}" for file in files], seeds, sensor, size)
 
 
@@ -57,7 +57,7 @@ def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
     InputError : a file is not a tube configuration.
     """
     if config.mode == "2d":
-        raise ConfigError("tubes are known in 3-D, and the config is for 2-D")
+        raise ConfigError("tubes are known in 3-D, and the config is for 2-D", code="config-mode")
     tubes: list[Tube] = []
     for case in cases:
         known = case.load()

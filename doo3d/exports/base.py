@@ -58,7 +58,10 @@ class Thick(Export):
         """
         found = chain.radius if self.radius is None else self.radius
         if not math.isfinite(found) or found <= 0:
-            raise InputError("the radius of a chain is not known, and this format needs it: give the option radius, in m")
+            raise InputError(
+                "the radius of a chain is not known, and this format needs it: give the option radius, in m",
+                code="radius-missing",
+            )
         return found
 
     def radii_of(self, chain: Chain) -> Floats:

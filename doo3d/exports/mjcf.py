@@ -77,7 +77,7 @@ class Mjcf(Thick):
     def _ground(self, chains: Sequence[Chain], gravity: Floats) -> Iterator[str]:
         size = np.linalg.norm(gravity)
         if size == 0:
-            raise InputError("a ground needs a gravity that is not 0 0 0")
+            raise InputError("a ground needs a gravity that is not 0 0 0", code="options-conflict")
         up = -gravity / size
         feet = [float((chain.joints @ up).min()) - self.radius_of(chain) for chain in chains]
         middle = np.mean([chain.joints.mean(axis=0) for chain in chains], axis=0) if chains else np.zeros(3)

@@ -37,7 +37,7 @@ def read_pose(pose: PoseLike) -> Floats:
         return _of_quaternion(name, numbers.ravel())
     if numbers.size == 16:
         return _of_matrix(name, numbers.reshape(4, 4))
-    raise InputError(f"{name}: {numbers.size} numbers, expected 4x4 or x,y,z,qx,qy,qz,qw")
+    raise InputError(f"{name}: {numbers.size} numbers, expected 4x4 or x,y,z,qx,qy,qz,qw", code="pose-invalid")
 
 
 def moved(detection: Detection, pose: Floats) -> Detection:
@@ -52,7 +52,7 @@ def moved(detection: Detection, pose: Floats) -> Detection:
     InputError : the detection is 2-D.
     """
     if detection.mode == "2d":
-        raise InputError(f"frame {detection.frame} is 2-D, in pixels: a pose moves 3-D results")
+        raise InputError(f"frame {detection.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")
     rotation, shift = pose[:3, :3], pose[:3, 3]
     return dataclasses.replace(
         detection,
@@ -72,9 +72,11 @@ def _numbers(pose: PoseLike) -> tuple[str, Floats]:
                 return name, _parsed(name, np.load(pose))
             return name, _parsed(name, Path(pose).read_text(encoding="utf-8"))
         except OSError as error:
-            raise InputError(f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either") from None
+            raise InputError(
+                f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either", code="file-unreadable"
+            ) from None
         except (ValueError, EOFError) as error:
-            raise InputError(f"{name}: cannot be read ({error})") from None
+            raise InputError(f"{name}: cannot be read ({error})", code="pose-invalid") from None
     return "pose", _parsed("pose", pose)
 
 
@@ -83,16 +85,16 @@ def _parsed(name: str, given: str | Array | Sequence[float]) -> Floats:
         items = given.replace(",", " ").split() if isinstance(given, str) else given
         numbers = np.asarray(items, dtype=float)
     except (ValueError, TypeError):
-        raise InputError(f"{name}: holds something that is no number") from None
+        raise InputError(f"{name}: holds something that is no number", code="pose-invalid") from None
     if not np.isfinite(numbers).all():
-        raise InputError(f"{name}: holds a number that is not finite")
+        raise InputError(f"{name}: holds a number that is not finite", code="pose-invalid")
     return numbers
 
 
 def _of_quaternion(name: str, numbers: Floats) -> Floats:
     length = float(np.linalg.norm(numbers[3:]))
     if abs(length - 1) > TOLERANCE:
-        raise InputError(f"{name}: the quaternion qx,qy,qz,qw has length {length:.6g}, expected 1")
+        raise InputError(f"{name}: the quaternion qx,qy,qz,qw has length {length:.6g}, expected 1", code="pose-invalid")
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_quat(numbers[3:]).as_matrix()
     pose[:3, 3] = numbers[:3]
@@ -101,13 +103,18 @@ def _of_quaternion(name: str, numbers: Floats) -> Floats:
 
 def _of_matrix(name: str, matrix: Floats) -> Floats:
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > TOLERANCE:
-        raise InputError(f"{name}: the last row is {matrix[3].tolist()}, expected 0 0 0 1 (the translation is the last column)")
+        raise InputError(
+            f"{name}: the last row is {matrix[3].tolist()}, expected 0 0 0 1 (the translation is the last column)",
+            code="pose-invalid",
+        )
     left, scale, right = np.linalg.svd(matrix[:3, :3])
     if np.linalg.det(matrix[:3, :3]) < 0:
-        raise InputError(f"{name}: its upper left 3x3 mirrors, it is no rotation")
+        raise InputError(f"{name}: its upper left 3x3 mirrors, it is no rotation", code="pose-invalid")
     if np.abs(scale - 1).max() > TOLERANCE:
         shown = ", ".join(f"{value:.6g}" for value in scale)
-        raise InputError(f"{name}: its upper left 3x3 stretches (singular values {shown}), it is no rotation")
+        raise InputError(
+            f"{name}: its upper left 3x3 stretches (singular values {shown}), it is no rotation", code="pose-invalid"
+        )
     pose = np.eye(4)
     pose[:3, :3] = left @ right  # the nearest rotation
     pose[:3, 3] = matrix[:3, 3]

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ..errors import ConfigError
+from ..errors import ConfigError, invalid_code
 from .base import Export
 
 FORMATS: dict[str, str | type[Export]] = {
@@ -33,7 +33,7 @@ def export_class(name: str) -> type[Export]:
     ConfigError : there is no such format.
     """
     if name not in FORMATS:
-        raise ConfigError(f"no format {name!r} to export to: the formats are {', '.join(FORMATS)}")
+        raise ConfigError(f"no format {name!r} to export to: the formats are {', '.join(FORMATS)}", code="format-unknown")
     entry = FORMATS[name]
     if not isinstance(entry, str):
         return entry
@@ -53,7 +53,10 @@ def export_of(name: str, options: dict[str, Any]) -> Export:
     try:
         return kind(**options)
     except ValidationError as error:
-        raise ConfigError(f"{name}: " + "; ".join(_sentence(kind, item) for item in error.errors())) from None
+        raise ConfigError(
+            f"{name}: " + "; ".join(_sentence(kind, item) for item in error.errors()),
+            code=invalid_code(item["type"] for item in error.errors()),
+        ) from None
 
 
 def _sentence(kind: type[Export], item: Any) -> str:

@@ -57,7 +57,7 @@ def export(
     found = _chosen(_detections(results), frames)
     if not kind.flat and (flat := next((item for item in found if item.mode == "2d"), None)):
         others = ", ".join(name for name in FORMATS if export_class(name).flat)
-        raise InputError(f"frame {flat.frame} is 2-D, in pixels, and {to} needs 3-D; 2-D goes to {others}")
+        raise InputError(f"frame {flat.frame} is 2-D, in pixels, and {to} needs 3-D; 2-D goes to {others}", code="results-2d")
     if pose is not None:
         matrix = read_pose(pose)
         found = [moved(item, matrix) for item in found]
@@ -66,7 +66,7 @@ def export(
     try:
         return _write(kind, work)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
 
 
 def default_path(results: Path, to: str) -> Path:
@@ -83,7 +83,9 @@ def _detections(results: Exportable) -> list[Detection]:
         results = open_results(results)
     found = list(results.detections() if isinstance(results, Results) else results)
     if wrong := [item for item in found if not isinstance(item, Detection)]:
-        raise InputError(f"a {type(wrong[0]).__name__} cannot be exported: expected detections, as doo3d.detect returns them")
+        raise InputError(
+            f"a {type(wrong[0]).__name__} cannot be exported: expected detections, as doo3d.detect returns them", code="data-type"
+        )
     return found
 
 
@@ -93,7 +95,7 @@ def _chosen(found: list[Detection], names: Sequence[str] | None) -> list[Detecti
     known = [item.frame for item in found]
     if missing := [name for name in names if name not in known]:
         shown = ", ".join(known[:5]) + (", ..." if len(known) > 5 else "")
-        raise InputError(f"no frame {missing[0]!r} among the results: there are {shown or 'none'}")
+        raise InputError(f"no frame {missing[0]!r} among the results: there are {shown or 'none'}", code="frame-unknown")
     return [item for item in found if item.frame in names]
 
 
@@ -101,18 +103,21 @@ def _work(kind: Export, to: str, found: list[Detection], path: Path) -> Work:
     suffix = path.suffix.lower()
     if kind.each == "capture":
         if kind.suffixes and suffix not in kind.suffixes:
-            raise InputError(f"{path}: {to} makes one file, which ends in {' or '.join(kind.suffixes)}")
+            raise InputError(f"{path}: {to} makes one file, which ends in {' or '.join(kind.suffixes)}", code="out-suffix")
         return [(path, found)]
     pieces = [piece for item in found for piece in (_by_chain(item) if kind.each == "chain" else [item])]
     if suffix in kind.suffixes:
         if len(pieces) != 1:
-            raise InputError(f"{path}: this makes {len(pieces)} files, one per {kind.each}: name a folder, or choose one frame")
+            raise InputError(
+                f"{path}: this makes {len(pieces)} files, one per {kind.each}: name a folder, or choose one frame",
+                code="out-needs-folder",
+            )
         return [(path, pieces)]
     if suffix in (end for name in FORMATS for end in export_class(name).suffixes):
-        raise InputError(f"{path}: a file of {to} ends in {' or '.join(kind.suffixes)}")
+        raise InputError(f"{path}: a file of {to} ends in {' or '.join(kind.suffixes)}", code="out-suffix")
     work: Work = [(path / f"{piece.frame}{kind.suffix}", [piece]) for piece in pieces]
     if len({target for target, _ in work}) < len(work):
-        raise InputError(f"several frames have the same name and would go into one file in {path}")
+        raise InputError(f"several frames have the same name and would go into one file in {path}", code="frame-names-clash")
     return work
 
 
@@ -128,10 +133,10 @@ def _check_free(work: Work, force: bool) -> None:
     there = [target for target, _ in work if target.exists()]
     if there and not force:
         more = f", and {len(there) - 1} more of what would be written" if len(there) > 1 else ""
-        raise InputError(f"{there[0]} exists{more}: --force overwrites")
+        raise InputError(f"{there[0]} exists{more}: --force overwrites", code="out-exists")
     for target in there:
         if target.is_dir() and not (target / "metadata.yaml").is_file():
-            raise InputError(f"{target} is a folder of something else and is not overwritten")
+            raise InputError(f"{target} is a folder of something else and is not overwritten", code="out-foreign")
 
 
 def _write(kind: Export, work: Work) -> tuple[Path, ...]:

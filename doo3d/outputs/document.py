@@ -36,11 +36,11 @@ def read_object(path: str | Path, schema: str, what: str) -> dict[str, Any]:
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror})", code="file-unreadable") from None
     except ValueError as error:
-        raise InputError(f"{path}: is not valid JSON ({error})") from None
+        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
     if not isinstance(values, dict) or values.get("schema") != schema:
-        raise InputError(f"{path}: is not {what}: expected an object with schema {schema!r}")
+        raise InputError(f"{path}: is not {what}: expected an object with schema {schema!r}", code="schema-unknown")
     return values
 
 

@@ -52,9 +52,11 @@ def open_results(path: str | Path) -> Results:
             raise KeyError("schema")
         frames = tuple(str(frame["name"]) for frame in manifest["frames"] if frame["status"] == "ok")
     except OSError as error:
-        raise InputError(f"{path}: is no folder of results: no {MANIFEST} ({error.strerror}); run doo3d detect") from None
+        raise InputError(
+            f"{path}: is no folder of results: no {MANIFEST} ({error.strerror}); run doo3d detect", code="results-missing"
+        ) from None
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})") from None
+        raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
     return Results(path, manifest, frames)
 
 
@@ -69,7 +71,7 @@ def read_detection(path: str | Path) -> Detection:
     try:
         return _detection(values)
     except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
-        raise InputError(f"{path}: something is missing or broken in it ({error!r})") from None
+        raise InputError(f"{path}: something is missing or broken in it ({error!r})", code="results-damaged") from None
 
 
 def _detection(values: dict[str, Any]) -> Detection:

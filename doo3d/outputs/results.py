@@ -71,11 +71,14 @@ class ResultsFolder:
         _check_place(path)
         old = _read_manifest(path)
         if old is None and path.is_dir() and Path(source["path"]) in (path.resolve(), *path.resolve().parents):
-            raise InputError(f"{path}: belongs to the input, results there could overwrite it: give another folder with -o")
+            raise InputError(
+                f"{path}: belongs to the input, results there could overwrite it: give another folder with -o",
+                code="out-in-input",
+            )
         other = _difference(path, old, self._head)
         if other and not (force or (fresh and other.fresh)):
             way = "--fresh to start over there" if other.fresh else "--force to write there nevertheless"
-            raise InputError(f"{path}: {other.what}: give another folder with -o, or {way}")
+            raise InputError(f"{path}: {other.what}: give another folder with -o, or {way}", code=other.code)
         lines = self._journal.read() if old is not None else []
         self._replaces = other is not None or (fresh and old is not None)
         self._old = _frame_names([*_frames(old), *lines]) if self._replaces else set()
@@ -145,7 +148,7 @@ class ResultsFolder:
 
     def _unwritable(self, error: OSError) -> InputError:
         kept = "; finished frames are kept, the same command goes on where it was" if self.path.exists() else ""
-        return InputError(f"{self.path}: cannot be written to ({error.strerror or error}){kept}")
+        return InputError(f"{self.path}: cannot be written to ({error.strerror or error}){kept}", code="out-unwritable")
 
     def _start(self) -> None:
         if self._started:
@@ -177,9 +180,10 @@ class ResultsFolder:
 
 @dataclass(frozen=True)
 class _Other:
-    """What a folder holds that is not this run's; fresh : results of the same input, which may be made anew."""
+    """What a folder holds that is not this run's; code : of the error. fresh : of the same input, and may be made anew."""
 
     what: str
+    code: str
     fresh: bool = False
 
 
@@ -200,18 +204,20 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise InputError(f"two frames are called {name}: their results would be one file")
+            raise InputError(f"two frames are called {name}: their results would be one file", code="frame-names-clash")
         if f"{name}.json" == MANIFEST or not name or Path(name).name != name:
-            raise InputError(f"a frame is called {name!r}: {path / name}.json cannot be its file, rename the frame")
+            raise InputError(
+                f"a frame is called {name!r}: {path / name}.json cannot be its file, rename the frame", code="frame-name-invalid"
+            )
         seen.add(name)
 
 
 def _check_place(path: Path) -> None:
     standing = next(place for place in (path, *path.absolute().parents) if place.exists())
     if not standing.is_dir():
-        raise InputError(f"{path}: {standing} is a file, expected a folder for the results")
+        raise InputError(f"{path}: {standing} is a file, expected a folder for the results", code="out-is-file")
     if not os.access(standing, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: no permission to write in {standing}")
+        raise InputError(f"{path}: no permission to write in {standing}", code="out-unwritable")
 
 
 def _read_manifest(path: Path) -> dict[str, Any] | None:
@@ -227,21 +233,23 @@ def _difference(path: Path, old: dict[str, Any] | None, new: dict[str, Any]) -> 
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None
     if old is None:
-        return _Other("the folder is not empty and what it holds is not a result of doo3d")
+        return _Other("the folder is not empty and what it holds is not a result of doo3d", "out-foreign")
     source, wanted = _mapping(old, "input"), new["input"]
     about = sorted((source.keys() | wanted.keys()) - {"files", "frames"}, key=lambda key: (key != "path", key))
     for key in about:
         if (was := source.get(key)) != wanted.get(key):
             what = was if key == "path" else f"{source.get('path')}, {key} {'not given' if was is None else was}"
-            return _Other(f"the folder holds the results of another input ({what})")
+            return _Other(f"the folder holds the results of another input ({what})", "out-other-input")
     if old.get("config_digest") != new["config_digest"]:
-        return _Other("the folder holds the results of another configuration (see its config.yaml)", fresh=True)
+        return _Other(
+            "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", fresh=True
+        )
     if (source.get("files"), source.get("frames")) != (wanted["files"], wanted["frames"]):
-        return _Other(f"{source.get('path')} has changed since the results in the folder were made", fresh=True)
+        return _Other(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", fresh=True)
     had, has = _mapping(old, "versions"), new["versions"]
     changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]
     if changed:
-        return _Other(f"the folder holds the results of other versions ({'; '.join(changed)})", fresh=True)
+        return _Other(f"the folder holds the results of other versions ({'; '.join(changed)})", "versions-changed", fresh=True)
     return None
 
 

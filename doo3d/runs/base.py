@@ -7,7 +7,9 @@ from typing import Any, Protocol
 
 
 class LostError(Exception):
-    """The work cannot be done: whoever does it dies. The message is a sentence."""
+    """The work cannot be done: whoever does it dies. The message is a sentence, and `code` that of the frame's error."""
+
+    code = "worker-lost"
 
 
 class Job(Protocol):

@@ -60,12 +60,16 @@ def remote(scheduler: str) -> Iterator[Cluster]:
     try:
         client = distributed.Client(scheduler, set_as_default=False, timeout="10s")
     except (OSError, ValueError, distributed.TimeoutError) as error:
-        raise InputError(f"{scheduler}: no scheduler answers there ({error}): start one with: dask scheduler") from None
+        raise InputError(
+            f"{scheduler}: no scheduler answers there ({error}): start one with: dask scheduler", code="scheduler-unreachable"
+        ) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except distributed.TimeoutError:
-            raise InputError(f"{scheduler}: has no workers: start some with: dask worker {scheduler} --nthreads 1") from None
+            raise InputError(
+                f"{scheduler}: has no workers: start some with: dask worker {scheduler} --nthreads 1", code="workers-missing"
+            ) from None
         yield Cluster(client, sum(client.nthreads().values()))
 
 
@@ -146,11 +150,13 @@ class Cluster:
                 if workers:
                     seen = time.monotonic()
                 elif time.monotonic() - seen > _PATIENCE:
-                    raise InputError(f"no worker is left; finished frames are kept, {_AGAIN}") from None
+                    raise InputError(f"no worker is left; finished frames are kept, {_AGAIN}", code="workers-missing") from None
                 if task.place and task.place not in workers:
                     self._restart(task)  # dask lets work wait for the worker it was to be near, though that has gone
             except (OSError, distributed.CancelledError):
-                raise InputError(f"the scheduler has gone; finished frames are kept, {_AGAIN}") from None
+                raise InputError(
+                    f"the scheduler has gone; finished frames are kept, {_AGAIN}", code="scheduler-unreachable"
+                ) from None
 
 
 _AGAIN = "the same command goes on where it was"

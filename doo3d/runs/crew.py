@@ -39,7 +39,10 @@ def crew(workers: int = 0, scheduler: str | None = None) -> Iterator[Crew]:
     InputError : both are given, or the scheduler cannot be reached. MissingDependency : dask.distributed is not installed.
     """
     if workers and scheduler:
-        raise InputError(f"the scheduler {scheduler} has its own workers: give either the scheduler or a number of workers")
+        raise InputError(
+            f"the scheduler {scheduler} has its own workers: give either the scheduler or a number of workers",
+            code="options-conflict",
+        )
     if not workers and not scheduler:
         yield Here()
         return

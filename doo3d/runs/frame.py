@@ -22,6 +22,7 @@ from ..pipeline import detect
 from ..types import Bools, Cloud, Detection, Frame, Image
 
 OK, FAILED = "ok", "failed"
+UNEXPECTED = "unexpected"
 _KEPT = 8  # frames that wait in one process for their picture; what has waited longer is read again
 _waiting: OrderedDict[str, Frame | Cloud | Image] = OrderedDict()
 
@@ -32,7 +33,8 @@ class FrameRecord:
 
     lengths, radii : of the chains, longest first, m (px in 2-D). occluded : share of all segments, 0 to 1; None without
     chains. units : "m" or "px". seconds : for reading, detecting and drawing; stages : for each of these, and each stage.
-    error : the reason where status is failed, a sentence.
+    error : the reason where status is failed, a sentence. code : of that error, see DooError; "unexpected" of one that nobody
+    foresaw; None in the journals of versions that did not write it.
     """
 
     name: str
@@ -46,12 +48,13 @@ class FrameRecord:
     units: str = "m"
     notes: tuple[str, ...] = ()
     error: str | None = None
+    code: str | None = None
     stages: dict[str, float] = field(default_factory=dict)
 
     @staticmethod
-    def of(entry: Entry, error: str | None = None) -> FrameRecord:
+    def of(entry: Entry, error: str | None = None, code: str | None = None) -> FrameRecord:
         """Of a frame of which nothing has come."""
-        return FrameRecord(entry.name, str(entry.source), entry.timestamp, FAILED, error=error)
+        return FrameRecord(entry.name, str(entry.source), entry.timestamp, FAILED, error=error, code=code)
 
     def to_dict(self) -> dict[str, Any]:
         """What the manifest holds of a frame: nothing that differs from run to run."""
@@ -66,6 +69,7 @@ class FrameRecord:
             "occluded": self.occluded,
             "units": self.units,
             "error": self.error,
+            "code": self.code,
         }
 
     def to_journal(self) -> dict[str, Any]:
@@ -107,7 +111,7 @@ def find(entry: Entry, config: Config) -> Found:
         read = time.perf_counter() - start
         detection = replace(detect(shot.data, config, chosen_mask(shot, config)), frame=entry.name, timestamp=entry.timestamp)
     except Exception as error:
-        return Found(replace(record, error=reason(error), seconds=time.perf_counter() - start))
+        return Found(replace(record, error=reason(error), code=code_of(error), seconds=time.perf_counter() - start))
     ticket = secrets.token_hex(8)
     _waiting[ticket] = shot.data
     while len(_waiting) > _KEPT:
@@ -128,7 +132,8 @@ def draw(entry: Entry, found: Found) -> tuple[FrameRecord, dict[str, bytes] | No
         data = _waiting.pop(found.ticket, None) or entry.load().data
         files = encoded(found.detection, data)
     except Exception as error:
-        return replace(FrameRecord.of(entry, reason(error)), seconds=found.record.seconds + time.perf_counter() - start), None
+        failed = FrameRecord.of(entry, reason(error), code_of(error))
+        return replace(failed, seconds=found.record.seconds + time.perf_counter() - start), None
     chains = found.detection.chains
     segments = sum(len(chain.occluded) for chain in chains)
     taken = time.perf_counter() - start
@@ -152,6 +157,11 @@ def chosen_mask(shot: Shot, config: Config) -> Bools | None:
 def reason(error: Exception) -> str:
     """Why a frame failed, a sentence."""
     return str(error) if isinstance(error, DooError) else unexpected(error)
+
+
+def code_of(error: Exception) -> str:
+    """The code of the error, "unexpected" where nobody foresaw it."""
+    return error.code if isinstance(error, DooError) else UNEXPECTED
 
 
 def unexpected(error: Exception) -> str:

@@ -21,7 +21,7 @@ def _reference(path: str, flags: int) -> Array:
     try:
         found = os.stat(path)
     except OSError as error:
-        raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})", code="file-unreadable") from None
     return _read(path, flags, found.st_mtime_ns, found.st_size)
 
 
@@ -30,9 +30,9 @@ def _read(path: str, flags: int, changed: int, size: int) -> Array:
     try:
         image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), flags)
     except (OSError, cv2.error) as error:
-        raise InputError(f"segment.reference {path}: cannot be read ({error})") from None
+        raise InputError(f"segment.reference {path}: cannot be read ({error})", code="file-unreadable") from None
     if image is None:
-        raise InputError(f"segment.reference {path}: not an image that can be read")
+        raise InputError(f"segment.reference {path}: not an image that can be read", code="image-unreadable")
     return np.asarray(image)
 
 
@@ -44,13 +44,17 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     InputError : a cloud, an unreadable reference, one of another size, or a colour reference for a frame without colour.
     """
     if isinstance(data, Cloud):
-        raise InputError("segment.method is background, which needs a frame with an image: for a cloud use plane or everything")
+        raise InputError(
+            "segment.method is background, which needs a frame with an image: for a cloud use plane or everything",
+            code="method-needs-image",
+        )
     image = _reference(str(config.reference), UPRIGHT if isinstance(data, Image) else STORED)
     height, width = data.color.shape[:2] if isinstance(data, Image) else data.depth.shape
     if image.shape[:2] != (height, width):
         raise InputError(
             f"segment.reference {config.reference} is {image.shape[1]}x{image.shape[0]}, "
-            f"the frame {width}x{height}: take it with the same camera mode"
+            f"the frame {width}x{height}: take it with the same camera mode",
+            code="reference-size",
         )
     if image.ndim == 2 and image.dtype == np.uint16 and isinstance(data, Frame):
         reference = image / config.reference_depth_scale
@@ -58,9 +62,13 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         raise InputError(
             f"segment.reference {config.reference} has shape {image.shape} and type {image.dtype}: "
-            "expected a 16-bit depth image or an 8-bit colour image"
+            "expected a 16-bit depth image or an 8-bit colour image",
+            code="reference-type",
         )
     if data.color is None:
-        raise InputError("segment.reference is a colour image but the frame has no colour: give a 16-bit depth image")
+        raise InputError(
+            "segment.reference is a colour image but the frame has no colour: give a 16-bit depth image",
+            code="method-needs-color",
+        )
     difference = data.color.astype(np.float32) - image[:, :, ::-1]
     return np.asarray((difference**2).sum(axis=2) > config.color_difference**2)

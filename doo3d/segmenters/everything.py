@@ -17,7 +17,9 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     InputError : an image, where everything is the background too.
     """
     if isinstance(data, Image):
-        raise InputError("segment.method is everything, which needs depth: for an image use a mask, hsv or ridge")
+        raise InputError(
+            "segment.method is everything, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
+        )
     if isinstance(data, Cloud):
         return np.ones(len(data.points), dtype=bool)
     return np.asarray(data.depth > 0)

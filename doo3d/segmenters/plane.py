@@ -80,7 +80,9 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     InputError : an image, which has no planes.
     """
     if isinstance(data, Image):
-        raise InputError("segment.method is plane, which needs depth: for an image use a mask, hsv or ridge")
+        raise InputError(
+            "segment.method is plane, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
+        )
     points = subsample(data)
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)

@@ -40,7 +40,9 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         (wrong unit); a cloud with fewer than two different points; the method does not fit the data.
     """
     if config.method == "mask" and mask is None and not (isinstance(data, Cloud) and data.segmented):
-        raise InputError("segment.method is mask but there is none: give one, or a capture with a mask/ folder")
+        raise InputError(
+            "segment.method is mask but there is none: give one, or a capture with a mask/ folder", code="mask-missing"
+        )
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
     if isinstance(data, Image):
@@ -51,7 +53,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     way = "mask" if given else method(data, config)
     found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[way](data, config, seed)
     if given and not found.any():
-        raise InputError("the mask is empty: no pixel of it says object")
+        raise InputError("the mask is empty: no pixel of it says object", code="mask-empty")
     found = tidy(found, config.min_component)
     if way not in ("mask", "everything") and found.any():
         found = drop_wide(found, data.depth / data.camera.fx, config)
@@ -129,13 +131,15 @@ def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
     seen = depth[depth > 0]
     if not seen.size:
         raise InputError(
-            f"no depth at any of the {depth.size} pixels of the {what}: is the depth aligned to the mask, and in metres?"
+            f"no depth at any of the {depth.size} pixels of the {what}: is the depth aligned to the mask, and in metres?",
+            code="depth-none" if what == "frame" else "mask-without-depth",
         )
     middle = float(np.median(seen[:: max(1, seen.size // 10_000)]))
     if not config.min_depth <= middle <= config.max_depth:
         raise InputError(
             f"the {what} is {middle:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
-            "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth"
+            "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
+            code="depth-unit",
         )
 
 
@@ -144,9 +148,9 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     way = "mask" if mask is not None else method(image, config)
     found = check_mask(mask, shape) if mask is not None else SEGMENTERS[way](image, config, seed)
     if mask is not None and not found.any():
-        raise InputError("the mask is empty: no pixel of it says object")
+        raise InputError("the mask is empty: no pixel of it says object", code="mask-empty")
     if found.all():
-        raise InputError("the mask covers the whole image: no pixel of it says background")
+        raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     found = tidy(found, config.min_component)
     if mask is None and config.method != "everything" and found.any():
         found = drop_wide(found, np.ones(shape), config)
@@ -208,11 +212,15 @@ def tidy(mask: Bools, least: int) -> Bools:
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
     points = cloud.points
     if len(points) < 2 or not np.ptp(points, axis=0).any():
-        raise InputError(f"the cloud has {len(points)} points and no extent: an object needs points along its length")
+        raise InputError(
+            f"the cloud has {len(points)} points and no extent: an object needs points along its length",
+            code="cloud-without-extent",
+        )
     extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [95, 5], axis=0))))
     if not config.min_depth / 10 <= extent <= 10 * config.max_depth:
         raise InputError(
-            f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)"
+            f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)",
+            code="points-unit",
         )
     way = "mask" if mask is not None else "everything" if cloud.segmented else method(cloud, config)
     if mask is not None:
@@ -220,7 +228,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     else:
         found = SEGMENTERS[way](cloud, config, seed)
     if mask is not None and not found.any():
-        raise InputError("the mask is empty: no point of it says object")
+        raise InputError("the mask is empty: no point of it says object", code="mask-empty")
     kept = points[found]
     kept = kept[~lone(kept)]
     support, mean = neighbourhood(kept, config.cloud_window)

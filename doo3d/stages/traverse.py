@@ -127,7 +127,7 @@ def _contours(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     boundary inside a loop has no tip and starts where lines meet.
     """
     if skeleton.coords.shape[1] != 2:
-        raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph")
+        raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph", code="config-mode")
     u, v = (skeleton.coords - skeleton.coords.min(axis=0) + 1).T
     image = np.zeros((v.max() + 2, u.max() + 2), dtype=np.uint8)
     image[v, u] = 1

@@ -49,9 +49,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
     cells = pack(points, origin, size, margin)
     if isinstance(cells, float):
-        raise InputError(_too_large(cells, KEY_LIMIT, size))
+        raise InputError(_too_large(cells, KEY_LIMIT, size), code="voxels-too-many")
     if len(cells.keys) > config.max_voxels:
-        raise InputError(_too_large(len(cells.keys), config.max_voxels, size))
+        raise InputError(_too_large(len(cells.keys), config.max_voxels, size), code="voxels-too-many")
     grid = close(cells.keys, cells.shape, config.close)
     at = np.searchsorted(grid, cells.keys)
     coords = unpack(grid, cells.shape)
@@ -120,7 +120,9 @@ def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> Voxe
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
     if len(pixels) > config.max_voxels:
-        raise InputError(f"the mask has {len(pixels)} pixels, the limit is {config.max_voxels}: scale the image down")
+        raise InputError(
+            f"the mask has {len(pixels)} pixels, the limit is {config.max_voxels}: scale the image down", code="voxels-too-many"
+        )
     radius = config.radius or max(mask_radius(mask), 0.5)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
     return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)

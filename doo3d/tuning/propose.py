@@ -84,13 +84,17 @@ def tune(
         data is a cloud.
     """
     if isinstance(data, Cloud):
-        raise InputError("tuning looks at pictures, and a cloud is none: give a frame with depth, or a photograph")
+        raise InputError(
+            "tuning looks at pictures, and a cloud is none: give a frame with depth, or a photograph", code="mode-needs-image"
+        )
     if isinstance(data, Frame) and config.mode == "2d" and data.color is not None:
         data = Image(data.color, data.name, data.timestamp)
     things: list[Bools] = []
     if data.color is None:
         if picks or box:
-            raise InputError("the frame has no colour that a place in it could tell: leave out --pick and --box")
+            raise InputError(
+                "the frame has no colour that a place in it could tell: leave out --pick and --box", code="method-needs-color"
+            )
         way = method(data, config.segment)
         found = config.segment.model_copy(update={"method": way})
         reasons = {"segment.method": "there is no colour, and this is what the depth calls for"}
@@ -112,9 +116,11 @@ def _by_colour(
     height, width = color.shape[:2]
     for x, y in picks:
         if not (0 <= x < width and 0 <= y < height):
-            raise InputError(f"--pick {x},{y}: is outside the image, which is {width}x{height} px")
+            raise InputError(f"--pick {x},{y}: is outside the image, which is {width}x{height} px", code="place-outside")
     if box and not (0 <= box[0] < box[0] + box[2] <= width and 0 <= box[1] < box[1] + box[3] <= height):
-        raise InputError(f"--box {','.join(map(str, box))}: is not inside the image, which is {width}x{height} px")
+        raise InputError(
+            f"--box {','.join(map(str, box))}: is not inside the image, which is {width}x{height} px", code="place-outside"
+        )
     scale = min(1.0, math.sqrt(WORK / (height * width)))
     small = color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     found = _found(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
@@ -129,7 +135,8 @@ def _by_colour(
     if (taken & ~together).sum() > ALIKE * taken.sum():
         raise InputError(
             f"no range of colours tells the thin thing from the rest, {np.mean(taken & ~together):.0%} of the image has its "
-            f"colours too: {OTHERWISE}"
+            f"colours too: {OTHERWISE}",
+            code="color-not-distinct",
         )
     full = [cv2.resize(thing.mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0 for thing in things]
     return full, tuple(ranges)
@@ -148,7 +155,10 @@ def _found(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, 
         thing = by_itself(color, box)
         if thing is None:
             where = "in the box" if box else "in the image"
-            raise InputError(f"nothing thin and long {where} has a colour of its own: show it with --pick X,Y, or {OTHERWISE}")
+            raise InputError(
+                f"nothing thin and long {where} has a colour of its own: show it with --pick X,Y, or {OTHERWISE}",
+                code="object-missing",
+            )
         return [thing]
     things: list[Thin] = []
     for x, y in picks:
@@ -158,7 +168,8 @@ def _found(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, 
         if at is None:
             raise InputError(
                 f"what has the colour at the pick {x},{y} of the image is nothing thin and long: if the pick lies on the "
-                f"background, pick the middle of the object; if not, the background has its colour, so {OTHERWISE}"
+                f"background, pick the middle of the object; if not, the background has its colour, so {OTHERWISE}",
+                code="pick-not-thin",
             )
         things.append(at)
     return things
@@ -173,7 +184,7 @@ def _measured(data: Frame | Image, config: Config, found: SegmentConfig, things:
             reasons["segment.max_width"] = f"the object is {1000 * metres:.0f} mm wide"
     foreground = segment(data, found, None, config.seed)
     if foreground.mask is None or not foreground.mask.any():
-        raise InputError(f"segment: nothing is left of what was found: {OTHERWISE}")
+        raise InputError(f"segment: nothing is left of what was found: {OTHERWISE}", code="object-missing")
     mask = foreground.mask
     if isinstance(data, Frame):
         radius = mask_radius(mask, data.depth, data.camera.fx)

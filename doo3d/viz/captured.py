@@ -38,12 +38,14 @@ def told(results: Results) -> list[Told]:
     InputError : the run is not finished, or the manifest is damaged.
     """
     if not results.manifest.get("finished", True):
-        raise InputError(f"{results.path}: the run is not finished; the same doo3d detect goes on where it was")
+        raise InputError(
+            f"{results.path}: the run is not finished; the same doo3d detect goes on where it was", code="run-unfinished"
+        )
     journal = {str(line.get("name")): line for line in Journal(results.path / JOURNAL).read()}
     try:
         return [_told(results.path, frame, journal.get(frame["name"], {})) for frame in results.manifest["frames"]]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{results.path / MANIFEST}: is damaged or not of doo3d ({error!r})") from None
+        raise InputError(f"{results.path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
 
 
 def _told(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> Told:

@@ -63,13 +63,13 @@ def write_video(
     InputError : there is nothing to show, a picture is gone, the codec is not there, or the file cannot be written.
     """
     if codec not in CODECS:
-        raise InputError(f"codec {codec}: there are {', '.join(CODECS)}")
+        raise InputError(f"codec {codec}: there are {', '.join(CODECS)}", code="choice-unknown")
     if fps is not None and not (np.isfinite(fps) and fps > 0):
-        raise InputError(f"fps {fps}: expected a number above zero")
+        raise InputError(f"fps {fps}: expected a number above zero", code="value-out-of-bounds")
     every = told(results)
     frames = [frame for frame in every if not (skip_failed and frame.error is not None)]
     if not frames:
-        raise InputError(f"{results.path}: holds no frame to show")
+        raise InputError(f"{results.path}: holds no frame to show", code="results-empty")
     fps = fps or _fps([frame.timestamp for frame in every])
     size = _size(frames)
     temporary = path.absolute().parent / f"{PREFIX}{path.stem}.mp4"
@@ -77,7 +77,7 @@ def write_video(
         _write(frames, temporary, fps, codec, size, watch)
         temporary.replace(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
     finally:
         temporary.unlink(missing_ok=True)
     return Video(len(frames), sum(frame.error is not None for frame in every), fps, size)
@@ -96,7 +96,9 @@ def _write(
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
     try:
         if not writer.isOpened():
-            raise InputError(f"codec {codec}: this OpenCV cannot make it; mp4v (--codec mp4v) is always there")
+            raise InputError(
+                f"codec {codec}: this OpenCV cannot make it; mp4v (--codec mp4v) is always there", code="codec-unsupported"
+            )
         for frame in watch(frames):
             writer.write(_picture(frame, size))
     finally:
@@ -109,7 +111,9 @@ def _picture(frame: Told, size: tuple[int, int]) -> Array:
         return failed_card(frame.name, frame.error, size)
     picture = read_picture(frame.picture)
     if picture is None:
-        raise InputError(f"{frame.picture}: is gone or damaged, and the video is made from it; run doo3d detect again")
+        raise InputError(
+            f"{frame.picture}: is gone or damaged, and the video is made from it; run doo3d detect again", code="picture-missing"
+        )
     return letterboxed(picture, size)
 
 

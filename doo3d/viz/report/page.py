@@ -125,7 +125,7 @@ class _Clouds:
         try:
             capture = open_capture(source["path"], reading=Reading(**source.get("reading", {})))
             if capture.format != source.get("format"):
-                raise InputError(f"{source['path']}: is a capture of another format now")
+                raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
             self._entries = {entry.name: entry for entry in capture.frames}
         except (DooError, KeyError, TypeError, ValueError) as error:
             self.said = f"The capture cannot be read any more, so chains are shown without their surroundings ({error})."
