@@ -37,8 +37,10 @@ def read_open3d(path: Path, kind: str) -> Points:
     points, colors = np.asarray(cloud.points), np.asarray(cloud.colors)
     if said.text:
         if "<= 0" in said.text:
-            raise InputError(f"{path}: holds no points")
-        raise InputError(f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_plain(said.text)})")
+            raise InputError(f"{path}: holds no points", code="cloud-empty")
+        raise InputError(
+            f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_plain(said.text)})", code="file-damaged"
+        )
     if kind == "pcd":
         _check_ascii_pcd(path, len(points))
     viewpoint = _pcd_viewpoint(path) if kind == "pcd" else None
@@ -54,7 +56,9 @@ def _check_ascii_pcd(path: Path, count: int) -> None:
     rows = text[found.end() :].splitlines()
     widths = {len(row.split()) for row in rows} - {0}
     if len(rows) < count or len(widths) > 1:
-        raise InputError(f"{path}: is cut off or damaged: {count} points are announced, {len(rows)} rows follow")
+        raise InputError(
+            f"{path}: is cut off or damaged: {count} points are announced, {len(rows)} rows follow", code="file-damaged"
+        )
 
 
 def _pcd_viewpoint(path: Path) -> Array | None:
@@ -71,7 +75,10 @@ def _pcd_viewpoint(path: Path) -> Array | None:
     except ValueError:
         values = np.zeros(0)
     if values.shape != (7,) or not np.isfinite(values).all():
-        raise InputError(f"{path}: VIEWPOINT is {found[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz")
+        raise InputError(
+            f"{path}: VIEWPOINT is {found[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz",
+            code="viewpoint-invalid",
+        )
     return None if (values == (0, 0, 0, 1, 0, 0, 0)).all() else values[:3]
 
 
@@ -87,16 +94,18 @@ def read_xyz(path: Path) -> Points:
         text = file.read()
     first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)), "")
     if not first:
-        raise InputError(f"{path}: holds no points")
+        raise InputError(f"{path}: holds no points", code="cloud-empty")
     for mark in ",;":
         if mark in first:
             text = text.replace(mark, " ")
     try:
         rows = np.loadtxt(text.splitlines(), comments=COMMENTS, ndmin=2)
     except ValueError as error:
-        raise InputError(f"{path}: is cut off or not XYZ (rows of equally many numbers, x y z first): {error}") from None
+        raise InputError(
+            f"{path}: is cut off or not XYZ (rows of equally many numbers, x y z first): {error}", code="file-damaged"
+        ) from None
     if rows.shape[1] < 3:
-        raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z")
+        raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z", code="points-shape")
     rest = rows[:, 3:6]
     has_colors = rows.shape[1] == 6 and bool(((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all())
     return Points(rows[:, :3], rest.astype(np.uint8) if has_colors else None)
@@ -106,7 +115,9 @@ def read_npz(path: Path) -> Points:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             if "points" not in arrays:
-                raise InputError(f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres")
+                raise InputError(
+                    f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres", code="points-missing"
+                )
             return Points(arrays["points"], arrays["colors"] if "colors" in arrays else None)
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})") from None
+        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})", code="file-damaged") from None

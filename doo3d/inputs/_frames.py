@@ -61,7 +61,7 @@ def load_files(
         frame = Frame(read_color(files.color) if files.color else None, depth, camera, name, timestamp)
     except InputError as error:
         text = str(error)
-        raise error if str(files.depth.parent.parent) in text else InputError(f"{files.depth}: {text}") from None
+        raise error if str(files.depth.parent.parent) in text else InputError(f"{files.depth}: {text}", code=error.code) from None
     return Shot(frame, _union(files.masks, depth.shape, required), pose)
 
 
@@ -76,7 +76,8 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     if size is not None and size != (width, height):
         raise InputError(
             f"the depth is {width}x{height} but the format's own intrinsics are for {size[0]}x{size[1]}: "
-            "give those of this camera, --read 'camera=[fx, fy, cx, cy]'"
+            "give those of this camera, --read 'camera=[fx, fy, cx, cy]'",
+            code="intrinsics-size",
         )
     return Camera(*pinhole, width=width, height=height)
 
@@ -93,7 +94,8 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
     if measured.size and not _NEAR <= (middle := float(np.median(measured))) <= _FAR:
         raise InputError(
             f"{path}: the depth is {middle:.3g} m in the middle with depth_scale={scale:g} (units per metre), which makes no "
-            "sense: give the right one, --read depth_scale=1000 for millimetres"
+            "sense: give the right one, --read depth_scale=1000 for millimetres",
+            code="depth-unit",
         )
 
 
@@ -104,12 +106,16 @@ def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
     ------
     InputError : it is no camera matrix.
     """
+    code = "intrinsics-missing" if matrix is None else "intrinsics-invalid"
     form = "fx, 0, 0, 0, fy, 0, cx, cy, 1" if columns else "fx, 0, cx, 0, fy, cy, 0, 0, 1"
-    values = numbers(matrix, 9, f"{where}, expected a camera matrix ({form})").reshape(3, 3)
+    values = numbers(matrix, 9, f"{where}, expected a camera matrix ({form})", code).reshape(3, 3)
     values = values.T if columns else values
     if (values[2] != (0, 0, 1)).any() or values[1, 0] or values[0, 0] <= 0 or values[1, 1] <= 0:
         shown = ", ".join(f"{value:g}" for value in values.ravel())
-        raise InputError(f"{where}: [{shown}] row by row is not a camera matrix, expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
+        raise InputError(
+            f"{where}: [{shown}] row by row is not a camera matrix, expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]",
+            code="intrinsics-invalid",
+        )
     return values[0, 0].item(), values[1, 1].item(), values[0, 2].item(), values[1, 2].item()
 
 
@@ -137,12 +143,19 @@ def check_pose(pose: Any, where: str) -> Floats:
     turn = values[:3, :3]
     rigid = np.allclose(turn @ turn.T, np.eye(3), atol=_TURN) and np.linalg.det(turn) > 0
     if not rigid or (np.abs(values[3] - (0, 0, 0, 1)) > _TURN).any():
-        raise InputError(f"{where}: is not a rotation and a translation, with 0, 0, 0, 1 as its last row")
+        raise InputError(f"{where}: is not a rotation and a translation, with 0, 0, 0, 1 as its last row", code="pose-invalid")
     return values
 
 
-def numbers(given: Any, count: int, where: str) -> Floats:
+def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> Floats:
     """(count,) float, finite.
+
+    Parameters
+    ----------
+    given : the numbers, in any nesting.
+    count : how many they have to be.
+    where : file and key, for the error.
+    code : of the error, by what the numbers are for.
 
     Raises
     ------
@@ -154,7 +167,7 @@ def numbers(given: Any, count: int, where: str) -> Floats:
         values = np.zeros(0)
     if isinstance(given, str) or values.size != count or not np.isfinite(values).all():
         got = repr(given) if np.size(given) <= _SHOWN else f"{np.size(given)} of them"
-        raise InputError(f"{where}: expected {count} finite numbers, got {got}")
+        raise InputError(f"{where}: expected {count} finite numbers, got {got}", code=code)
     return values
 
 
@@ -168,9 +181,9 @@ def read_json(path: Path) -> dict[str, Any]:
     try:
         return json_object(path.read_bytes(), str(path))
     except FileNotFoundError:
-        raise InputError(f"{path}: is missing") from None
+        raise InputError(f"{path}: is missing", code="file-missing") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
 
 
 def json_object(data: bytes, where: str) -> dict[str, Any]:
@@ -183,9 +196,9 @@ def json_object(data: bytes, where: str) -> dict[str, Any]:
     try:
         values = json.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{where}: is not valid JSON ({error})") from None
+        raise InputError(f"{where}: is not valid JSON ({error})", code="json-invalid") from None
     if not isinstance(values, dict):
-        raise InputError(f"{where}: expected a JSON object, got {type(values).__name__}")
+        raise InputError(f"{where}: expected a JSON object, got {type(values).__name__}", code="json-invalid")
     return values
 
 

@@ -36,14 +36,17 @@ def read_depth(path: Path, scale: float) -> Array:
     """
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
-        raise InputError(f"{path}: has {image.shape[2]} channels, expected one of depth: is it a picture of the depth?")
+        raise InputError(
+            f"{path}: has {image.shape[2]} channels, expected one of depth: is it a picture of the depth?", code="depth-shape"
+        )
     if image.dtype == np.uint16:
         return np.asarray(image / np.float32(scale), dtype=np.float32)
     if image.dtype in (np.float32, np.float64):
         return np.asarray(image, dtype=np.float32)
     raise InputError(
         f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
-        "or 32-bit float metres (TIFF): is it a preview of the depth?"
+        "or 32-bit float metres (TIFF): is it a preview of the depth?",
+        code="depth-type",
     )
 
 
@@ -75,14 +78,15 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
     InputError : not there, cut off, damaged, of another size, or a JPEG, which smears values above zero round the object.
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
-        raise InputError(f"{path}: a mask as JPEG has smeared edges: save it as PNG")
+        raise InputError(f"{path}: a mask as JPEG has smeared edges: save it as PNG", code="mask-format")
     image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
     if mask.shape != shape:
         turned = ", turned as its EXIF may say" if upright and mask.shape == shape[::-1] else ""
         raise InputError(
             f"{path}: the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{turned}: "
-            "give the mask the size of the image"
+            "give the mask the size of the image",
+            code="mask-shape",
         )
     return mask
 
@@ -94,14 +98,19 @@ def _eight_bits(path: Path, image: Array) -> Array:
         return np.asarray(cv2.convertScaleAbs(image, alpha=255 / 65535))
     if np.issubdtype(image.dtype, np.floating) and ((image >= 0) & (image <= 1)).all():
         return np.asarray(cv2.convertScaleAbs(image, alpha=255.0))
-    raise InputError(f"{path}: is a {image.dtype} image, expected 8 or 16 bits without sign, or floats from 0 to 1")
+    raise InputError(
+        f"{path}: is a {image.dtype} image, expected 8 or 16 bits without sign, or floats from 0 to 1", code="color-type"
+    )
 
 
 def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
     try:
         data = path.read_bytes() if data is None else data
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(
+            f"{path}: cannot be read ({error.strerror or error})",
+            code="file-missing" if isinstance(error, FileNotFoundError) else "file-unreadable",
+        ) from None
     _check_whole(path, data)
     image, refused = None, ""
     with listening() as said:
@@ -110,18 +119,20 @@ def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
         except cv2.error as error:
             refused = error.err
     if "premature end" in said.text.lower():
-        raise InputError(f"{path}: is cut off: copy it again from where it was recorded")
+        raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
     if image is None:
         if _HEIC.match(data):
-            raise InputError(f"{path}: is a HEIC photo, which cannot be read here: save it as JPEG or PNG")
+            raise InputError(
+                f"{path}: is a HEIC photo, which cannot be read here: save it as JPEG or PNG", code="encoding-unsupported"
+            )
         why = refused or said.text.rpartition("\n")[2]
-        raise InputError(f"{path}: cannot be read as an image" + (f" ({why})" if why else ""))
+        raise InputError(f"{path}: cannot be read as an image" + (f" ({why})" if why else ""), code="image-unreadable")
     return np.asarray(image)
 
 
 def _check_whole(path: Path, data: bytes) -> None:
     if not data:
-        raise InputError(f"{path}: is empty")
+        raise InputError(f"{path}: is empty", code="file-empty")
     if data.startswith(_PNG):
         fault = _png_fault(data)
     elif data.startswith(_JPEG):
@@ -131,7 +142,7 @@ def _check_whole(path: Path, data: bytes) -> None:
     else:
         fault = None
     if fault:
-        raise InputError(f"{path}: is {fault}: copy it again from where it was recorded")
+        raise InputError(f"{path}: is {fault}: copy it again from where it was recorded", code="file-damaged")
 
 
 def _png_fault(data: bytes) -> str | None:

@@ -39,10 +39,12 @@ class Lens:
         """Raise InputError where the lens is of a model that is not known, or has other numbers than the model."""
         if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE):
             known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
-            raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}")
+            raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}", code="lens-unknown")
         fits = len(self.coefficients) in ((4,) if self.model in FISHEYE and "Brandt" not in self.model else _COUNTS)
         if not self.straight and not (fits and np.isfinite(self.coefficients).all()):
-            raise InputError(f"the lens of model {self.model!r} has the coefficients {self.coefficients}, which cannot be")
+            raise InputError(
+                f"the lens of model {self.model!r} has the coefficients {self.coefficients}, which cannot be", code="lens-invalid"
+            )
 
     def straightened(self, image: Array, nearest: bool) -> Array:
         """(H, W[, 3]) as the pinhole camera would have it; `nearest` for depth, which must not be mixed."""

@@ -27,7 +27,10 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
     for file in sorted(files, key=lambda file: natural(file.name)):
         if file.suffix.lower() in suffixes:
             if file.stem in found:
-                raise InputError(f"{folder}: {file.stem} is there twice ({found[file.stem].name}, {file.name}): remove one")
+                raise InputError(
+                    f"{folder}: {file.stem} is there twice ({found[file.stem].name}, {file.name}): remove one",
+                    code="names-clash",
+                )
             found[file.stem] = file
     return found
 
@@ -44,4 +47,4 @@ def paired(images: dict[str, Path], names: Mapping[str, object]) -> dict[str, Pa
 def located(error: InputError, file: Path) -> InputError:
     """The error with the file's name, where it has none yet."""
     text = str(error)
-    return error if str(file.parent.parent) in text else InputError(f"{file}: {text}")
+    return error if str(file.parent.parent) in text else InputError(f"{file}: {text}", code=error.code)

@@ -123,13 +123,13 @@ class Bag:
                 data = self.storages[place[0]].read(place)
             return decoded(unzstd(data) if self.packed else data, topic)
         except Broken as error:
-            raise InputError(f"{file}: {error}") from None
+            raise InputError(f"{file}: {error}", code="bag-damaged") from None
         except OSError as error:
-            raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
+            raise InputError(f"{file}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
         except DooError:
             raise
         except Exception as error:  # generated code meets arbitrary bytes here
-            raise InputError(f"{file}: a message on {topic.name} is damaged ({error})") from None
+            raise InputError(f"{file}: a message on {topic.name} is damaged ({error})", code="message-damaged") from None
 
     def close(self) -> None:
         """Let go of the files."""
@@ -167,11 +167,14 @@ def kind_of(path: Path) -> Any:
 
 def _storage(path: Path, number: int) -> Storage:
     if not path.exists():
-        raise InputError(f"{path}: is missing, though the {METADATA} beside it names it")
+        raise InputError(f"{path}: is missing, though the {METADATA} beside it names it", code="file-missing")
     storage = kind_of(path)
     if storage is None:
         empty = not path.stat().st_size
-        raise InputError(f"{path}: {'is empty' if empty else 'is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?'}")
+        raise InputError(
+            f"{path}: {'is empty' if empty else 'is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?'}",
+            code="file-empty" if empty else "file-damaged",
+        )
     found: Storage = storage(path, number)
     return found
 
@@ -192,12 +195,17 @@ def files_of(path: Path) -> tuple[list[Path], bool]:
         said = yaml.safe_load(metadata.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
         names = [Path(str(name)).name for name in said["relative_file_paths"]]
     except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError) as error:
-        raise InputError(f"{metadata}: cannot be read as the description of a ROS 2 bag ({error!r})") from None
+        raise InputError(
+            f"{metadata}: cannot be read as the description of a ROS 2 bag ({error!r})", code="yaml-invalid"
+        ) from None
     mode = str(said.get("compression_mode") or "").lower()
     if mode == "file":
-        raise InputError(f"{path}: its files are compressed as a whole: unpack them first, with zstd -d or ros2 bag convert")
+        raise InputError(
+            f"{path}: its files are compressed as a whole: unpack them first, with zstd -d or ros2 bag convert",
+            code="bag-compressed",
+        )
     if not names:
-        raise InputError(f"{metadata}: names no files")
+        raise InputError(f"{metadata}: names no files", code="bag-empty")
     return [path / name for name in names], mode == "message"
 
 

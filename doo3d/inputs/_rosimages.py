@@ -87,7 +87,9 @@ def depth_of(message: Any, scale: float) -> Array:
     else:
         image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
     if image.ndim != 2 or image.dtype == np.uint8:
-        raise InputError(f"a depth image is of {image.dtype} and shape {image.shape}: is it a picture of the depth?")
+        raise InputError(
+            f"a depth image is of {image.dtype} and shape {image.shape}: is it a picture of the depth?", code="depth-type"
+        )
     return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
 
 
@@ -95,13 +97,19 @@ def _packed_depth(message: Any) -> Array:
     """By compressed_depth_image_transport: 16UC1 as it is, 32FC1 as the parameter a / (value - b), 0 = none."""
     data = bytes(message.data)
     if len(data) < _PACKED.size:
-        raise InputError("a compressed depth image is cut off")
+        raise InputError("a compressed depth image is cut off", code="message-damaged")
     _, a, b = _PACKED.unpack_from(data)
     if not data.startswith(b"\x89PNG", _PACKED.size):
-        raise InputError(f"a compressed depth image ({message.format}) is no PNG, other ways of packing cannot be read")
+        raise InputError(
+            f"a compressed depth image ({message.format}) is no PNG, other ways of packing cannot be read",
+            code="encoding-unsupported",
+        )
     image = _unpack(data[_PACKED.size :])
     if image.dtype != np.uint16 or image.ndim != 2:
-        raise InputError(f"a compressed depth image is of {image.dtype} and shape {image.shape}, expected 16 bits, one channel")
+        raise InputError(
+            f"a compressed depth image is of {image.dtype} and shape {image.shape}, expected 16 bits, one channel",
+            code="depth-type",
+        )
     if not message.format.startswith("32FC1"):
         return image
     with np.errstate(divide="ignore"):
@@ -119,32 +127,41 @@ def color_of(message: Any) -> Array:
     if encoding == "compressed":
         image = _unpack(bytes(message.data))
         if image.dtype != np.uint8:
-            raise InputError(f"a compressed colour image is of {image.dtype}, expected 8 bits")
+            raise InputError(f"a compressed colour image is of {image.dtype}, expected 8 bits", code="color-type")
         how = {2: cv2.COLOR_GRAY2RGB}.get(image.ndim, cv2.COLOR_BGR2RGB)
         return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, how))
     known = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
     if known is None:
-        raise InputError(f"colour images of encoding {encoding!r} cannot be read, there are {', '.join(_TO_RGB)}")
+        raise InputError(
+            f"colour images of encoding {encoding!r} cannot be read, there are {', '.join(_TO_RGB)}", code="encoding-unsupported"
+        )
     channels, how_known = known
     image = _rows(message, channels, np.uint8)
     image = image if channels > 1 else image[:, :, 0]
     try:
         return image if how_known is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), how_known))
     except cv2.error as error:
-        raise InputError(f"an image of {message.width}x{message.height} cannot be of encoding {encoding} ({error.err})") from None
+        raise InputError(
+            f"an image of {message.width}x{message.height} cannot be of encoding {encoding} ({error.err})", code="color-shape"
+        ) from None
 
 
 def _rows(message: Any, channels: int, dtype: Any) -> Array:
     """(H, W, channels) of an Image's bytes, without what may fill up its rows."""
     if dtype is None:
-        raise InputError(f"depth images of encoding {message.encoding!r} cannot be read, there are {', '.join(DEPTH)}")
+        raise InputError(
+            f"depth images of encoding {message.encoding!r} cannot be read, there are {', '.join(DEPTH)}",
+            code="encoding-unsupported",
+        )
     kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     height, width, step = message.height, message.width, message.step
     used = width * channels * kind.itemsize
     data = np.asarray(message.data, dtype=np.uint8)
     if not height or not width or step < used or data.size < step * (height - 1) + used:
         raise InputError(
-            f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}: it is not whole"
+            f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}: "
+            "it is not whole",
+            code="message-damaged",
         )
     padded = np.zeros(step * height, np.uint8)
     padded[: min(data.size, padded.size)] = data[: padded.size]
@@ -160,7 +177,7 @@ def _unpack(data: bytes) -> Array:
         except cv2.error:
             pass
     if image is None or "premature end" in said.text.lower():
-        raise InputError("a compressed image is damaged or cut off")
+        raise InputError("a compressed image is damaged or cut off", code="message-damaged")
     return np.asarray(image)
 
 
@@ -176,16 +193,18 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
         field.name: (order + _FIELDS[field.datatype], field.offset) for field in message.fields if field.datatype in _FIELDS
     }
     if not {"x", "y", "z"} <= set(fields):
-        raise InputError(f"a cloud has the fields {', '.join(fields) or 'none'}, expected x, y and z")
+        raise InputError(f"a cloud has the fields {', '.join(fields) or 'none'}, expected x, y and z", code="points-missing")
     height, width, step, row = message.height, message.width, message.point_step, message.row_step
     data = np.asarray(message.data, dtype=np.uint8)
     row = row or step * width
     if not width or not height:
         return np.zeros((0, 3)), None
     if any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values()):
-        raise InputError(f"a cloud has points of {step} bytes, which its fields do not fit into")
+        raise InputError(f"a cloud has points of {step} bytes, which its fields do not fit into", code="message-damaged")
     if row < step * width or data.size < row * (height - 1) + step * width:
-        raise InputError(f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is not whole")
+        raise InputError(
+            f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is not whole", code="message-damaged"
+        )
     names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
     names += [name for name in ("r", "g", "b") if name in fields and fields[name][0][1:] == "u1"]
     layout = np.dtype(

@@ -28,7 +28,7 @@ def read_las(path: Path) -> Points:
     laspy = require("laspy", "las")
     require("lazrs", "las")
     if fault := _las_fault(path):
-        raise InputError(f"{path}: is cut off or damaged: {fault}")
+        raise InputError(f"{path}: is cut off or damaged: {fault}", code="file-damaged")
     try:
         with laspy.open(path) as file:
             announced, las = file.header.point_count, file.read()
@@ -36,9 +36,11 @@ def read_las(path: Path) -> Points:
     except OSError:
         raise
     except Exception as error:  # of laspy, of its decompressor, of numpy for half a record
-        raise InputError(f"{path}: is cut off or damaged, or not a LAS file ({_first(error)})") from None
+        raise InputError(f"{path}: is cut off or damaged, or not a LAS file ({_first(error)})", code="file-damaged") from None
     if len(points) != announced:
-        raise InputError(f"{path}: is cut off or damaged: {announced} points are announced, {len(points)} follow")
+        raise InputError(
+            f"{path}: is cut off or damaged: {announced} points are announced, {len(points)} follow", code="file-damaged"
+        )
     if "red" not in las.point_format.dimension_names:
         return Points(points)
     colors = np.column_stack([las.red, las.green, las.blue])
@@ -75,7 +77,7 @@ def count_e57(path: Path) -> int:
     try:
         return len(image.root()["data3D"])
     except library.E57Exception as error:
-        raise InputError(f"{path}: is cut off or damaged ({_first(error)})") from None
+        raise InputError(f"{path}: is cut off or damaged ({_first(error)})", code="file-damaged") from None
     finally:
         image.close()
 
@@ -91,14 +93,14 @@ def read_e57(path: Path, scan: int) -> Points:
     try:
         scans = image.root()["data3D"]
         if scan >= len(scans):
-            raise InputError("the file does not hold so many")
+            raise InputError("the file does not hold so many", code="frame-unknown")
         node = scans[scan]
         points, colors = _e57_points(library, image, node)
         pose = _pose(node)
     except library.E57Exception as error:
-        raise InputError(f"{path}: scan {scan} is cut off or damaged ({_first(error)})") from None
+        raise InputError(f"{path}: scan {scan} is cut off or damaged ({_first(error)})", code="file-damaged") from None
     except InputError as error:
-        raise InputError(f"{path}: scan {scan}: {error}") from None
+        raise InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
     finally:
         image.close()
     if pose is None:
@@ -116,7 +118,8 @@ def _open_e57(library: ModuleType, path: Path) -> Any:
     try:
         return library.ImageFile(str(path), "r")
     except library.E57Exception as error:
-        raise InputError(f"{path}: is cut off or damaged, or not an E57 file ({_first(error)})") from None
+        code = "file-damaged" if path.stat().st_size else "file-empty"
+        raise InputError(f"{path}: is cut off or damaged, or not an E57 file ({_first(error)})", code=code) from None
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:
@@ -125,7 +128,7 @@ def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Arr
     prototype = library.StructureNode(held.prototype())
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if all(map(prototype.isDefined, axes))), None)
     if axes is None:
-        raise InputError("the points have neither cartesian nor spherical coordinates")
+        raise InputError("the points have neither cartesian nor spherical coordinates", code="points-missing")
     invalid = "cartesianInvalidState" if axes is _CARTESIAN else "sphericalInvalidState"
     colored = all(map(prototype.isDefined, _COLORS))
     names = [*axes, *(_COLORS if colored else ()), *([invalid] if prototype.isDefined(invalid) else [])]
@@ -136,7 +139,7 @@ def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Arr
         buffers.append(library.SourceDestBuffer(image, name, array, count, True, True))
     read = held.reader(buffers).read() if count else 0
     if read != count:
-        raise InputError(f"{count} points are announced, {read} follow")
+        raise InputError(f"{count} points are announced, {read} follow", code="file-damaged")
     good = values[invalid] == 0 if invalid in values else np.ones(count, dtype=bool)
     first, second, third = (values[name][good] for name in axes)
     if axes is _SPHERICAL:  # range, azimuth from x towards y, elevation from the xy plane
@@ -171,7 +174,9 @@ def _pose(node: Any) -> tuple[Floats, Floats] | None:
         translation = np.array([float(pose["translation"][name].value()) for name in "xyz"])
     length = float(np.linalg.norm(rotation))
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all() and length > 0):
-        raise InputError(f"the pose is {rotation} {translation}, expected a unit quaternion w x y z and metres")
+        raise InputError(
+            f"the pose is {rotation} {translation}, expected a unit quaternion w x y z and metres", code="pose-invalid"
+        )
     w, x, y, z = (rotation / length).tolist()
     matrix = np.array(
         [

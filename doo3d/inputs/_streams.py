@@ -89,7 +89,7 @@ class Streams:
         if found is None or found.topic.kind not in kinds or not len(found):
             there = sorted(name for name, other in self._index.items() if other.topic.kind in kinds and len(other))
             what = f"there are {', '.join(there)}" if there else "there are none of this kind"
-            raise InputError(f"{self._bag.path}: has no topic {wanted} for {key}; {what}")
+            raise InputError(f"{self._bag.path}: has no topic {wanted} for {key}; {what}", code="topic-missing")
         return found
 
     def _choose(self, key: str, fits: Callable[[Stream], bool], rank: Callable[[Found], tuple[Any, ...]]) -> Stream | None:
@@ -99,7 +99,7 @@ class Streams:
         if given is not None:
             stream = self._images.get(given.topic.name)
             if stream is None:
-                raise InputError(f"{self._bag.path}: {given.topic.name} holds no image that is whole")
+                raise InputError(f"{self._bag.path}: {given.topic.name} holds no image that is whole", code="message-damaged")
             return stream
         candidates = [stream.found for stream in self._images.values() if fits(stream)]
         return self._images[self._single(candidates, rank, key).topic.name] if candidates else None
@@ -109,7 +109,10 @@ class Streams:
         best = sorted(candidates, key=lambda found: (rank(found), found.topic.name))
         if len(best) > 1 and rank(best[0]) == rank(best[1]):
             same = [found.topic.name for found in best if rank(found) == rank(best[0])]
-            raise InputError(f"{self._bag.path}: {', '.join(same)} are equally good: choose with --read {key}={same[0]}")
+            raise InputError(
+                f"{self._bag.path}: {', '.join(same)} are equally good: choose with --read {key}={same[0]}",
+                code="topic-ambiguous",
+            )
         return best[0]
 
     def _depth_rank(self, found: Found) -> tuple[Any, ...]:
@@ -147,7 +150,8 @@ class Streams:
         if depth and lens is None:
             raise InputError(
                 f"{self._bag.path}: there is no CameraInfo for {stream.name} (looked for {_info_name(stream.name)}): "
-                "name one with --read info_topic=..., or give the camera, --read 'camera=[fx, fy, cx, cy]'"
+                "name one with --read info_topic=..., or give the camera, --read 'camera=[fx, fy, cx, cy]'",
+                code="intrinsics-missing",
             )
         return Stream(stream.found, stream.encoding, stream.size, lens, scale)
 
@@ -174,7 +178,8 @@ class Streams:
                     "name the right one with --read info_topic=..., or give --read 'camera=[fx, fy, cx, cy]'"
                     if _is_depth(stream)
                     else "read the depth alone, with --read color_topic=none"
-                )
+                ),
+                code="intrinsics-size",
             )
         upper = hasattr(said, "K")
         inner, outer, given = (said.K, said.P, said.D) if upper else (said.k, said.p, said.d)
@@ -185,7 +190,7 @@ class Streams:
             lens = Lens(Camera(fx, fy, cx, cy, *size), said.distortion_model, () if rectified else tuple(float(d) for d in given))
             lens.check()
         except InputError as error:
-            raise InputError(f"{where}: {error}") from None
+            raise InputError(f"{where}: {error}", code=error.code) from None
         return lens
 
 

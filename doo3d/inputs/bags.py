@@ -55,7 +55,7 @@ class BagCapture:
             elif streams.color is not None:
                 self.frames = _images(path, streams.color)
             else:
-                raise InputError(f"{path}: {_nothing(bag, faults)}")
+                raise _nothing(bag, faults)
         finally:
             bag.close()
         if faults:
@@ -124,7 +124,10 @@ def _load(recipe: _Recipe, name: str, time: float, depth: Place, color: Place | 
         raw = depth_of(bag.message(recipe.depth, depth), recipe.scale)
         camera = recipe.lens.camera
         if raw.shape != (camera.height, camera.width):
-            raise InputError(f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first was {camera.width}x{camera.height}")
+            raise InputError(
+                f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first was {camera.width}x{camera.height}",
+                code="depth-shape",
+            )
         metres = recipe.lens.straightened(raw, nearest=True)
         picture = None
         if color is not None and recipe.color is not None and recipe.color_lens is not None:
@@ -160,7 +163,7 @@ def _load_cloud(
     try:
         points, colors = cloud_of(opened(path, stamp).message(topic, place))
         if not len(points):
-            raise InputError(f"the cloud on {topic.name} holds no points with finite coordinates")
+            raise InputError(f"the cloud on {topic.name} holds no points with finite coordinates", code="cloud-empty")
         return Shot(Cloud(points, colors, None if viewpoint is None else np.array(viewpoint), name, time), pose=pose)
     except InputError as error:
         raise _located(error, path, name) from None
@@ -183,11 +186,11 @@ def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, 
 
 
 def _located(error: InputError, path: Path, name: str) -> InputError:
-    return error if str(path) in str(error) else InputError(f"{path}: frame {name}: {error}")
+    return error if str(path) in str(error) else InputError(f"{path}: frame {name}: {error}", code=error.code)
 
 
 def _fail(sentence: str) -> Shot:
-    raise InputError(sentence)
+    raise InputError(sentence, code="bag-damaged")
 
 
 def _describes_bag(metadata: Path) -> bool:
@@ -197,11 +200,16 @@ def _describes_bag(metadata: Path) -> bool:
         return b"rosbag2_bagfile_information" in file.read(4096)
 
 
-def _nothing(bag: Bag, faults: list[str]) -> str:
+def _nothing(bag: Bag, faults: list[str]) -> InputError:
+    """Return the error that a bag without any frames is refused with."""
     there = [
         f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
         for topic in bag.topics.values()
     ]
     if faults and not there:
-        return f"nothing in it can be read: {faults[0]}"
-    return f"has no depth images, no clouds and no colour images; it has the topics {', '.join(sorted(there)) or '(none)'}"
+        return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
+    return InputError(
+        f"{bag.path}: has no depth images, no clouds and no colour images; "
+        f"it has the topics {', '.join(sorted(there)) or '(none)'}",
+        code="frames-missing",
+    )

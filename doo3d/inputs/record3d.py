@@ -52,7 +52,7 @@ class Record3DCapture:
         names = [name.removeprefix(FOLDER) for name in recorded.namelist() if name.startswith(FOLDER)]
         stems = sorted({name.rpartition(".")[0] for name in names if name.endswith((".depth", ".jpg"))}, key=natural)
         if not stems:
-            raise InputError(f"{path}: holds no frames, expected {FOLDER}0.depth and {FOLDER}0.jpg")
+            raise InputError(f"{path}: holds no frames, expected {FOLDER}0.depth and {FOLDER}0.jpg", code="frames-missing")
         size = _size(path, about, "dw", "dh") if "dw" in about else _size(path, about, "w", "h")
         changed = path.stat().st_mtime_ns
         self.frames = []
@@ -83,13 +83,14 @@ def _open(path: Path) -> zipfile.ZipFile:
     try:
         opened = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise InputError(f"{path}: is cut off or not a recording of Record3D ({error})") from None
+        raise InputError(f"{path}: is cut off or not a recording of Record3D ({error})", code="file-damaged") from None
     for member in opened.infolist():
         name = member.orig_filename.replace("\\", "/")
         if name.startswith("/") or ":" in name or ".." in name.split("/") or stat.S_ISLNK(member.external_attr >> 16):
             opened.close()
             raise InputError(
-                f"{path}: holds {member.orig_filename!r}, a path or a link that leads out of it: it is not safe to read"
+                f"{path}: holds {member.orig_filename!r}, a path or a link that leads out of it: it is not safe to read",
+                code="archive-unsafe",
             )
     return opened
 
@@ -106,11 +107,11 @@ def _member(path: Path, opened: zipfile.ZipFile, name: str, most: int) -> bytes:
         with opened.open(name) as file:
             data = file.read(most + 1)
     except KeyError:
-        raise InputError(f"{path}: {name} is missing") from None
+        raise InputError(f"{path}: {name} is missing", code="file-missing") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, NotImplementedError) as error:
-        raise InputError(f"{path}: {name} is damaged ({error})") from None
+        raise InputError(f"{path}: {name} is damaged ({error})", code="file-damaged") from None
     if len(data) > most:
-        raise InputError(f"{path}: {name} unpacks to more than {most} bytes, which no recording has")
+        raise InputError(f"{path}: {name} unpacks to more than {most} bytes, which no recording has", code="size-too-large")
     return data
 
 
@@ -122,7 +123,10 @@ def _load(path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: P
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MOST_IMAGE)
     color = read_color(path / FOLDER / f"{stem}.jpg", data=data)
     if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _SHAPE:
-        raise InputError(f"{where}: colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}: not the same view")
+        raise InputError(
+            f"{where}: colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}: not the same view",
+            code="color-size",
+        )
     if color.shape[:2] != depth.shape:
         color = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
     frame = Frame(np.asarray(color), depth, camera_for(pinhole, depth.shape), stem, time)
@@ -136,14 +140,16 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     announced, blocks = _announced(data)
     # a block that lies about itself still unpacks to 24 MB at most, so not more of them than this image needs
     if announced > length or blocks > length // _BLOCK + 2:
-        raise InputError(f"{where}: unpacks to more than an image of {size[0]}x{size[1]}")
+        raise InputError(f"{where}: unpacks to more than an image of {size[0]}x{size[1]}", code="size-too-large")
     lzfse = require("lzfse", "record3d")
     try:
         raw = lzfse.decompress(data)
     except lzfse.error:
-        raise InputError(f"{where}: is cut off or damaged") from None
+        raise InputError(f"{where}: is cut off or damaged", code="file-damaged") from None
     if len(raw) != length:
-        raise InputError(f"{where}: has {len(raw)} bytes, expected {length} for {size[0]}x{size[1]} float32 metres")
+        raise InputError(
+            f"{where}: has {len(raw)} bytes, expected {length} for {size[0]}x{size[1]} float32 metres", code="depth-shape"
+        )
     return np.frombuffer(raw, "<f4").reshape(size[1], size[0])
 
 
@@ -172,10 +178,14 @@ def _announced(data: bytes) -> tuple[int, int]:
 def _size(path: Path, about: dict[str, Any], *keys: str) -> tuple[int, int]:
     sides = [about.get(key) for key in keys]
     if not all(isinstance(side, int) and not isinstance(side, bool) and side > 0 for side in sides):
-        raise InputError(f"{path}: {METADATA}: {', '.join(keys)} are {sides}, expected whole numbers of pixels")
+        raise InputError(
+            f"{path}: {METADATA}: {', '.join(keys)} are {sides}, expected whole numbers of pixels", code="intrinsics-invalid"
+        )
     width, height = int(sides[0] or 0), int(sides[1] or 0)
     if width * height > _MOST_PIXELS:
-        raise InputError(f"{path}: {METADATA}: {', '.join(keys)}: {width}x{height} is larger than any depth image")
+        raise InputError(
+            f"{path}: {METADATA}: {', '.join(keys)}: {width}x{height} is larger than any depth image", code="size-too-large"
+        )
     return width, height
 
 
@@ -202,7 +212,7 @@ def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int]
     own = _row(about, "perFrameIntrinsicCoeffs", stem)
     where = f"{path}: {METADATA}"
     if own is not None:
-        fx, fy, cx, cy = numbers(own, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}").tolist()
+        fx, fy, cx, cy = numbers(own, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
     else:
         fx, fy, cx, cy = pinhole_of(about.get("K"), f"{where}: K", columns=True)
     across, down = size[0] / width, size[1] / height

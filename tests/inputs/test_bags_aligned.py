@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("rosbags")
 from bag_writer import KINDS, SECOND, Script
+from builders.errors import refuses
 
-from doo3d.errors import InputError
 from doo3d.inputs import Reading, open_capture
 from doo3d.types import Camera
 
@@ -103,7 +103,7 @@ def test_pixels_without_depth_keep_their_colour(tmp_path):
 def test_without_a_transform_between_the_two_it_is_said(tmp_path):
     made = scene()
     made.lines = made.lines[:4]
-    with pytest.raises(InputError, match="not aligned"):
+    with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(made.write(tmp_path / "a.bag"))
 
 

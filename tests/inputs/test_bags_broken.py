@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 from bag_writer import KINDS, SECOND, Script, packed_depth
+from builders.errors import refuses
 from test_bags import COLOR, DEPTH, FRAME, HEIGHT, NUMBERS, SIZE, WIDTH, named, points, script, slope, tint
 
 from doo3d.errors import InputError
@@ -34,8 +35,8 @@ def file_of(path: Path) -> Path:
     return path if path.is_file() else next(file for file in path.iterdir() if file.suffix in (".db3", ".mcap"))
 
 
-def refused(path: Path, words: str, **said) -> None:
-    with pytest.raises(InputError, match=words):
+def refused(path: Path, code: str, *parts: str, **said) -> None:
+    with refuses(code, *parts):
         open_capture(path, reading=Reading(**said))
 
 
@@ -55,7 +56,7 @@ def test_cut_off_in_the_middle(tmp_path, kind, packing, kept):
     assert (30 if kept > 0.9 else 5) <= len(good) < (41 if kept > 0.9 else 25)
     for entry, depth in zip(good, whole, strict=False):
         assert np.array_equal(entry.load().data.depth, depth)
-    with pytest.raises(InputError, match=rf"{file.name}.*(ends in the middle|cut off).*the {len(good)} frames before"):
+    with refuses("bag-damaged", file.name, f"the {len(good)} frames"):
         last.load()
 
 
@@ -72,7 +73,7 @@ def test_a_corrupt_chunk_costs_its_own_frames_only(tmp_path, kind, packing):
     for entry in good:
         entry.load()
     assert good[-1].timestamp == pytest.approx(1 + 39 / 30, abs=1e-3)
-    with pytest.raises(InputError, match="damaged chunk at byte"):
+    with refuses("bag-damaged", file.name, f"the {len(good)} frames"):
         last.load()
 
 
@@ -81,7 +82,7 @@ def test_a_corrupt_chunk_costs_its_own_frames_only(tmp_path, kind, packing):
 def test_files_that_are_called_so_only(tmp_path, suffix, content):
     path = tmp_path / f"a{suffix}"
     path.write_bytes(content)
-    refused(path, rf"a\{suffix}.*{'is no ROS 1 bag' if content else 'is empty'}")
+    refused(path, "file-damaged" if content else "file-empty", f"a{suffix}")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -90,7 +91,7 @@ def test_little_more_than_the_first_bytes(tmp_path, kind, kept):
     path = script(kind).write(tmp_path / named(kind))
     file = file_of(path)
     file.write_bytes(file.read_bytes()[:kept])
-    refused(path, "nothing in it can be read: .*(ends|cut off)")
+    refused(path, "bag-damaged", file.name)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -106,57 +107,57 @@ def test_flipped_bytes_anywhere_are_said_or_do_not_matter(tmp_path, kind):
             for entry in open_capture(path).frames:
                 entry.load()
         except InputError as error:
+            assert error.code  # noqa: PT017
             assert file.stem.split("_")[0] in str(error)  # noqa: PT017
 
 
 def test_missing_camera_info(tmp_path):
     path = script(info=False).write(tmp_path / "a.bag")
-    refused(path, r"no CameraInfo for /camera/depth/image_raw.*/camera/depth/camera_info.*info_topic.*camera=\[fx")
+    refused(path, "intrinsics-missing", DEPTH, "/camera/depth/camera_info", "info_topic", "camera=[fx")
 
 
 def test_camera_info_of_another_size_and_one_that_cannot_be(tmp_path):
     made = script(info=False)
     made.info("/camera/depth/camera_info", (640, 480), NUMBERS)
-    refused(made.write(tmp_path / "a.bag"), r"camera_info is for 640x480 but the images.*16x12")
+    refused(made.write(tmp_path / "a.bag"), "intrinsics-size", "/camera/depth/camera_info", "640x480", "16x12")
     made = script(info=False)
     made.info("/camera/depth/camera_info", SIZE, (0, 0, 0, 0), p=(0, 0, 0, 0))
-    refused(made.write(tmp_path / "b.bag"), "focal lengths above zero")
+    refused(made.write(tmp_path / "b.bag"), "intrinsics-invalid", "/camera/depth/camera_info")
     made = script(info=False)
     made.info("/camera/depth/camera_info", SIZE, NUMBERS, model="thin prism", d=(0.1,) * 12)
-    refused(made.write(tmp_path / "c.bag"), "model 'thin prism'.*plumb_bob")
+    refused(made.write(tmp_path / "c.bag"), "lens-unknown", "thin prism", "plumb_bob")
 
 
 def test_the_camera_info_of_the_colour_is_of_another_size(tmp_path):
     made = script()
     made.info("/camera/color/camera_info", (640, 480), NUMBERS)
-    refused(
-        made.write(tmp_path / "a.bag"), r"color/camera_info is for 640x480 but the images of .*color.*16x12.*color_topic=none"
-    )
+    path = made.write(tmp_path / "a.bag")
+    refused(path, "intrinsics-size", "/camera/color/camera_info", "640x480", COLOR, "16x12", "color_topic=none")
 
 
 @pytest.mark.parametrize("d", [(0.1, 0.2), (0.1, float("nan"), 0, 0, 0)])
 def test_coefficients_that_cannot_be(tmp_path, d):
     made = script(info=False)
     made.info("/camera/depth/camera_info", SIZE, NUMBERS, d=d)
-    refused(made.write(tmp_path / "a.bag"), "camera_info: the lens of model 'plumb_bob' has the coefficients .* cannot be")
+    refused(made.write(tmp_path / "a.bag"), "lens-invalid", "/camera/depth/camera_info", "plumb_bob")
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "code", "parts"),
     [
-        ({"point_step": 8}, "points of 8 bytes, which its fields do not fit into"),
-        ({"width": 400}, "400x1 points of 20 bytes has 240 bytes: it is not whole"),
-        ({"width": 0, "row_step": 0, "height": 2**32 - 1}, "no points with finite coordinates"),
-        ({"fields": []}, "has the fields none, expected x, y and z"),
+        ({"point_step": 8}, "message-damaged", ["8 bytes"]),
+        ({"width": 400}, "message-damaged", ["400x1", "20 bytes", "240 bytes"]),
+        ({"width": 0, "row_step": 0, "height": 2**32 - 1}, "cloud-empty", ["/points"]),
+        ({"fields": []}, "points-missing", []),
     ],
 )
-def test_clouds_that_make_no_sense(tmp_path, change, words):
+def test_clouds_that_make_no_sense(tmp_path, change, code, parts):
     made = Script("mcap")
     made.cloud("/points", SECOND, points())
     for name, value in change.items():
         setattr(made.lines[0][3], name, value)
     (entry,) = open_capture(made.write(tmp_path / "bag")).frames
-    with pytest.raises(InputError, match=words):
+    with refuses(code, "frame 000000", *parts):
         entry.load()
 
 
@@ -165,7 +166,7 @@ def test_yuv_of_an_odd_width(tmp_path):
     made.image(COLOR, SECOND, np.zeros((HEIGHT, WIDTH - 1, 2), np.uint8), "yuv422")
     made.info("/camera/color/camera_info", (WIDTH - 1, HEIGHT), NUMBERS)
     (entry,) = open_capture(made.write(tmp_path / "a.bag")).frames
-    with pytest.raises(InputError, match="15x12 cannot be of encoding yuv422"):
+    with refuses("color-shape", "15x12", "yuv422"):
         entry.load()
 
 
@@ -173,35 +174,36 @@ def test_camera_info_under_another_name(tmp_path):
     made = script(info=False)
     made.info("/calibration", SIZE, NUMBERS, frame="elsewhere")
     path = made.write(tmp_path / "a.bag")
-    refused(path, "no CameraInfo")
+    refused(path, "intrinsics-missing", DEPTH)
     assert open_capture(path, reading=Reading(info_topic="/calibration")).frames[0].load().data.camera.fx == NUMBERS[0]
 
 
 @pytest.mark.parametrize("key", ["depth_topic", "color_topic", "info_topic", "cloud_topic"])
 def test_topics_that_are_not_there_with_those_that_are(tmp_path, key):
     path = script().write(tmp_path / "a.bag")
-    there = {"info_topic": "/camera/depth/camera_info", "cloud_topic": "there are none"}.get(key, f"{COLOR}, {DEPTH}")
-    refused(path, rf"no topic /nowhere for {key}; .*{there}", **{key: "/nowhere"})
+    there = {"info_topic": "/camera/depth/camera_info", "cloud_topic": ""}.get(key, f"{COLOR}, {DEPTH}")
+    refused(path, "topic-missing", "/nowhere", key, there, **{key: "/nowhere"})
 
 
 def test_a_bag_of_other_things(tmp_path):
     made = Script("mcap")
     made.tf("map", "camera", (0, 0, 0))
-    refused(made.write(tmp_path / "bag"), r"no depth images.*has the topics /tf \(tf2_msgs/msg/TFMessage\)")
+    refused(made.write(tmp_path / "bag"), "frames-missing", "/tf (tf2_msgs/msg/TFMessage)")
 
 
 def test_clocks_that_have_nothing_in_common(tmp_path):
     made = script(color=False)
     made.image(COLOR, 500 * SECOND, tint(), "rgb8")
     path = made.write(tmp_path / "a.bag")
-    refused(path, r"no image of /camera/color/image_raw is within 0.03 s.*nearest is 498\.\d+ s off.*tolerance")
+    refused(path, "times-apart", COLOR, "0.03 s", "498.", "tolerance=")
     assert open_capture(path, reading=Reading(color_topic="none")).frames[0].load().data.color is None
 
 
 def test_colour_of_another_camera_of_which_nothing_is_known(tmp_path):
     made = script(color=False)
     made.image(COLOR, SECOND, np.zeros((30, 40, 3), np.uint8), "rgb8", frame="color_optical")
-    refused(made.write(tmp_path / "a.bag"), r"40x30, frame 'color_optical'.*not aligned.*16x12, frame 'camera_optical'.*none")
+    path = made.write(tmp_path / "a.bag")
+    refused(path, "extrinsics-missing", "40x30", "'color_optical'", "16x12", "'camera_optical'", "color_topic=none")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -212,7 +214,7 @@ def test_one_image_that_is_not_whole_fails_alone(tmp_path, kind):
     made.lines[2][3].data = made.lines[2][3].data[:-10]
     first, second, third = open_capture(made.write(tmp_path / named(kind))).frames
     first.load(), third.load()
-    with pytest.raises(InputError, match=r"frame 000001.*16x12.*374 bytes.*not whole"):
+    with refuses("message-damaged", "frame 000001", "16x12", "374 bytes"):
         second.load()
 
 
@@ -223,7 +225,7 @@ def test_a_compressed_image_that_is_damaged_fails_alone(tmp_path):
         made.packed(f"{DEPTH}/compressedDepth", SECOND + i, data[: 60 if i == 0 else None], "16UC1; compressedDepth png")
     first, second, _ = open_capture(made.write(tmp_path / "a.bag")).frames
     second.load()
-    with pytest.raises(InputError, match=r"frame 000000.*damaged or cut off"):
+    with refuses("message-damaged", "frame 000000"):
         first.load()
 
 
@@ -231,20 +233,20 @@ def test_a_size_that_changes_in_the_middle(tmp_path):
     made = script(frames=2, color=False)
     made.image(DEPTH, 2 * SECOND, np.ones((6, 8), np.uint16), "16UC1")
     *_, last = open_capture(made.write(tmp_path / "a.bag")).frames
-    with pytest.raises(InputError, match=r"frame 000002.*8x6, the first was 16x12"):
+    with refuses("depth-shape", "frame 000002", "8x6", "16x12"):
         last.load()
 
 
 def test_metadata_that_makes_no_sense(tmp_path):
     path = script("sqlite3").write(tmp_path / "bag")
     (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
-    refused(path, r"metadata\.yaml.*description of a ROS 2 bag")
+    refused(path, "yaml-invalid", "metadata.yaml")
     (path / "metadata.yaml").write_text("rosbag2_bagfile_information: {relative_file_paths: [gone.db3]}")
-    refused(path, r"gone\.db3.*is missing")
+    refused(path, "file-missing", "gone.db3")
     (path / "metadata.yaml").write_text(
         "rosbag2_bagfile_information: {relative_file_paths: [bag.db3.zstd], compression_mode: FILE}"
     )
-    refused(path, "compressed as a whole")
+    refused(path, "bag-compressed")
 
 
 def test_the_package_is_missing(tmp_path):

@@ -51,14 +51,15 @@ def test_what_is_said_of_a_bag_that_is_cut_off(doo3d, tmp_path, capture):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     code, said, wrong = doo3d("detect", path, "-o", "out")
     assert code == 1
-    assert "ends in the middle" in said + wrong
+    assert path.name in said + wrong
     assert len(list((tmp_path / "out").glob("0*.json"))) in (3, 4)
 
 
 def test_a_topic_that_is_not_there(refused, tmp_path):
     made = Script("mcap")
     made.image("/depth/image", SECOND, np.ones((4, 4), np.uint16), "16UC1")
-    assert "there are /depth/image" in refused(made.write(tmp_path / "bag"), "--read", "depth_topic=/nowhere", "-o", "out")
+    path = made.write(tmp_path / "bag")
+    assert "/depth/image" in refused(path, "--read", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
 
 
 def test_in_the_image_mode_the_colour_is_taken(doo3d, tmp_path):

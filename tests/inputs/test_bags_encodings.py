@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("rosbags")
 from bag_writer import KINDS, SECOND, packed_depth, png
+from builders.errors import refuses
 from test_bags import COLOR, DEPTH, HEIGHT, WIDTH, frames, named, script, slope, tint
-
-from doo3d.errors import InputError
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -83,7 +82,7 @@ def test_depth_as_a_png_of_16_bits_and_a_picture_of_depth(tmp_path):
     made.packed(f"{DEPTH}/compressed", SECOND, png(slope()), "16UC1; png compressed")
     assert np.array_equal(frames(made.write(tmp_path / "a.bag"))[0].depth, (slope() / np.float32(1000)).astype(np.float32))
     made.packed("/preview/compressed", SECOND, png(tint()), "bgr8; jpeg compressed bgr8")
-    with pytest.raises(InputError, match="is it a picture of the depth"):
+    with refuses("depth-type", "uint8", "(12, 16, 3)"):
         frames(made.write(tmp_path / "b.bag"), depth_topic="/preview/compressed", color_topic="none", camera=(20, 20, 8, 6))
 
 

@@ -10,9 +10,9 @@ import pytest
 
 pytest.importorskip("rosbags")
 from bag_writer import SECOND, Script
+from builders.errors import refuses
 from test_bags_aligned import C_NUMBERS, C_SIZE, D_NUMBERS, D_SIZE, MOVE, wall
 
-from doo3d.errors import InputError
 from doo3d.inputs import Reading, open_capture
 
 DEPTH, COLOR = "/device_0/sensor_0/Depth_0", "/device_0/sensor_1/Color_0"
@@ -73,7 +73,7 @@ def test_a_unit_of_a_millimetre(tmp_path):
 
 def test_without_a_unit_it_is_asked_for(tmp_path):
     path = write(recording(unit=None), tmp_path / "a.bag")
-    with pytest.raises(InputError, match=r"does not say the unit of its depth.*Depth Units/value.*depth_scale"):
+    with refuses("depth-unit", OPTION, "depth_scale"):
         open_capture(path)
     frame = open_capture(path, reading=Reading(depth_scale=1000)).frames[0].load().data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
@@ -83,12 +83,12 @@ def test_without_a_unit_it_is_asked_for(tmp_path):
 def test_a_unit_that_cannot_be(tmp_path, unit):
     made = recording()
     made.lines[0] = (*made.lines[0][:3], made.make("std_msgs/msg/Float32", data=unit))
-    with pytest.raises(InputError, match=r"Depth Units/value is .* which cannot be"):
+    with refuses("depth-unit", OPTION, f"{np.float32(unit):.4}"):
         open_capture(write(made, tmp_path / "a.bag"))
 
 
 def test_without_extrinsics_it_is_said(tmp_path):
     path = write(recording(extrinsics=False), tmp_path / "a.bag")
-    with pytest.raises(InputError, match=r"does not say where the camera of .*Color_0.*color_topic=none"):
+    with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(path)
     assert open_capture(path, reading=Reading(color_topic="none")).frames[0].load().data.color is None
