@@ -93,17 +93,17 @@ def test_a_video(found, doo3d):
     Path("a.avi").write_bytes(Path("a.avi").read_bytes()[:-20_000])
     code, out, err = doo3d("detect", "a.avi", "-c", "image", "--set", RED, "-o", "cut")
     assert code == 1
-    assert "failed: a.avi: ends in the middle of this frame" in err
+    assert "failed: a.avi: " in err
     assert "frames, " in out.splitlines()[-1]
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize(("value", "words"), [(0, "mask is empty"), (255, "mask covers the whole image")])
-def test_masks_without_an_edge(refused, preset, value, words):
+@pytest.mark.parametrize(("value", "code"), [(0, "mask-empty"), (255, "mask-full")])
+def test_masks_without_an_edge(refused, preset, value, code):
     color, mask = rope()
     put("photo.jpg", color)
     put("m.png", np.full_like(mask, value))
-    assert words in refused("photo.jpg", "-c", preset, "--mask", "m.png")
+    refused("photo.jpg", "-c", preset, "--mask", "m.png", code=code)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -113,7 +113,7 @@ def test_one_pixel(doo3d, refused, preset):
     assert code in (0, 2)
     assert "fault" not in err
     put("m.png", np.full((1, 1), 255, np.uint8))
-    assert "mask" in refused("photo.png", "-c", preset, "--mask", "m.png", "-o", "other")
+    refused("photo.png", "-c", preset, "--mask", "m.png", "-o", "other", code="mask-full")
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -132,25 +132,26 @@ def test_mask_of_another_size(refused):
     color, mask = rope()
     put("photo.png", color)
     put("m.png", mask[:100])
-    assert "m.png: the mask is 320x100 but the image is 320x240" in refused("photo.png", "-c", "image", "--mask", "m.png")
+    said = refused("photo.png", "-c", "image", "--mask", "m.png", code="mask-shape")
+    assert all(part in said for part in ("m.png", "320x100", "320x240"))
 
 
 def test_truncated_photograph(refused):
     path = put("photo.jpg", rope()[0])
     path.write_bytes(path.read_bytes()[:-500])
-    assert "photo.jpg: is cut off" in refused("photo.jpg", "-c", "image")
+    assert "photo.jpg" in refused("photo.jpg", "-c", "image", code="file-damaged")
 
 
 def test_an_image_in_3d(refused, capture):
     put("photo.jpg", rope()[0])
-    assert "-c image" in refused("photo.jpg")
-    assert "camera_intrinsic.json" in refused(capture() / "depth" / "000000.png")
+    assert "-c image" in refused("photo.jpg", code="mode-needs-depth")
+    assert "camera_intrinsic.json" in refused(capture() / "depth" / "000000.png", code="mode-needs-depth")
 
 
 def test_what_has_no_image_in_2d(refused, capture):
-    assert "no colour image" in refused(capture(color=False), "-c", "image")
+    refused(capture(color=False), "-c", "image", code="mode-needs-image")
     np.savez("a.npz", points=np.random.default_rng(0).normal(size=(99, 3)))
-    assert "no colour image" in refused("a.npz", "-c", "image")
+    refused("a.npz", "-c", "image", code="mode-needs-image")
 
 
 @pytest.mark.parametrize("preset", PRESETS)

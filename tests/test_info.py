@@ -113,9 +113,9 @@ def test_detect_in_some_frames(doo3d, capture):
 
 def test_detect_refuses_a_selection_of_nothing(refused, capture):
     folder = capture(frames=2)
-    assert "--start 2 leaves no frame; it has the frames 0 to 1" in refused(folder, "--start", 2)
-    assert "there is no frame 7" in refused(folder, "--frames", "0,7")
-    assert "not all frames have a time" in refused(folder, "--end", "1s")
+    assert "--start 2" in refused(folder, "--start", 2, code="selection-empty")
+    assert " 7 " in refused(folder, "--frames", "0,7", code="frame-unknown")
+    assert "--end 1s" in refused(folder, "--end", "1s", code="times-missing")
 
 
 def test_masks_from_elsewhere_are_said_with_a_selection(doo3d, capture):

@@ -62,16 +62,16 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
     path = Path(path)
     try:
         if not path.exists():
-            raise InputError(f"{path} does not exist")
+            raise InputError(f"{path} does not exist", code="file-missing")
         for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
             if (found := format_class(name)).recognises(path) or (name == "pairs" and _camera_is_said(path, reading)):
                 capture = found(path, reading)
                 if reading.trajectory is not None:
                     capture = PosedCapture(capture, reading.trajectory, reading.tolerance)
                 return MaskedCapture(capture, Path(masks)) if masks is not None else capture
-        raise InputError(f"{path}: {_why_unknown(path)}")
+        raise _unknown(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
 
 
 def _camera_is_said(path: Path, reading: Reading) -> bool:
@@ -79,15 +79,21 @@ def _camera_is_said(path: Path, reading: Reading) -> bool:
     return reading.camera is not None and path.is_file() and is_image(path)
 
 
-def _why_unknown(path: Path) -> str:
+def _unknown(path: Path) -> InputError:
     known = f"What can be read: {'; '.join(format_class(name).what for name in FORMATS)}"
     if path.is_file():
-        return f"this file is of no known format (a depth image alone is not enough, its camera has to be known). {known}"
+        return InputError(
+            f"{path}: this file is of no known format (a depth image alone is not enough, its camera has to be known). {known}",
+            code="format-unknown",
+        )
     inside = sorted(path.iterdir())
     if not inside:
-        return f"this folder is empty. {known}"
+        return InputError(f"{path}: this folder is empty. {known}", code="folder-empty")
     captures = [item.name for item in inside if any(format_class(name).recognises(item) for name in FORMATS)]
     if not captures:
-        return f"this folder holds nothing of a known format. {known}"
+        return InputError(f"{path}: this folder holds nothing of a known format. {known}", code="format-unknown")
     shown = ", ".join(captures[:5]) + (f" and {len(captures) - 5} more" if len(captures) > 5 else "")
-    return f"this folder is not itself a capture but holds {len(captures)} of them, give one of these: {shown}"
+    return InputError(
+        f"{path}: this folder is not itself a capture but holds {len(captures)} of them, give one of these: {shown}",
+        code="folder-of-captures",
+    )

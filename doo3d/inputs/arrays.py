@@ -45,7 +45,10 @@ class ArraysCapture:
         count = _count(path, heads)
         small = {name: _per_frame(path, name, heads[name], count) for name in _SMALL if name in heads}
         if "K" not in small and reading.camera is None:
-            raise InputError(f"{path}: has no K, the (3, 3) camera matrix: add it, or say --read 'camera=[fx, fy, cx, cy]'")
+            raise InputError(
+                f"{path}: has no K, the (3, 3) camera matrix: add it, or say --read 'camera=[fx, fy, cx, cy]'",
+                code="intrinsics-missing",
+            )
         times = _times(path, small.get("timestamps"))
         parts = tuple(name for name in _STACKS if name in heads)
         digits = max(len(str(count - 1)), 6)
@@ -114,7 +117,7 @@ def _names(path: Path) -> list[str]:
         with zipfile.ZipFile(path) as opened:
             return [name.removesuffix(".npy") for name in opened.namelist()]
     except _BROKEN as error:
-        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})") from None
+        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})", code="file-damaged") from None
 
 
 def _read_head(file: IO[bytes], where: str, name: str) -> _Head:
@@ -122,10 +125,12 @@ def _read_head(file: IO[bytes], where: str, name: str) -> _Head:
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read(file)
     if dtype.hasobject:
-        raise InputError(f"{where}: holds Python objects, expected numbers: give one array, all frames of one size")
+        raise InputError(
+            f"{where}: holds Python objects, expected numbers: give one array, all frames of one size", code="array-type"
+        )
     head = _Head(tuple(shape), dtype, (_STACKS | _SMALL)[name], "F" if fortran else "C")
     if fortran and head.stacked and name in _STACKS:
-        raise InputError(f"{where}: is stored column by column: save np.ascontiguousarray of it")
+        raise InputError(f"{where}: is stored column by column: save np.ascontiguousarray of it", code="array-order")
     return head
 
 
@@ -141,13 +146,16 @@ def _head(path: Path, name: str) -> _Head:
         with zipfile.ZipFile(path) as opened, opened.open(f"{name}.npy") as file:
             head = _read_head(file, where, name)
     except _BROKEN as error:
-        raise InputError(f"{where}: is cut off or damaged ({error})") from None
+        raise InputError(f"{where}: is cut off or damaged ({error})", code="file-damaged") from None
     least = head.least
     if len(head.shape) not in (least, least + 1) or 0 in head.shape:
-        raise InputError(f"{where}: has shape {head.shape}, expected {least} dimensions for one frame, {least + 1} for several")
+        raise InputError(
+            f"{where}: has shape {head.shape}, expected {least} dimensions for one frame, {least + 1} for several",
+            code="array-shape",
+        )
     whole = head.length * (head.shape[0] if head.stacked else 1)
     if (head.length if name in _STACKS else whole) > _MOST or whole > _DENSEST * path.stat().st_size:
-        raise InputError(f"{where}: has shape {head.shape}, which is too large for this file, or for any")
+        raise InputError(f"{where}: has shape {head.shape}, which is too large for this file, or for any", code="array-too-large")
     return head
 
 
@@ -157,16 +165,21 @@ def _count(path: Path, heads: dict[str, _Head]) -> int:
     count = depth.shape[0] if depth.stacked else 1
     for name, head in heads.items():
         if head.stacked and head.shape[0] != count:
-            raise InputError(f"{path}: {name} has {head.shape[0]} parts, but there are {count} frames of depth")
+            raise InputError(
+                f"{path}: {name} has {head.shape[0]} parts, but there are {count} frames of depth", code="frame-count"
+            )
     if "color" in heads and depth.stacked and not heads["color"].stacked:
-        raise InputError(f"{path}: color has shape {heads['color'].shape}, expected one image for each of the {count} frames")
+        raise InputError(
+            f"{path}: color has shape {heads['color'].shape}, expected one image for each of the {count} frames",
+            code="frame-count",
+        )
     return count
 
 
 def _per_frame(path: Path, name: str, head: _Head, count: int) -> Array:
     """(count, ...) float, one for each frame."""
     if not np.issubdtype(head.dtype, np.number) or np.issubdtype(head.dtype, np.complexfloating):
-        raise InputError(f"{path}: {name} has type {head.dtype}, expected numbers")
+        raise InputError(f"{path}: {name} has type {head.dtype}, expected numbers", code="array-type")
     length = math.prod(head.shape) * head.dtype.itemsize
     values = _Stack(path, name).bytes_at(0, length).view(head.dtype).reshape(head.shape, order=head.order).astype(float)
     return values if head.stacked else np.broadcast_to(values, (count, *head.shape))
@@ -176,7 +189,7 @@ def _times(path: Path, times: Array | None) -> list[float] | None:
     if times is None:
         return None
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise InputError(f"{path}: timestamps must rise from frame to frame, finite numbers in seconds")
+        raise InputError(f"{path}: timestamps must rise from frame to frame, finite numbers in seconds", code="times-not-rising")
     found: list[float] = times.tolist()
     return found
 
@@ -209,7 +222,7 @@ class _Stack:
                 data = self._read(length)
             except _BROKEN as error:
                 self.close()
-                raise InputError(f"{self._path}: {self._name} is cut off or damaged ({error})") from None
+                raise InputError(f"{self._path}: {self._name} is cut off or damaged ({error})", code="file-damaged") from None
             self._at += length
         return np.frombuffer(data, np.uint8)
 
@@ -261,15 +274,18 @@ def _load(
         frame = Frame(found.get("color"), depth, camera_for(pinhole, depth.shape), name, time)
         mask = check_mask(found["mask"], depth.shape) if "mask" in found else None
     except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+        raise InputError(f"{where}: {error}", code=error.code) from None
     return Shot(frame, mask, None if pose is None else check_pose(pose, f"{where}: pose"))
 
 
 def _metres(depth: Array, scale: float | None, where: str) -> Array:
     if scale is not None and not 0 < scale < float("inf"):
-        raise InputError(f"{where}: depth_scale is {scale}, expected units per metre above zero (1000 for millimetres)")
+        raise InputError(
+            f"{where}: depth_scale is {scale}, expected units per metre above zero (1000 for millimetres)",
+            code="depth-scale-invalid",
+        )
     if np.issubdtype(depth.dtype, np.integer):
         return np.asarray(depth / np.float32(scale or DEFAULT_DEPTH_SCALE), dtype=np.float32)
     if not np.issubdtype(depth.dtype, np.floating):
-        raise InputError(f"{where}: depth has type {depth.dtype}, expected whole numbers or floats")
+        raise InputError(f"{where}: depth has type {depth.dtype}, expected whole numbers or floats", code="depth-type")
     return np.asarray(depth / (scale or 1.0), dtype=np.float32)

@@ -39,7 +39,7 @@ class BopCapture:
         cameras = read_json(path / CAMERAS)
         depth = images_in(path / "depth")
         if not depth:
-            raise InputError(f"{path / 'depth'}: there are no depth images")
+            raise InputError(f"{path / 'depth'}: there are no depth images", code="folder-empty")
         folder = next((path / name for name in _COLORS if (path / name).is_dir()), None)
         color = images_in(folder) if folder else {}
         masks = defaultdict(list)
@@ -81,12 +81,12 @@ def _load(
     reading: Reading,
 ) -> Shot:
     if depth is None:
-        raise InputError(f"{path / 'depth'}: there is no depth image {name}")
+        raise InputError(f"{path / 'depth'}: there is no depth image {name}", code="depth-missing")
     if folder is not None and color is None:
-        raise InputError(f"{folder}: there is no image {name} for {depth}")
+        raise InputError(f"{folder}: there is no image {name} for {depth}", code="color-missing")
     where = f"{path / CAMERAS}: image {int(name) if name.isdecimal() else name}"
     if not isinstance(camera, dict):
-        raise InputError(f"{where}: is not there (or not an object), expected cam_K and depth_scale")
+        raise InputError(f"{where}: is not there (or not an object), expected cam_K and depth_scale", code="intrinsics-missing")
     sensor = Sensor(_pinhole(camera, reading, where), _scale(camera, reading, where))
     return load_files(Files(depth, color, masks), sensor, name, None, _pose(camera, where))
 
@@ -95,7 +95,7 @@ def _pinhole(camera: dict[str, Any], reading: Reading, where: str) -> Pinhole:
     if reading.camera is not None:
         return reading.camera
     if "cam_K" not in camera:
-        raise InputError(f"{where}: has no cam_K")
+        raise InputError(f"{where}: has no cam_K", code="intrinsics-missing")
     return pinhole_of(camera["cam_K"], f"{where}: cam_K")
 
 
@@ -105,7 +105,10 @@ def _scale(camera: dict[str, Any], reading: Reading, where: str) -> float:
         return reading.depth_scale
     scale = camera.get("depth_scale")
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
-        raise InputError(f"{where}: depth_scale is {scale!r}, expected millimetres per unit, above zero (1 for millimetres)")
+        raise InputError(
+            f"{where}: depth_scale is {scale!r}, expected millimetres per unit, above zero (1 for millimetres)",
+            code="depth-scale-invalid",
+        )
     return _MILLI / scale
 
 

@@ -100,15 +100,15 @@ def _kind(path: Path) -> str | None:
 def _load(path: Path, name: str, scan: int = 0) -> Shot:
     try:
         if not path.stat().st_size:
-            raise InputError(f"{path}: is empty")
+            raise InputError(f"{path}: is empty", code="file-empty")
         found = read_e57(path, scan) if (kind := _kind(path) or "") == "e57" else _READERS[kind](path)
         cloud = Cloud(found.points, _bytes(found.colors), found.viewpoint, name)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
     except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
-        raise InputError(f"{path}: holds no points with finite coordinates")
+        raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
     return Shot(cloud)
 
 
@@ -117,7 +117,7 @@ def _bytes(colors: Array | None) -> Array | None:
     if colors is None or colors.dtype == np.uint8:
         return colors
     if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():
-        raise InputError(f"colors are {colors.dtype}, expected uint8, or floats from 0 to 1")
+        raise InputError(f"colors are {colors.dtype}, expected uint8, or floats from 0 to 1", code="color-type")
     return np.asarray(np.rint(colors * 255), dtype=np.uint8)
 
 

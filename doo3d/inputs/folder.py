@@ -40,7 +40,7 @@ class FolderCapture:
         self.path = path
         depth = images_in(path / "depth")
         if not depth:
-            raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})")
+            raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
         camera, scale = _lens(path / INTRINSICS, reading)
         color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
         others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
@@ -71,7 +71,9 @@ def _lens(path: Path, reading: Reading) -> tuple[Camera | Pinhole, float]:
 def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> Shot:
     for part, file in {"depth": depth, **others}.items():
         if file is None:
-            raise InputError(f"{part}/ has no image for frame {name}")
+            raise InputError(
+                f"{part}/ has no image for frame {name}", code=f"{part if part in ('depth', 'mask') else 'color'}-missing"
+            )
     assert depth is not None
     mask = others.get("mask")
     color = next((file for part, file in others.items() if part in COLORS), None)
@@ -99,26 +101,33 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
     except FileNotFoundError:
         raise InputError(
             f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
-            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --read 'camera=[fx, fy, cx, cy]'"
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --read 'camera=[fx, fy, cx, cy]'",
+            code="intrinsics-missing",
         ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON ({error})") from None
+        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
     if not isinstance(values, dict):
-        raise InputError(f"{path}: expected an object with width, height and intrinsic_matrix, got {type(values).__name__}")
+        raise InputError(
+            f"{path}: expected an object with width, height and intrinsic_matrix, got {type(values).__name__}",
+            code="json-invalid",
+        )
     for key in ("width", "height", "intrinsic_matrix"):
         if key not in values:
-            raise InputError(f"{path}: has no {key}")
+            raise InputError(f"{path}: has no {key}", code="intrinsics-missing")
     matrix = _matrix(path, values["intrinsic_matrix"])
     size = {key: _whole(path, key, values[key]) for key in ("width", "height")}
     try:
         camera = Camera(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], **size)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}", code=error.code) from None
     scale = values.get("depth_scale", DEFAULT_DEPTH_SCALE)
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
-        raise InputError(f"{path}: depth_scale is {scale!r}, expected units per metre above zero (1000 for millimetres)")
+        raise InputError(
+            f"{path}: depth_scale is {scale!r}, expected units per metre above zero (1000 for millimetres)",
+            code="depth-scale-invalid",
+        )
     return camera, float(scale)
 
 
@@ -131,20 +140,22 @@ def _matrix(path: Path, given: Any) -> Any:
     if flat.size != 9 or isinstance(given, str):
         got = len(given) if isinstance(given, list) else repr(given)
         raise InputError(
-            f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}"
+            f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}",
+            code="intrinsics-invalid",
         )
     matrix = flat.reshape(3, 3).T
     if not np.isfinite(matrix).all():
-        raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}")
+        raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}", code="intrinsics-invalid")
     if (matrix[2] != (0, 0, 1)).any():
         raise InputError(
             f"{path}: intrinsic_matrix is {given}: expected column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1); "
-            "it seems to be given row by row"
+            "it seems to be given row by row",
+            code="intrinsics-invalid",
         )
     return matrix
 
 
 def _whole(path: Path, key: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value < 2**31 or value != int(value):
-        raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1")
+        raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid")
     return int(value)

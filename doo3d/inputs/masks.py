@@ -27,7 +27,9 @@ class MaskedCapture:
             names = {entry.name: entry for entry in capture.frames}
             files = paired(images_in(masks, PHOTO_SUFFIXES), names)
             if not files:
-                raise InputError(f"{masks}: holds no mask for any of the {len(names)} frames of {capture.path}")
+                raise InputError(
+                    f"{masks}: holds no mask for any of the {len(names)} frames of {capture.path}", code="mask-missing"
+                )
         else:
             files = {_only(capture, masks).name: masks}
         self.frames: Sequence[Entry] = [
@@ -37,19 +39,21 @@ class MaskedCapture:
 
 def _only(capture: Capture, masks: Path) -> Entry:
     if not masks.exists():
-        raise InputError(f"{masks} does not exist")
+        raise InputError(f"{masks} does not exist", code="file-missing")
     if len(capture.frames) != 1:
-        raise InputError(f"{masks}: one mask, but {capture.path} has {len(capture.frames)} frames: give a folder of masks")
+        raise InputError(
+            f"{masks}: one mask, but {capture.path} has {len(capture.frames)} frames: give a folder of masks", code="frame-count"
+        )
     return capture.frames[0]
 
 
 def _load(entry: Entry, file: Path | None, masks: Path) -> Shot:
     if file is None:
-        raise InputError(f"{masks}: there is no mask {entry.name}")
+        raise InputError(f"{masks}: there is no mask {entry.name}", code="mask-missing")
     shot = entry.load()
     data = shot.data
     if isinstance(data, Cloud):
-        raise InputError(f"{file}: a cloud has no pixels that a mask could be of")
+        raise InputError(f"{file}: a cloud has no pixels that a mask could be of", code="mask-on-cloud")
     if isinstance(data, Frame):
         return replace(shot, mask=read_mask(file, data.depth.shape))
     return replace(shot, mask=read_mask(file, data.color.shape[:2], upright=True))

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from ..errors import InputError
+from ..errors import InputError, invalid_code
 from ._frames import Files, Sensor, check_pose, load_files
 from ._images import is_image
 from ._listing import natural
@@ -121,7 +121,10 @@ def _read(file: Path | None, reading: Reading) -> Beside:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
-        raise InputError(f"{file or '--read'}: {key}: {first['msg']}; there are {', '.join(Beside.model_fields)}") from None
+        raise InputError(
+            f"{file or '--read'}: {key}: {first['msg']}; there are {', '.join(Beside.model_fields)}",
+            code=invalid_code([first["type"]]),
+        ) from None
 
 
 def _values(file: Path) -> dict[str, object]:
@@ -129,9 +132,9 @@ def _values(file: Path) -> dict[str, object]:
         with file.open("rb") as opened:
             values = yaml.safe_load(opened.read(_MOST))
     except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{file}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: is not YAML ({str(error).splitlines()[0]})") from None
+        raise InputError(f"{file}: is not YAML ({str(error).splitlines()[0]})", code="yaml-invalid") from None
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
-        raise InputError(f"{file}: expected keys and values, camera: [fx, fy, cx, cy] the least of them")
+        raise InputError(f"{file}: expected keys and values, camera: [fx, fy, cx, cy] the least of them", code="yaml-invalid")
     return values

@@ -71,8 +71,8 @@ def _upright(root: Path) -> bool:
 
 def _load(name: str, photo: Path | None, mask: Path | None, masks: Path | None, upright: bool) -> Shot:
     if photo is None:
-        raise InputError(f"{mask}: there is no photograph {name} that this mask belongs to")
+        raise InputError(f"{mask}: there is no photograph {name} that this mask belongs to", code="color-missing")
     if masks is not None and mask is None:
-        raise InputError(f"{masks}: there is no mask {name} for {photo}")
+        raise InputError(f"{masks}: there is no mask {name} for {photo}", code="mask-missing")
     image = Image(read_color(photo, upright), name)
     return Shot(image, read_mask(mask, image.color.shape[:2], upright) if mask else None)

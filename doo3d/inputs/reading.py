@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..errors import InputError
+from ..errors import InputError, invalid_code
 
 
 class Reading(BaseModel):
@@ -40,18 +40,21 @@ class Reading(BaseModel):
         for pair in pairs:
             key, equals, text = pair.partition("=")
             if not equals or not key.strip():
-                raise InputError(f"--read {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000")
+                raise InputError(
+                    f"--read {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
+                    code="override-invalid",
+                )
             try:
                 values[key.strip()] = yaml.safe_load(text)
             except yaml.YAMLError as error:
-                raise InputError(f"--read {pair}: the value cannot be read as YAML ({error})") from None
+                raise InputError(f"--read {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
         try:
             return Reading(**values)
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))
             known = f"; there are {', '.join(Reading.model_fields)}" if first["type"] == "extra_forbidden" else ""
-            raise InputError(f"--read {key}: {first['msg']}{known}") from None
+            raise InputError(f"--read {key}: {first['msg']}{known}", code=invalid_code([first["type"]])) from None
 
 
 DEFAULT = Reading()

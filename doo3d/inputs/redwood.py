@@ -113,7 +113,7 @@ def _found(path: Path, tolerance: float) -> list[_Found]:
     """The frames of the depth images, with the colour images that belong to them."""
     depth = images_in(path / "depth")
     if not depth:
-        raise InputError(f"{path / 'depth'}: there are no depth images")
+        raise InputError(f"{path / 'depth'}: there are no depth images", code="folder-empty")
     folder = next((path / name for name in COLORS if (path / name).is_dir()), None)
     color = images_in(folder) if folder else {}
     times, others = _times(depth), _times(color)
@@ -126,7 +126,9 @@ def _found(path: Path, tolerance: float) -> list[_Found]:
         return [each._replace(files=Files(depth[each.name], color[each.name]) if each.name in color else None) for each in found]
     one, other = associate(times, others, tolerance)
     if not len(one):
-        raise InputError(f"{path}: by the times in their names no depth and colour image are within {tolerance} s")
+        raise InputError(
+            f"{path}: by the times in their names no depth and colour image are within {tolerance} s", code="times-apart"
+        )
     images = list(color.values())
     pairs = zip(one.tolist(), other.tolist(), strict=True)
     return [found[i]._replace(files=Files(depth[found[i].name], images[j])) for i, j in pairs]
@@ -147,7 +149,7 @@ def _entry(path: Path, found: _Found, sensor: Sensor, pose: Floats | None) -> En
 
 
 def _alone(path: Path, name: str) -> Shot:
-    raise InputError(f"{path}: there is no colour image for {path / 'depth' / name}")
+    raise InputError(f"{path}: there is no colour image for {path / 'depth' / name}", code="color-missing")
 
 
 def _log(path: Path) -> Path | None:
@@ -171,6 +173,8 @@ def _logged(log: Path) -> dict[int, Floats]:
         (line, head), *matrix = rows[start : start + _LOG_ROWS]
         where = f"{log}: line {line}"
         if len(matrix) != _LOG_ROWS - 1 or not head[2].isdecimal():
-            raise InputError(f"{where}: expected three whole numbers and a 4x4 matrix below: is the file cut off?")
+            raise InputError(
+                f"{where}: expected three whole numbers and a 4x4 matrix below: is the file cut off?", code="line-invalid"
+            )
         poses[int(head[2])] = check_pose(numbers([word for _, words in matrix for word in words], 16, where), where)
     return poses

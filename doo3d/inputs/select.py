@@ -40,7 +40,10 @@ class Mark:
         """
         found = _MARK.fullmatch(text.strip())
         if found is None or ("." in found[2] and not found[3]):
-            raise InputError(f"{option} {text}: expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s")
+            raise InputError(
+                f"{option} {text}: expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s",
+                code="selection-invalid",
+            )
         return Mark(float(found[2]), bool(found[3]), found[1] == "-")
 
 
@@ -59,7 +62,7 @@ class Selection:
 
     def __post_init__(self) -> None:
         if self.every < 1:
-            raise InputError(f"--every {self.every}: expected 1 or more")
+            raise InputError(f"--every {self.every}: expected 1 or more", code="selection-invalid")
 
     def __str__(self) -> str:
         """As on the command line; empty when everything is selected."""
@@ -92,7 +95,7 @@ class SelectedCapture:
             chosen &= places.span(None, Mark.of(selection.end, "--end"), "--end")
         self.indices = np.flatnonzero(chosen)[:: selection.every].tolist()
         if not self.indices:
-            raise InputError(f"{capture.path}: {self.selection} leaves no frame; {places.there()}")
+            raise InputError(f"{capture.path}: {self.selection} leaves no frame; {places.there()}", code="selection-empty")
         self.frames: Sequence[Entry] = [capture.frames[i] for i in self.indices]
 
 
@@ -133,7 +136,8 @@ class _Places:
             found = _SPAN.fullmatch(part.strip())
             if found is None:
                 raise InputError(
-                    f"--frames {text}: expected numbers and spans such as 3,7,10-20 or 2s-4.5s, got {part.strip()!r}"
+                    f"--frames {text}: expected numbers and spans such as 3,7,10-20 or 2s-4.5s, got {part.strip()!r}",
+                    code="selection-invalid",
                 )
             first, last = (Mark.of(token, "--frames") if token else None for token in found.groups())
             if first is not None and last is None:
@@ -145,12 +149,15 @@ class _Places:
     def _nearest(self, mark: Mark) -> int:
         at, value = self._along(mark, "--frames")
         if not self.count or not -_SAME <= value <= at.max() + _SAME:
-            raise InputError(f"{self.path}: there is no frame {mark} (--frames); {self.there()}")
+            raise InputError(f"{self.path}: there is no frame {mark} (--frames); {self.there()}", code="frame-unknown")
         return int(np.argmin(np.abs(at - value)))
 
     def _along(self, mark: Mark, option: str) -> tuple[Floats, float]:
         """(count,) where the frames are and where the mark is: numbers, or s since the first frame."""
         if mark.timed and not self._timed:
-            raise InputError(f"{self.path}: not all frames have a time, so {option} {mark} says nothing: give a frame's number")
+            raise InputError(
+                f"{self.path}: not all frames have a time, so {option} {mark} says nothing: give a frame's number",
+                code="times-missing",
+            )
         at = self._seconds if mark.timed else np.arange(self.count, dtype=float)
         return at, at.max(initial=0.0) - mark.value + (not mark.timed) if mark.last else mark.value

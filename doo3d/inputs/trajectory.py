@@ -65,7 +65,10 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     turn = np.asarray(quaternion, dtype=float)
     length = float(np.linalg.norm(turn))
     if not abs(length - 1) <= _UNIT or not np.isfinite(position).all():
-        raise InputError(f"{where}: the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)")
+        raise InputError(
+            f"{where}: the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)",
+            code="pose-invalid",
+        )
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_quat(turn).as_matrix()
     pose[:3, 3] = position
@@ -82,21 +85,23 @@ def read_lines(path: Path, columns: int, what: str) -> list[tuple[int, list[str]
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError:
-        raise InputError(f"{path}: is missing") from None
+        raise InputError(f"{path}: is missing", code="file-missing") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file, expected lines of {what}") from None
+        raise InputError(f"{path}: is not a text file, expected lines of {what}", code="file-not-text") from None
     rows = [
         (number, line.replace(",", " ").split())
         for number, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:
-        raise InputError(f"{path}: is empty, expected lines of {what}")
+        raise InputError(f"{path}: is empty, expected lines of {what}", code="file-empty")
     for number, words in rows:
         if len(words) < columns:
-            raise InputError(f"{path}: line {number} has {len(words)} columns, expected {what}: is the file cut off?")
+            raise InputError(
+                f"{path}: line {number} has {len(words)} columns, expected {what}: is the file cut off?", code="line-invalid"
+            )
     return rows
 
 
@@ -110,7 +115,8 @@ def rising(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
     times = np.array([_number(path, number, words[0]) for number, words in rows])
     for i in np.flatnonzero(np.diff(times) <= 0)[:1]:
         raise InputError(
-            f"{path}: line {rows[i + 1][0]}: time {rows[i + 1][1][0]} is not after {rows[i][1][0]} before it: sort it"
+            f"{path}: line {rows[i + 1][0]}: time {rows[i + 1][1][0]} is not after {rows[i][1][0]} before it: sort it",
+            code="times-not-rising",
         )
     return times
 
@@ -156,7 +162,8 @@ def _by_time(capture: Capture, found: Trajectory, tolerance: float, file: Path) 
         known = [time for time in times if time is not None]
         raise InputError(
             f"{file}: its poses are from {found.times[0]} to {found.times[-1]} s, the frames from {min(known)} to "
-            f"{max(known)} s: none is within {tolerance} s of another (--read tolerance=...)"
+            f"{max(known)} s: none is within {tolerance} s of another (--read tolerance=...)",
+            code="times-apart",
         )
     return poses
 
@@ -165,7 +172,8 @@ def _by_order(capture: Capture, found: Trajectory, file: Path) -> list[Floats | 
     if len(found.times) != len(capture.frames):
         raise InputError(
             f"{file}: has {len(found.times)} poses but {capture.path} has {len(capture.frames)} frames without times: "
-            "give one line per frame"
+            "give one line per frame",
+            code="frame-count",
         )
     return list(found.poses)
 
@@ -180,5 +188,5 @@ def _number(path: Path, line: int, word: str) -> float:
     except ValueError:
         value = np.nan
     if not np.isfinite(value):
-        raise InputError(f"{path}: line {line}: {word!r} is not a finite number")
+        raise InputError(f"{path}: line {line}: {word!r} is not a finite number", code="line-invalid")
     return value

@@ -45,7 +45,8 @@ class TumCapture:
             if not len(one):
                 raise InputError(
                     f"{path}: {DEPTH} goes from {times[0]} to {times[-1]} s, {COLOR} from {others[0]} to {others[-1]} s: no "
-                    f"two images are within {reading.tolerance} s of each other (--read tolerance=...)"
+                    f"two images are within {reading.tolerance} s of each other (--read tolerance=...)",
+                    code="times-apart",
                 )
             times, depth, color = times[one], [depth[i] for i in one], [images[i] for i in other]
         truth = read_trajectory(path / TRUTH) if (path / TRUTH).is_file() else None

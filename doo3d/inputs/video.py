@@ -85,11 +85,11 @@ def _probe(path: Path) -> _Found:
     InputError : the file is empty, no video, or holds no whole frame.
     """
     if not path.stat().st_size:
-        raise InputError(f"{path}: is empty")
+        raise InputError(f"{path}: is empty", code="file-empty")
     with listening() as said:
         video = _open(path)
     if not video.isOpened():
-        raise InputError(f"{path}: {_why_closed(said.text)}")
+        raise _unopened(path, said.text)
     rate = video.get(cv2.CAP_PROP_FPS)
     complaints, ended = _decode_all(video)
     frames = len(complaints) - 1
@@ -97,7 +97,9 @@ def _probe(path: Path) -> _Found:
     cut = patched or ended or bool(complaints[-1]) or _overruns(path)
     frames -= patched
     if not frames:
-        raise InputError(f"{path}: holds no whole frame" + (", it is cut off" if cut else ""))
+        raise InputError(
+            f"{path}: holds no whole frame" + (", it is cut off" if cut else ""), code="file-damaged" if cut else "video-empty"
+        )
     return _Found(frames, rate if 0 < rate <= _MAX_FPS else None, cut)
 
 
@@ -115,11 +117,14 @@ def _decode_all(video: cv2.VideoCapture) -> tuple[list[str], bool]:
     return complaints, ended
 
 
-def _why_closed(said: str) -> str:
+def _unopened(path: Path, said: str) -> InputError:
     if "moov atom not found" in said:
-        return "is cut off: the index that an MP4 or MOV has at its end is missing, without it no frame can be read"
+        return InputError(
+            f"{path}: is cut off: the index that an MP4 or MOV has at its end is missing, without it no frame can be read",
+            code="file-damaged",
+        )
     first = said.partition("\n")[0]
-    return "cannot be read as a video" + (f" ({first})" if first else "")
+    return InputError(f"{path}: cannot be read as a video" + (f" ({first})" if first else ""), code="video-unreadable")
 
 
 def _overruns(path: Path) -> bool:
@@ -185,9 +190,11 @@ def _reader(path: Path, stamp: tuple[int, int]) -> _Reader:
 def _load(path: Path, stamp: tuple[int, int], index: int, found: _Found) -> Shot:
     image = _reader(path, stamp).read(index, index == found.frames - 1)
     if image is None:
-        raise InputError(f"{path}: frame {index} cannot be decoded: has the file changed meanwhile?")
+        raise InputError(f"{path}: frame {index} cannot be decoded: has the file changed meanwhile?", code="video-unreadable")
     return Shot(Image(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), f"{index:06d}", found.time(index)))
 
 
 def _cut_off(path: Path, frames: int) -> Shot:
-    raise InputError(f"{path}: ends in the middle of this frame, it is cut off; the {frames} frames before are whole")
+    raise InputError(
+        f"{path}: ends in the middle of this frame, it is cut off; the {frames} frames before are whole", code="file-damaged"
+    )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 import doo3d
 from doo3d.errors import InputError
@@ -75,6 +76,18 @@ def found(shot: Shot, near: float = 0.03) -> None:
     chains = doo3d.detect(shot.data, doo3d.load_config("default"), mask=shot.mask).chains
     assert len(chains) == 1
     assert abs(chains[0].length - LENGTH) < near
+
+
+def rejected(path: Path, code: str, *parts: str, index: int | None = None, reading: Reading | None = None) -> None:
+    """Opening is refused with this code, in a sentence with these parts; with an index it is the frame that is refused."""
+    reading = reading or Reading()
+    if index is None:
+        with refuses(code, *parts):
+            open_capture(path, reading=reading)
+    else:
+        entry = open_capture(path, reading=reading).frames[index]
+        with refuses(code, *parts):
+            entry.load()
 
 
 def refused(path: Path, says: str, index: int | None = None, reading: Reading | None = None) -> None:

@@ -8,7 +8,8 @@ import zipfile
 
 import numpy as np
 import pytest
-from sample_scene import POSE, check, found, refused, scene, units
+from builders.errors import refuses
+from sample_scene import POSE, check, found, rejected, scene, units
 
 from doo3d.inputs import Reading, arrays, open_capture
 
@@ -107,7 +108,7 @@ def test_a_file_that_was_written_anew(tmp_path):
 
 def test_the_camera_that_the_user_says(tmp_path):
     path = save(tmp_path / "a.npz", K=None)
-    refused(path, r"a\.npz: has no K.*--read 'camera=")
+    rejected(path, "intrinsics-missing", "a.npz", "K")
     check(open_capture(path, reading=Reading(camera=scene().pinhole)).frames[0].load(), 0)
 
 
@@ -120,54 +121,54 @@ def test_an_npz_of_points_is_a_cloud(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("given", "code", "part"),
     [
-        ({"depth": np.ones(5)}, r"depth: has shape \(5,\), expected 2 dimensions"),
-        ({"depth": np.zeros((0, 4, 5))}, r"depth: has shape \(0, 4, 5\)"),
-        ({"depth": np.array([np.ones((2, 2)), np.ones((3, 3))], dtype=object)}, "depth: holds Python objects"),
-        ({"depth": np.asfortranarray(np.ones((2, 40, 50)))}, "depth: is stored column by column"),
-        ({"color": np.zeros((2, 480, 640, 3), np.uint8)}, "color has 2 parts, but there are 1 frames"),
-        ({"depth": np.ones((2, 480, 640))}, r"color has shape \(480, 640, 3\), expected one image for each of the 2 frames"),
-        ({"K": np.eye(2).ravel()}, r"K: has shape \(4,\)"),
-        ({"K": np.full((3, 3), "x")}, "K has type <U1, expected numbers"),
-        ({"timestamps": np.array([1.0, 2.0])}, "timestamps has 2 parts, but there are 1 frames"),
-        ({"timestamps": np.array(np.nan)}, "timestamps must rise"),
+        ({"depth": np.ones(5)}, "array-shape", "(5,)"),
+        ({"depth": np.zeros((0, 4, 5))}, "array-shape", "(0, 4, 5)"),
+        ({"depth": np.array([np.ones((2, 2)), np.ones((3, 3))], dtype=object)}, "array-type", "depth"),
+        ({"depth": np.asfortranarray(np.ones((2, 40, 50)))}, "array-order", "depth"),
+        ({"color": np.zeros((2, 480, 640, 3), np.uint8)}, "frame-count", "color"),
+        ({"depth": np.ones((2, 480, 640))}, "frame-count", "(480, 640, 3)"),
+        ({"K": np.eye(2).ravel()}, "array-shape", "(4,)"),
+        ({"K": np.full((3, 3), "x")}, "array-type", "<U1"),
+        ({"timestamps": np.array([1.0, 2.0])}, "frame-count", "timestamps"),
+        ({"timestamps": np.array(np.nan)}, "times-not-rising", "timestamps"),
     ],
 )
-def test_arrays_that_cannot_be(tmp_path, given, says):
-    refused(save(tmp_path / "a.npz", **given), rf"a\.npz: {says}")
+def test_arrays_that_cannot_be(tmp_path, given, code, part):
+    rejected(save(tmp_path / "a.npz", **given), code, "a.npz", part)
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("given", "code", "part"),
     [
-        ({"K": matrix().T}, "frame 0: K: .* is not a camera matrix"),
-        ({"K": np.eye(3) * np.nan}, "frame 0: K, .*finite"),
-        ({"K": np.zeros((3, 3))}, "frame 0: K: .* is not a camera matrix"),
-        ({"depth_scale": 0}, "frame 0: depth_scale is 0"),
-        ({"depth": units(1000), "depth_scale": 1}, "the depth is 6.* makes no sense"),
-        ({"depth": scene().depth * 1000}, "the depth is 6.* makes no sense"),
-        ({"depth": scene().depth > 0}, "depth has type bool"),
-        ({"color": scene().color[::2]}, "color is 640x240 but depth is 640x480"),
-        ({"color": scene().color / 255.0}, "color has shape .*float64, expected .*uint8"),
-        ({"mask": scene().mask[::2]}, "mask has shape"),
-        ({"mask": scene().mask * 0.5}, "mask has type float64"),
-        ({"pose": np.ones((4, 4))}, "pose: is not a rotation"),
+        ({"K": matrix().T}, "intrinsics-invalid", "frame 0: K"),
+        ({"K": np.eye(3) * np.nan}, "intrinsics-invalid", "frame 0: K"),
+        ({"K": np.zeros((3, 3))}, "intrinsics-invalid", "frame 0: K"),
+        ({"depth_scale": 0}, "depth-scale-invalid", "frame 0: depth_scale"),
+        ({"depth": units(1000), "depth_scale": 1}, "depth-unit", "depth_scale"),
+        ({"depth": scene().depth * 1000}, "depth-unit", "depth_scale"),
+        ({"depth": scene().depth > 0}, "depth-type", "bool"),
+        ({"color": scene().color[::2]}, "color-size", "640x240"),
+        ({"color": scene().color / 255.0}, "color-shape", "float64"),
+        ({"mask": scene().mask[::2]}, "mask-shape", "(240, 320)"),
+        ({"mask": scene().mask * 0.5}, "mask-type", "float64"),
+        ({"pose": np.ones((4, 4))}, "pose-invalid", "frame 0: pose"),
     ],
 )
-def test_frames_that_cannot_be(tmp_path, given, says):
-    refused(save(tmp_path / "a.npz", **given), rf"a\.npz: ?.*{says}", 0)
+def test_frames_that_cannot_be(tmp_path, given, code, part):
+    rejected(save(tmp_path / "a.npz", **given), code, "a.npz", part, index=0)
 
 
 def test_times_backwards(tmp_path):
-    refused(save(tmp_path / "a.npz", **numbered(3, timestamps=[1.0, 3.0, 2.0])), "timestamps must rise from frame to frame")
+    rejected(save(tmp_path / "a.npz", **numbered(3, timestamps=[1.0, 3.0, 2.0])), "times-not-rising", "a.npz", "timestamps")
 
 
 @pytest.mark.parametrize("kept", [0.01, 0.5, 0.99])
 def test_cut_off(tmp_path, kept):
     path = save(tmp_path / "a.npz")
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
-    with pytest.raises(Exception, match=r"a\.npz.*(cut off|not a zip)"):
+    with refuses("file-damaged", "a.npz"):
         open_capture(path).frames[0].load()
 
 
@@ -177,7 +178,7 @@ def test_damaged(tmp_path, compressed):
     data = bytearray(path.read_bytes())
     data[20_000:20_040] = b"\xff" * 40
     path.write_bytes(data)
-    refused(path, r"a\.npz: depth is cut off or damaged", 0)
+    rejected(path, "file-damaged", "a.npz", "depth", index=0)
 
 
 def test_a_head_that_announces_too_much(tmp_path):
@@ -185,7 +186,7 @@ def test_a_head_that_announces_too_much(tmp_path):
     np.lib.format.write_array_header_1_0(head, {"descr": "<f4", "fortran_order": False, "shape": (10**12, 4, 5)})
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as file:
         file.writestr("depth.npy", head.getvalue() + bytes(80))
-    refused(tmp_path / "a.npz", r"depth: has shape \(1000000000000, 4, 5\), which is too large")
+    rejected(tmp_path / "a.npz", "array-too-large", "depth", "(1000000000000, 4, 5)")
 
 
 def test_a_head_that_announces_more_than_follows(tmp_path):
@@ -196,4 +197,4 @@ def test_a_head_that_announces_more_than_follows(tmp_path):
         file.writestr("depth.npy", head.getvalue() + np.ones(20, "<f4").tobytes())
         file.writestr("K.npy", zipfile.ZipFile(tmp_path / "k.npz").read("K.npy"))
     assert open_capture(tmp_path / "a.npz").frames[0].load().data.depth[0, 0] == 1
-    refused(tmp_path / "a.npz", "depth is cut off or damaged", 1)
+    rejected(tmp_path / "a.npz", "file-damaged", "depth", index=1)

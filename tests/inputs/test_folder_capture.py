@@ -8,8 +8,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
-from doo3d.errors import InputError
 from doo3d.inputs import Reading, open_capture
 from doo3d.types import Frame
 
@@ -151,7 +151,7 @@ def test_frames_load_when_asked(capture):
     (folder / "depth" / "000000.png").write_bytes(b"")
     opened = open_capture(folder)
     assert opened.frames[1].load().data is not None
-    with pytest.raises(InputError, match="000000"):
+    with refuses("file-empty", "000000.png"):
         opened.frames[0].load()
 
 
@@ -165,7 +165,7 @@ def write_json(folder: Path, text: str) -> None:
 def test_missing_intrinsics(capture):
     folder = capture()
     (folder / "camera_intrinsic.json").unlink()
-    with pytest.raises(InputError, match=r"camera_intrinsic\.json.*missing.*intrinsic_matrix"):
+    with refuses("intrinsics-missing", "camera_intrinsic.json", "intrinsic_matrix"):
         open_capture(folder)
 
 
@@ -173,39 +173,39 @@ def test_missing_intrinsics(capture):
 def test_broken_intrinsics(capture, text):
     folder = capture()
     write_json(folder, text)
-    with pytest.raises(InputError, match=r"camera_intrinsic\.json"):
+    with refuses("json-invalid", "camera_intrinsic.json"):
         open_capture(folder)
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "code", "part"),
     [
-        ({"intrinsic_matrix": [400, 0, 0, 0, 400, 0, 160, 120]}, "9 numbers.*got 8"),
-        ({"intrinsic_matrix": [[400, 0], [0, 400]]}, "9 numbers"),
-        ({"intrinsic_matrix": [[400, 0, 0], [0, 400, 0], [160, 120]]}, "9 numbers"),
-        ({"intrinsic_matrix": "400"}, "9 numbers"),
-        ({"intrinsic_matrix": [400, 0, 0, 0, None, 0, 160, 120, 1]}, "finite"),
-        ({"intrinsic_matrix": [400, 0, 0, 0, "x", 0, 160, 120, 1]}, "9 numbers"),
-        ({"intrinsic_matrix": [float("nan"), 0, 0, 0, 400, 0, 160, 120, 1]}, "finite"),
-        ({"intrinsic_matrix": [float("inf"), 0, 0, 0, 400, 0, 160, 120, 1]}, "finite"),
-        ({"intrinsic_matrix": [0, 0, 0, 0, 400, 0, 160, 120, 1]}, "above zero"),
-        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 1]}, "column"),
-        ({"width": 0}, "width"),
-        ({"width": "wide"}, "width"),
-        ({"height": None}, "height"),
-        ({"height": 240.5}, "height"),
-        ({"height": float("inf")}, "height"),
-        ({"height": float("nan")}, "height"),
-        ({"depth_scale": 0}, "depth_scale"),
-        ({"depth_scale": -1000}, "depth_scale"),
-        ({"depth_scale": float("nan")}, "depth_scale"),
-        ({"depth_scale": "mm"}, "depth_scale"),
-        ({"depth_scale": True}, "depth_scale"),
+        ({"intrinsic_matrix": [400, 0, 0, 0, 400, 0, 160, 120]}, "intrinsics-invalid", "8"),
+        ({"intrinsic_matrix": [[400, 0], [0, 400]]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [[400, 0, 0], [0, 400, 0], [160, 120]]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": "400"}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [400, 0, 0, 0, None, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [400, 0, 0, 0, "x", 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [float("nan"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [float("inf"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [0, 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "fx=0"),
+        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"width": 0}, "intrinsics-invalid", "width"),
+        ({"width": "wide"}, "intrinsics-invalid", "wide"),
+        ({"height": None}, "intrinsics-invalid", "height"),
+        ({"height": 240.5}, "intrinsics-invalid", "height"),
+        ({"height": float("inf")}, "intrinsics-invalid", "height"),
+        ({"height": float("nan")}, "intrinsics-invalid", "height"),
+        ({"depth_scale": 0}, "depth-scale-invalid", "depth_scale"),
+        ({"depth_scale": -1000}, "depth-scale-invalid", "depth_scale"),
+        ({"depth_scale": float("nan")}, "depth-scale-invalid", "depth_scale"),
+        ({"depth_scale": "mm"}, "depth-scale-invalid", "depth_scale"),
+        ({"depth_scale": True}, "depth-scale-invalid", "depth_scale"),
     ],
 )
-def test_intrinsics_with_a_wrong_value(capture, values, words):
+def test_intrinsics_with_a_wrong_value(capture, values, code, part):
     folder = capture(intrinsics=values)
-    with pytest.raises(InputError, match=rf"camera_intrinsic\.json.*{words}"):
+    with refuses(code, "camera_intrinsic.json", part):
         open_capture(folder)
 
 
@@ -215,61 +215,61 @@ def test_intrinsics_without_a_key(capture, key):
     values = json.loads((folder / "camera_intrinsic.json").read_text())
     del values[key]
     write_json(folder, json.dumps(values))
-    with pytest.raises(InputError, match=key):
+    with refuses("intrinsics-missing", "camera_intrinsic.json", key):
         open_capture(folder)
 
 
 def test_folder_without_frames(capture):
-    with pytest.raises(InputError, match=r"depth.*no.*images"):
+    with refuses("folder-empty", "depth"):
         open_capture(capture(frames=0))
 
 
 def test_depth_folder_that_holds_nothing(capture):
     folder = capture()
     (folder / "depth" / "000000.png").unlink()
-    with pytest.raises(InputError, match=r"depth.*no.*images"):
+    with refuses("folder-empty", str(folder / "depth")):
         open_capture(folder)
 
 
 def test_two_depth_images_of_one_name(capture):
     folder = capture()
     put(folder / "depth" / "000000.tiff", np.ones((240, 320), np.float32))
-    with pytest.raises(InputError, match=r"000000 is there twice"):
+    with refuses("names-clash", "000000.tiff"):
         open_capture(folder)
 
 
 # --- what cannot be read: one frame ------------------------------------------------------------------------------------
 
 
-def refused(folder: Path, words: str, index: int = 0) -> None:
+def rejected(folder: Path, code: str, *parts: str, index: int = 0) -> None:
     entry = open_capture(folder).frames[index]
-    with pytest.raises(InputError, match=words):
+    with refuses(code, *parts):
         entry.load()
 
 
 def test_depth_and_colour_of_different_sizes(capture):
     folder = capture()
     put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
-    refused(folder, r"000000.*color is 640x480 but depth is 320x240")
+    rejected(folder, "color-size", "000000.png", "640x480", "320x240")
 
 
 def test_depth_of_another_resolution_than_the_intrinsics(capture):
     folder = capture(color=False)
     put(folder / "depth" / "000000.png", np.zeros((480, 640), np.uint16))
-    refused(folder, r"000000.*640x480.*320x240")
+    rejected(folder, "intrinsics-size", "000000.png", "640x480", "320x240")
 
 
 def test_mask_of_another_size(capture):
     folder = capture(mask=True)
     put(folder / "mask" / "000000.png", np.zeros((480, 640), np.uint8))
-    refused(folder, r"mask.*000000.*640x480 but the image is 320x240")
+    rejected(folder, "mask-shape", str(Path("mask", "000000.png")), "640x480", "320x240")
 
 
 def test_mask_as_jpeg(capture):
     folder = capture(mask=True)
     (folder / "mask" / "000000.png").unlink()
     put(folder / "mask" / "000000.jpg", np.zeros((240, 320), np.uint8))
-    refused(folder, "PNG")
+    rejected(folder, "mask-format", "000000.jpg")
 
 
 @pytest.mark.parametrize("part", ["color", "mask"])
@@ -278,7 +278,7 @@ def test_depth_without_its_partner(capture, part):
     next(path for path in (folder / part).iterdir() if path.stem == "000001").unlink()
     opened = open_capture(folder)
     assert opened.frames[2].load().data is not None
-    refused(folder, rf"{part}.*000001", 1)
+    rejected(folder, f"{part}-missing", "000001", index=1)
 
 
 def test_colour_without_its_depth_is_not_passed_over(capture):
@@ -286,7 +286,7 @@ def test_colour_without_its_depth_is_not_passed_over(capture):
     (folder / "depth" / "000001.png").unlink()
     opened = open_capture(folder)
     assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
-    refused(folder, r"depth.*000001", 1)
+    rejected(folder, "depth-missing", "000001", index=1)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.98])
@@ -296,7 +296,7 @@ def test_truncated_image(capture, part, kept, capfd):
     (path,) = (folder / part).iterdir()
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * kept)])
-    refused(folder, rf"{path.name}.*(cut off|empty)")
+    rejected(folder, "file-damaged" if kept else "file-empty", path.name)
     said = capfd.readouterr()
     assert said.err == said.out == ""
 
@@ -307,24 +307,24 @@ def test_png_with_a_flipped_byte(capture, capfd):
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF
     path.write_bytes(bytes(data))
-    refused(folder, r"000000\.png.*damaged")
+    rejected(folder, "file-damaged", "000000.png")
     assert capfd.readouterr().err == ""
 
 
 def test_a_png_that_is_something_else(capture, capfd):
     folder = capture()
     (folder / "depth" / "000000.png").write_bytes(b"not an image at all")
-    refused(folder, r"000000\.png.*cannot be read as an image")
+    rejected(folder, "image-unreadable", "000000.png")
     assert capfd.readouterr().err == ""
 
 
 def test_eight_bit_depth(capture):
     folder = capture()
     put(folder / "depth" / "000000.png", np.full((240, 320), 200, np.uint8))
-    refused(folder, r"000000\.png.*8-bit.*16-bit")
+    rejected(folder, "depth-type", "000000.png", "8-bit")
 
 
 def test_colour_picture_as_depth(capture):
     folder = capture()
     put(folder / "depth" / "000000.png", np.zeros((240, 320, 3), np.uint8))
-    refused(folder, r"000000\.png.*3 channels")
+    rejected(folder, "depth-shape", "000000.png", "3")

@@ -1,8 +1,8 @@
 from pathlib import Path
 
 import pytest
+from builders.errors import refuses
 
-from doo3d.errors import InputError
 from doo3d.inputs import Reading
 
 
@@ -18,15 +18,15 @@ def test_values_are_yaml():
 
 
 @pytest.mark.parametrize(
-    ("pair", "says"),
+    ("pair", "code", "part"),
     [
-        ("depth_scale", "depth_scale: expected key=value"),
-        ("depth_scale=-1", "depth_scale: .*greater than 0"),
-        ("depht_scale=1", "depht_scale: .*; there are color_topic"),
-        ("camera=[1, 2]", "camera"),
-        ("camera=[1, 2", "cannot be read as YAML"),
+        ("depth_scale", "override-invalid", "depth_scale"),
+        ("depth_scale=-1", "value-out-of-bounds", "depth_scale"),
+        ("depht_scale=1", "key-unknown", "depht_scale"),
+        ("camera=[1, 2]", "value-invalid", "camera"),
+        ("camera=[1, 2", "yaml-invalid", "camera=[1, 2"),
     ],
 )
-def test_what_cannot_be_is_said(pair, says):
-    with pytest.raises(InputError, match=f"--read {says}" if not pair.endswith("2") else says):
+def test_what_cannot_be_is_said(pair, code, part):
+    with refuses(code, part):
         Reading.of([pair])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.errors import refuses
 
-from doo3d.errors import InputError
 from doo3d.inputs import FLAT, FORMATS, open_capture
 
 
@@ -17,18 +17,18 @@ def test_every_registered_class_is_there():
 
 
 def test_a_path_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match=r"nowhere.*does not exist"):
+    with refuses("file-missing", "nowhere"):
         open_capture(tmp_path / "nowhere")
 
 
 def test_empty_folder(tmp_path):
-    with pytest.raises(InputError, match=r"empty.*depth/.*camera_intrinsic\.json"):
+    with refuses("folder-empty", str(tmp_path), "depth/", "camera_intrinsic.json"):
         open_capture(tmp_path)
 
 
 def test_folder_of_captures_names_them(capture):
     inside = capture("recordings/first")
-    with pytest.raises(InputError, match=r"holds 1 of them, give one of these: first$"):  # no list of formats after it
+    with refuses("folder-of-captures", "recordings", "first"):
         open_capture(inside.parent)
 
 
@@ -47,10 +47,8 @@ def test_clouds_are_clouds_in_either_mode(tmp_path, flat):
 def test_unknown_file_lists_the_formats(tmp_path, content):
     path = tmp_path / "a.bin"
     path.write_bytes(content)
-    with pytest.raises(InputError) as caught:
+    with refuses("format-unknown", "a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/", "MP4"):
         open_capture(path)
-    for word in ("a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/", "photograph", "MP4"):
-        assert word in str(caught.value)
 
 
 def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
@@ -61,5 +59,5 @@ def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr("pathlib.Path.open", refuse)
-    with pytest.raises(InputError, match=r"a\.npz.*Permission denied"):
+    with refuses("file-unreadable", "a.npz", "Permission denied"):
         open_capture(path)
