@@ -17,7 +17,7 @@ def put(path: Path, image) -> None:
 def test_empty_mask(refused, capture):
     folder = capture(mask=True)
     put(folder / "mask" / "000000.png", np.zeros((240, 320), np.uint8))
-    assert "000000.png" in refused(folder, code="mask-empty")
+    refused(folder, code="mask-empty")
 
 
 def test_no_depth_in_the_mask(refused, capture):
@@ -25,7 +25,7 @@ def test_no_depth_in_the_mask(refused, capture):
     mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_UNCHANGED)
     depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED)
     put(folder / "depth" / "000000.png", np.where(mask > 0, 0, depth).astype(np.uint16))
-    assert "000000.png" in refused(folder, code="mask-without-depth")
+    assert f" {np.count_nonzero(mask)} pixels" in refused(folder, code="mask-without-depth")
 
 
 @pytest.mark.parametrize("mask", [False, True])
@@ -34,7 +34,7 @@ def test_depth_that_is_none_everywhere(refused, capture, value, mask):
     folder = capture(mask=mask)
     (folder / "depth" / "000000.png").unlink()
     put(folder / "depth" / "000000.tiff", np.full((240, 320), value, np.float32))
-    assert "000000.tiff" in refused(folder, code="mask-without-depth" if mask else "depth-none")
+    refused(folder, code="mask-without-depth" if mask else "depth-none")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.5])

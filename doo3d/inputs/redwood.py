@@ -176,5 +176,6 @@ def _logged(log: Path) -> dict[int, Floats]:
             raise InputError(
                 f"{where}: expected three whole numbers and a 4x4 matrix below: is the file cut off?", code="line-invalid"
             )
-        poses[int(head[2])] = check_pose(numbers([word for _, words in matrix for word in words], 16, where), where)
+        values = numbers([word for _, words in matrix for word in words], 16, where, "line-invalid")
+        poses[int(head[2])] = check_pose(values, where)
     return poses

@@ -155,7 +155,7 @@ def test_cut_off(tmp_path, name, codec, share, capfd):
         (b"", "file-empty"),
         (b"\0\0\0\x18ftypmp42" + bytes(60), "file-damaged"),
         (b"RIFF\xff\0\0\0AVI " + bytes(60), "video-unreadable"),
-        (b"\x1aE\xdf\xa3", "video-unreadable"),
+        (b"\x1aE\xdf\xa3", "file-damaged"),
     ],
 )
 def test_no_video(tmp_path, content, code, capfd):
