@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 from builders.errors import refuses
-from sample_scene import POSE, check, found, rejected, scene, units
+from sample_scene import POSE, check, found, refused, scene, units
 
 from doo3d.inputs import Reading, arrays, open_capture
 
@@ -108,7 +108,7 @@ def test_a_file_that_was_written_anew(tmp_path):
 
 def test_the_camera_that_the_user_says(tmp_path):
     path = save(tmp_path / "a.npz", K=None)
-    rejected(path, "intrinsics-missing", "a.npz", "K")
+    refused(path, "intrinsics-missing", "a.npz", "K")
     check(open_capture(path, reading=Reading(camera=scene().pinhole)).frames[0].load(), 0)
 
 
@@ -136,7 +136,7 @@ def test_an_npz_of_points_is_a_cloud(tmp_path):
     ],
 )
 def test_arrays_that_cannot_be(tmp_path, given, code, part):
-    rejected(save(tmp_path / "a.npz", **given), code, "a.npz", part)
+    refused(save(tmp_path / "a.npz", **given), code, "a.npz", part)
 
 
 @pytest.mark.parametrize(
@@ -157,11 +157,11 @@ def test_arrays_that_cannot_be(tmp_path, given, code, part):
     ],
 )
 def test_frames_that_cannot_be(tmp_path, given, code, part):
-    rejected(save(tmp_path / "a.npz", **given), code, "a.npz", part, index=0)
+    refused(save(tmp_path / "a.npz", **given), code, "a.npz", part, index=0)
 
 
 def test_times_backwards(tmp_path):
-    rejected(save(tmp_path / "a.npz", **numbered(3, timestamps=[1.0, 3.0, 2.0])), "times-not-rising", "a.npz", "timestamps")
+    refused(save(tmp_path / "a.npz", **numbered(3, timestamps=[1.0, 3.0, 2.0])), "times-not-rising", "a.npz", "timestamps")
 
 
 @pytest.mark.parametrize("kept", [0.01, 0.5, 0.99])
@@ -178,7 +178,7 @@ def test_damaged(tmp_path, compressed):
     data = bytearray(path.read_bytes())
     data[20_000:20_040] = b"\xff" * 40
     path.write_bytes(data)
-    rejected(path, "file-damaged", "a.npz", "depth", index=0)
+    refused(path, "file-damaged", "a.npz", "depth", index=0)
 
 
 def test_a_head_that_announces_too_much(tmp_path):
@@ -186,7 +186,7 @@ def test_a_head_that_announces_too_much(tmp_path):
     np.lib.format.write_array_header_1_0(head, {"descr": "<f4", "fortran_order": False, "shape": (10**12, 4, 5)})
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as file:
         file.writestr("depth.npy", head.getvalue() + bytes(80))
-    rejected(tmp_path / "a.npz", "array-too-large", "depth", "(1000000000000, 4, 5)")
+    refused(tmp_path / "a.npz", "array-too-large", "depth", "(1000000000000, 4, 5)")
 
 
 def test_a_head_that_announces_more_than_follows(tmp_path):
@@ -197,4 +197,4 @@ def test_a_head_that_announces_more_than_follows(tmp_path):
         file.writestr("depth.npy", head.getvalue() + np.ones(20, "<f4").tobytes())
         file.writestr("K.npy", zipfile.ZipFile(tmp_path / "k.npz").read("K.npy"))
     assert open_capture(tmp_path / "a.npz").frames[0].load().data.depth[0, 0] == 1
-    rejected(tmp_path / "a.npz", "file-damaged", "depth", index=1)
+    refused(tmp_path / "a.npz", "file-damaged", "depth", index=1)

@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 from builders.errors import refuses
-from sample_scene import POSE, check, found, put, rejected, scene, units
+from sample_scene import POSE, check, found, put, refused, scene, units
 
 from doo3d.inputs import Reading, open_capture
 
@@ -117,7 +117,7 @@ def test_a_data_set_of_scenes_names_them(make):
 )
 def test_a_camera_that_cannot_be(make, changes, code, part):
     folder = make(**changes)
-    rejected(folder, code, part, *([] if code == "depth-unit" else ["image 1"]), index=1)
+    refused(folder, code, part, *([] if code == "depth-unit" else ["image 1"]), index=1)
     assert open_capture(folder).frames[0].load().data.depth.any()
 
 
@@ -127,9 +127,9 @@ def test_images_without_a_partner_or_a_camera(make):
     (folder / "rgb" / "000001.png").unlink()
     (folder / "depth" / "000012.png").unlink()
     put(folder / "rgb" / "000099.png", scene().color)
-    rejected(folder, "color-missing", "rgb", "000001", index=1)
-    rejected(folder, "depth-missing", "000012", index=2)
-    rejected(folder, "intrinsics-missing", "scene_camera.json: image 99", index=3)
+    refused(folder, "color-missing", "rgb", "000001", index=1)
+    refused(folder, "depth-missing", "000012", index=2)
+    refused(folder, "intrinsics-missing", "scene_camera.json: image 99", index=3)
 
 
 def test_files_of_another_size_and_cut_off(make):
@@ -138,19 +138,19 @@ def test_files_of_another_size_and_cut_off(make):
     put(folder / "rgb" / "000001.png", scene().color[::2])
     depth = folder / "depth" / "000012.png"
     depth.write_bytes(depth.read_bytes()[:-100])
-    rejected(folder, "mask-shape", "000000_000000.png", "320x240", "640x480", index=0)
-    rejected(folder, "color-size", "640x240", "640x480", index=1)
-    rejected(folder, "file-damaged", "000012.png", index=2)
+    refused(folder, "mask-shape", "000000_000000.png", "320x240", "640x480", index=0)
+    refused(folder, "color-size", "640x240", "640x480", index=1)
+    refused(folder, "file-damaged", "000012.png", index=2)
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"0": {"cam_K": [1, 2', "[1, 2]", "\xff"])
 def test_broken_json(make, text):
     folder = make()
     (folder / "scene_camera.json").write_text(text, encoding="latin-1")
-    rejected(folder, "json-invalid", "scene_camera.json")
+    refused(folder, "json-invalid", "scene_camera.json")
 
 
 def test_no_depth(make):
     folder = make()
     (folder / "depth").rename(folder / "other")
-    rejected(folder, "folder-empty", str(folder / "depth"))
+    refused(folder, "folder-empty", str(folder / "depth"))

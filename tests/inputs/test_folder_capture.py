@@ -241,7 +241,7 @@ def test_two_depth_images_of_one_name(capture):
 # --- what cannot be read: one frame ------------------------------------------------------------------------------------
 
 
-def rejected(folder: Path, code: str, *parts: str, index: int = 0) -> None:
+def refused(folder: Path, code: str, *parts: str, index: int = 0) -> None:
     entry = open_capture(folder).frames[index]
     with refuses(code, *parts):
         entry.load()
@@ -250,26 +250,26 @@ def rejected(folder: Path, code: str, *parts: str, index: int = 0) -> None:
 def test_depth_and_colour_of_different_sizes(capture):
     folder = capture()
     put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
-    rejected(folder, "color-size", "000000.png", "640x480", "320x240")
+    refused(folder, "color-size", "000000.png", "640x480", "320x240")
 
 
 def test_depth_of_another_resolution_than_the_intrinsics(capture):
     folder = capture(color=False)
     put(folder / "depth" / "000000.png", np.zeros((480, 640), np.uint16))
-    rejected(folder, "intrinsics-size", "000000.png", "640x480", "320x240")
+    refused(folder, "intrinsics-size", "000000.png", "640x480", "320x240")
 
 
 def test_mask_of_another_size(capture):
     folder = capture(mask=True)
     put(folder / "mask" / "000000.png", np.zeros((480, 640), np.uint8))
-    rejected(folder, "mask-shape", str(Path("mask", "000000.png")), "640x480", "320x240")
+    refused(folder, "mask-shape", str(Path("mask", "000000.png")), "640x480", "320x240")
 
 
 def test_mask_as_jpeg(capture):
     folder = capture(mask=True)
     (folder / "mask" / "000000.png").unlink()
     put(folder / "mask" / "000000.jpg", np.zeros((240, 320), np.uint8))
-    rejected(folder, "mask-format", "000000.jpg")
+    refused(folder, "mask-format", "000000.jpg")
 
 
 @pytest.mark.parametrize("part", ["color", "mask"])
@@ -278,7 +278,7 @@ def test_depth_without_its_partner(capture, part):
     next(path for path in (folder / part).iterdir() if path.stem == "000001").unlink()
     opened = open_capture(folder)
     assert opened.frames[2].load().data is not None
-    rejected(folder, f"{part}-missing", "000001", index=1)
+    refused(folder, f"{part}-missing", "000001", index=1)
 
 
 def test_colour_without_its_depth_is_not_passed_over(capture):
@@ -286,7 +286,7 @@ def test_colour_without_its_depth_is_not_passed_over(capture):
     (folder / "depth" / "000001.png").unlink()
     opened = open_capture(folder)
     assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
-    rejected(folder, "depth-missing", "000001", index=1)
+    refused(folder, "depth-missing", "000001", index=1)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.98])
@@ -296,7 +296,7 @@ def test_truncated_image(capture, part, kept, capfd):
     (path,) = (folder / part).iterdir()
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * kept)])
-    rejected(folder, "file-damaged" if kept else "file-empty", path.name)
+    refused(folder, "file-damaged" if kept else "file-empty", path.name)
     said = capfd.readouterr()
     assert said.err == said.out == ""
 
@@ -307,24 +307,24 @@ def test_png_with_a_flipped_byte(capture, capfd):
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF
     path.write_bytes(bytes(data))
-    rejected(folder, "file-damaged", "000000.png")
+    refused(folder, "file-damaged", "000000.png")
     assert capfd.readouterr().err == ""
 
 
 def test_a_png_that_is_something_else(capture, capfd):
     folder = capture()
     (folder / "depth" / "000000.png").write_bytes(b"not an image at all")
-    rejected(folder, "image-unreadable", "000000.png")
+    refused(folder, "image-unreadable", "000000.png")
     assert capfd.readouterr().err == ""
 
 
 def test_eight_bit_depth(capture):
     folder = capture()
     put(folder / "depth" / "000000.png", np.full((240, 320), 200, np.uint8))
-    rejected(folder, "depth-type", "000000.png", "8-bit")
+    refused(folder, "depth-type", "000000.png", "8-bit")
 
 
 def test_colour_picture_as_depth(capture):
     folder = capture()
     put(folder / "depth" / "000000.png", np.zeros((240, 320, 3), np.uint8))
-    rejected(folder, "depth-shape", "000000.png", "3")
+    refused(folder, "depth-shape", "000000.png", "3")

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from sample_scene import POSE, check, found, put, rejected, scene, units
+from sample_scene import POSE, check, found, put, refused, scene, units
 
 from doo3d.inputs import Reading, open_capture
 
@@ -106,27 +106,27 @@ def test_photographs_and_results_stay_what_they_are(make, tmp_path):
     ],
 )
 def test_a_yaml_that_cannot_be(make, changes, code, part):
-    rejected(make(**changes), code, f"cable.yaml: {part}", index=0)
+    refused(make(**changes), code, f"cable.yaml: {part}", index=0)
 
 
 def test_broken_yaml(make):
     path = make()
     path.with_suffix(".yaml").write_text("camera: [1, 2")
-    rejected(path, "yaml-invalid", "cable.yaml", index=0)
+    refused(path, "yaml-invalid", "cable.yaml", index=0)
     path.with_suffix(".yaml").write_text("camera: *a")
-    rejected(path, "yaml-invalid", "cable.yaml", index=0)
+    refused(path, "yaml-invalid", "cable.yaml", index=0)
 
 
 def test_images_missing_cut_off_and_of_another_size(make):
     path = make(color="other.png")
-    rejected(path, "file-missing", "other.png", index=0)
+    refused(path, "file-missing", "other.png", index=0)
     put(path.with_name("other.png"), scene().color[:240])
-    rejected(path, "color-size", "cable.png", "640x240", "640x480", index=0)
+    refused(path, "color-size", "cable.png", "640x240", "640x480", index=0)
     path.write_bytes(path.read_bytes()[:3000])
-    rejected(path, "file-damaged", "cable.png", index=0)
+    refused(path, "file-damaged", "cable.png", index=0)
     put(path, scene().color)
-    rejected(path, "depth-shape", "cable.png", "3", index=0)
+    refused(path, "depth-shape", "cable.png", "3", index=0)
 
 
 def test_a_unit_that_makes_no_sense(make):
-    rejected(make(depth_scale=1), "depth-unit", "cable.png", index=0)
+    refused(make(depth_scale=1), "depth-unit", "cable.png", index=0)

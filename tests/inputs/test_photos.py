@@ -58,7 +58,7 @@ def color_of(path: Path) -> np.ndarray:
     return data.color
 
 
-def rejected(path: Path, code: str, *parts: str, index: int = 0, **how) -> None:
+def refused(path: Path, code: str, *parts: str, index: int = 0, **how) -> None:
     with refuses(code, *parts):
         load(path, index, **how)
 
@@ -99,8 +99,8 @@ def test_sixteen_bits_are_scaled_by_their_range_and_rounded(tmp_path):
 
 def test_floats_from_0_to_1(tmp_path):
     assert np.abs(color_of(put(tmp_path / "a.tiff", picture().astype(np.float32) / 255)).astype(int) - picture()).max() <= 1
-    rejected(put(tmp_path / "b.tiff", picture().astype(np.float32)), "color-type", "b.tiff", "float32")
-    rejected(put(tmp_path / "c.tiff", np.full((4, 4), np.nan, np.float32)), "color-type", "c.tiff", "float32")
+    refused(put(tmp_path / "b.tiff", picture().astype(np.float32)), "color-type", "b.tiff", "float32")
+    refused(put(tmp_path / "c.tiff", np.full((4, 4), np.nan, np.float32)), "color-type", "c.tiff", "float32")
 
 
 def test_transparency_is_left_aside(tmp_path):
@@ -182,8 +182,8 @@ def test_photographs_without_mask_and_masks_without_photograph(album):
     opened = open_capture(album)
     assert [entry.name for entry in opened.frames] == ["2", "9", "10", "11"]
     assert load(album, 0).mask is not None
-    rejected(album, "mask-missing", "10.png", index=2)
-    rejected(album, "color-missing", "11.png", index=3)
+    refused(album, "mask-missing", "10.png", index=2)
+    refused(album, "color-missing", "11.png", index=3)
     assert load(album / "10.png").mask is None
 
 
@@ -194,35 +194,35 @@ def test_a_mask_is_turned_as_its_own_exif_says(tmp_path):
     put(tmp_path / "mask" / "a.png", np.rot90(half(), -1))
     assert np.array_equal(load(tmp_path).mask, np.rot90(half(), -1) > 0)
     put(tmp_path / "mask" / "a.png", half())
-    rejected(tmp_path, "mask-shape", "a.png", "60x40", "40x60", "EXIF")
+    refused(tmp_path, "mask-shape", "a.png", "60x40", "40x60", "EXIF")
 
 
 def test_mask_of_another_size_and_as_jpeg(album):
     put(album / "mask" / "2.png", half()[:30])
     put(album / "mask" / "9.jpg", half())
     put(album / "mask" / "10.png", half())
-    rejected(album, "mask-shape", "2.png", "60x30", "60x40")
-    rejected(album, "mask-format", "9.jpg", index=1)
+    refused(album, "mask-shape", "2.png", "60x30", "60x40")
+    refused(album, "mask-format", "9.jpg", index=1)
     assert load(album, 2).mask is not None
 
 
 def test_masks_from_elsewhere(album, tmp_path, capture):
     mask = put(tmp_path / "m.png", half())
     assert np.array_equal(load(album / "2.png", masks=mask).mask, half() > 0)
-    rejected(album, "frame-count", "m.png", "album has 3", masks=mask)
+    refused(album, "frame-count", "m.png", "album has 3", masks=mask)
     for name in ("2", "9"):
         put(tmp_path / "other" / f"{name}.png", 1 - half())
     put(album / "mask" / "2.png", half())
     assert np.array_equal(load(album, masks=tmp_path / "other").mask, half() == 0)
-    rejected(album, "mask-missing", "other", "10", index=2, masks=tmp_path / "other")
-    rejected(album, "file-missing", "nowhere", masks=tmp_path / "nowhere")
+    refused(album, "mask-missing", "other", "10", index=2, masks=tmp_path / "other")
+    refused(album, "file-missing", "nowhere", masks=tmp_path / "nowhere")
     (tmp_path / "none").mkdir()
-    rejected(album, "mask-missing", str(tmp_path / "none"), masks=tmp_path / "none")
+    refused(album, "mask-missing", str(tmp_path / "none"), masks=tmp_path / "none")
     folder = capture(mask=True)
     put(tmp_path / "all.png", np.ones((240, 320), np.uint8))
     assert open_capture(folder, masks=tmp_path / "all.png").frames[0].load().mask.all()
     np.savez(tmp_path / "c.npz", points=np.random.default_rng(0).normal(size=(9, 3)))
-    rejected(tmp_path / "c.npz", "mask-on-cloud", "m.png", masks=mask)
+    refused(tmp_path / "c.npz", "mask-on-cloud", "m.png", masks=mask)
 
 
 # --- folders with depth ------------------------------------------------------------------------------------------------
@@ -268,7 +268,7 @@ def test_truncated(tmp_path, suffix, kept, capfd):
     rng = np.random.default_rng(0)
     path = put(tmp_path / f"a{suffix}", rng.integers(0, 255, (40, 60, 3), dtype=np.uint8))
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
-    rejected(path, "file-damaged" if kept else "file-empty", path.name)
+    refused(path, "file-damaged" if kept else "file-empty", path.name)
     assert capfd.readouterr() == ("", "")
 
 
@@ -278,7 +278,7 @@ def test_a_thumbnail_is_not_the_end_of_a_jpeg(tmp_path):
     data = path.read_bytes()
     note = b"Exif\0\0" + data  # with an end marker of its own
     path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(note) + 2) + note + data[2 : len(data) // 2])
-    rejected(path, "file-damaged", "a.jpg")
+    refused(path, "file-damaged", "a.jpg")
 
 
 @pytest.mark.parametrize(
@@ -293,15 +293,15 @@ def test_a_thumbnail_is_not_the_end_of_a_jpeg(tmp_path):
 def test_not_an_image(tmp_path, content, code, capfd):
     path = tmp_path / "a.png"
     path.write_bytes(content)
-    rejected(path, code, "a.png")
+    refused(path, code, "a.png")
     assert capfd.readouterr() == ("", "")
 
 
 def test_heic(tmp_path):
     (tmp_path / "a.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(100))
-    rejected(tmp_path / "a.heic", "encoding-unsupported", "a.heic", "HEIC")
+    refused(tmp_path / "a.heic", "encoding-unsupported", "a.heic", "HEIC")
 
 
 def test_two_photographs_of_one_name(album):
     put(album / "9.jpg", picture())
-    rejected(album, "names-clash", "9.jpg")
+    refused(album, "names-clash", "9.jpg")

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 from builders.errors import refuses
-from sample_scene import LINE, POSE, check, found, put, rejected, scene, units
+from sample_scene import LINE, POSE, check, found, put, refused, scene, units
 
 from doo3d.inputs import Reading, open_capture
 
@@ -127,34 +127,34 @@ def test_a_folder_that_says_nothing_is_not_guessed_at(capture):
 
 def test_no_colour_for_one(indoor):
     (indoor / "image" / "000002.png").unlink()
-    rejected(indoor, "color-missing", "000002", index=1)
+    refused(indoor, "color-missing", "000002", index=1)
 
 
 def test_no_depth(indoor, icl):
     for folder in (indoor, icl):
         for file in (folder / "depth").iterdir():
             file.unlink()
-        rejected(folder, "folder-empty", str(folder / "depth"))
+        refused(folder, "folder-empty", str(folder / "depth"))
 
 
 def test_times_in_names_that_never_meet(scan):
     for file in (scan / "rgb").iterdir():
         file.rename(file.with_name(file.name.replace("-0000", "-9000")))
-    rejected(scan, "times-apart", str(scan), "0.03 s")
+    refused(scan, "times-apart", str(scan), "0.03 s")
 
 
 @pytest.mark.parametrize("kept", [0.4, 0.6, 0.95])
 def test_a_trajectory_that_is_cut_off(indoor, kept):
     file = indoor / "trajectory.log"
     file.write_text(file.read_text()[: int(len(file.read_text()) * kept)])
-    rejected(indoor, "line-invalid", "trajectory.log: line ")
+    refused(indoor, "line-invalid", "trajectory.log: line ")
 
 
 def test_a_matrix_that_is_no_pose(indoor):
     log(indoor / "trajectory.log", (1, 2 * POSE))
-    rejected(indoor, "pose-invalid", "trajectory.log: line 1")
+    refused(indoor, "pose-invalid", "trajectory.log: line 1")
 
 
 def test_the_own_camera_is_for_one_size(indoor):
     put(indoor / "depth" / "000001.png", units(1000)[:240])
-    rejected(indoor, "intrinsics-size", "640x240", "640x480", index=0)
+    refused(indoor, "intrinsics-size", "640x240", "640x480", index=0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sample_scene import LINE, POSE, check, found, put, rejected, scene, units
+from sample_scene import LINE, POSE, check, found, put, refused, scene, units
 
 from doo3d.inputs import Reading, open_capture
 from doo3d.inputs.tum import associate
@@ -107,25 +107,25 @@ def test_results_are_called_after_the_times(sequence, doo3d, tmp_path):
 
 def test_lists_that_never_meet(sequence):
     listed(sequence / "rgb.txt", ["200.0", "200.1"], "rgb")
-    rejected(sequence, "times-apart", "depth.txt", "100.0 to 100.2 s", "rgb.txt", "200.0", "0.03 s", "tolerance")
+    refused(sequence, "times-apart", "depth.txt", "100.0 to 100.2 s", "rgb.txt", "200.0", "0.03 s", "tolerance")
 
 
 def test_the_list_of_depth_is_missing(sequence):
     (sequence / "depth.txt").unlink()
-    rejected(sequence, "file-missing", "depth.txt")
+    refused(sequence, "file-missing", "depth.txt")
 
 
 @pytest.mark.parametrize("name", ["depth.txt", "rgb.txt"])
 def test_times_backwards(sequence, name):
     listed(sequence / name, ["100.1", "100.0"], name[:-4])
-    rejected(sequence, "times-not-rising", f"{name}: line 5", "100.0")
+    refused(sequence, "times-not-rising", f"{name}: line 5", "100.0")
 
 
 def test_broken_lists(sequence):
     (sequence / "rgb.txt").write_text("100.0 rgb/100.0.png\n100.1\n")
-    rejected(sequence, "line-invalid", "rgb.txt: line 2")
+    refused(sequence, "line-invalid", "rgb.txt: line 2")
     (sequence / "rgb.txt").write_text("# nothing\n")
-    rejected(sequence, "file-empty", "rgb.txt")
+    refused(sequence, "file-empty", "rgb.txt")
 
 
 def test_images_missing_cut_off_and_of_another_size(sequence):
@@ -133,16 +133,16 @@ def test_images_missing_cut_off_and_of_another_size(sequence):
     depth.write_bytes(depth.read_bytes()[:2000])
     (sequence / "rgb" / "100.024000.png").unlink()
     put(sequence / "rgb" / "100.076667.png", scene().color[:240])
-    rejected(sequence, "file-damaged", "100.000000.png", index=0)
-    rejected(sequence, "file-missing", "100.024000.png", index=1)
-    rejected(sequence, "color-size", "640x240", "640x480", index=2)
+    refused(sequence, "file-damaged", "100.000000.png", index=0)
+    refused(sequence, "file-missing", "100.024000.png", index=1)
+    refused(sequence, "color-size", "640x240", "640x480", index=2)
 
 
 def test_the_own_camera_is_for_one_size(sequence):
     put(sequence / "depth" / "100.000000.png", units(5000)[::2, ::2])
-    rejected(sequence, "intrinsics-size", "320x240", "640x480", "camera=", index=0)
+    refused(sequence, "intrinsics-size", "320x240", "640x480", "camera=", index=0)
 
 
 @pytest.mark.parametrize("scale", [2.0, 5e6])
 def test_a_unit_that_makes_no_sense(sequence, scale):
-    rejected(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=Reading(depth_scale=scale))
+    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=Reading(depth_scale=scale))
