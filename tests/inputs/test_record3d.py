@@ -226,6 +226,7 @@ def test_recordings_that_cannot_be(make, changes, code, parts):
         ({"members": {"rgbd/0.depth": lzfse(scene().depth[:240])}}, "depth-shape", ["0.depth", "614400", "1228800", "640x480"]),
         ({"members": {"rgbd/0.jpg": jpeg(scene().color[:240])}}, "color-size", ["rgbd/0", "640x240", "640x480"]),
         ({"members": {"rgbd/0.depth": lzfse(1000 * scene().depth)}}, "depth-unit", []),
+        ({"poses": [[0, 0, 0, 0, 0, 0, 0]]}, "pose-invalid", ["poses: frame 0"]),
         ({"poses": [[0, 0, 1]]}, "pose-invalid", ["poses: frame 0"]),
     ],
 )

@@ -9,6 +9,7 @@ import laspy
 import numpy as np
 import pye57
 import pytest
+from builders.errors import refuses
 
 from doo3d import errors
 from doo3d.errors import InputError, MissingDependency
@@ -148,7 +149,7 @@ def test_e57_colours_of_16_bits(tmp_path, points, colors, limits):
 
 def test_e57_without_coordinates(tmp_path):
     path = e57_of(tmp_path / "a.e57", {"intensity": (np.ones(3), "FloatNode", ())})
-    with pytest.raises(InputError, match=r"a\.e57.*neither cartesian nor spherical"):
+    with refuses("points-missing", "a.e57"):
         clouds(path)
 
 
@@ -176,21 +177,21 @@ def test_one_bad_file_of_a_folder_fails_alone(tmp_path, points):
     good, *bad = open_capture(tmp_path).frames
     assert len(good.load().data.points) == COUNT
     assert [entry.name for entry in bad] == ["2", "3", "4"]
-    for entry in bad:
-        with pytest.raises(InputError, match=rf"{entry.name}\.\w+: (scan 0 )?is (empty|cut off|damaged)"):
+    for entry, code, file in zip(bad, ("file-damaged", "file-empty", "file-damaged"), ("2.e57", "3.las", "4.ply"), strict=True):
+        with refuses(code, file):
             entry.load()
 
 
 def test_two_files_of_one_stem(tmp_path, points):
     np.savetxt(tmp_path / "a.xyz", points)
     np.savez(tmp_path / "a.npz", points=points)
-    with pytest.raises(InputError, match=r"a is there twice \(a\.npz, a\.xyz\)"):
+    with refuses("names-clash", "a.npz, a.xyz"):
         open_capture(tmp_path)
 
 
 def test_other_peoples_npz_make_no_folder_of_clouds(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.ones((3, 3)))
-    with pytest.raises(InputError, match=r"not itself a capture.*a\.npz"):
+    with refuses("folder-of-captures", "a.npz"):
         open_capture(tmp_path)
 
 
@@ -231,7 +232,7 @@ def test_viewpoint_of_a_pcd(tmp_path, line, viewpoint):
 def test_a_viewpoint_that_cannot_be(tmp_path, values):
     path = tmp_path / "a.pcd"
     path.write_text(PCD.format(f"VIEWPOINT {values}\n"))
-    with pytest.raises(InputError, match=r"a\.pcd: VIEWPOINT is '.*expected tx ty tz qw qx qy qz"):
+    with refuses("viewpoint-invalid", "a.pcd", repr(values)):
         clouds(path)
 
 
@@ -249,8 +250,10 @@ def test_cut_off(tmp_path, points, colors, suffix, kept, capfd):
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * kept)])
     capfd.readouterr()
-    with pytest.raises(InputError, match=rf"a\.{suffix}: (scan 0 )?is (empty|cut off|damaged)") as caught:
+    with pytest.raises(InputError) as caught:
         clouds(path)
+    assert caught.value.code == ("file-damaged" if path.stat().st_size else "file-empty")
+    assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
     said = capfd.readouterr()
     assert said.err == said.out == ""
@@ -259,7 +262,7 @@ def test_cut_off(tmp_path, points, colors, suffix, kept, capfd):
 def test_las_cut_off_between_two_points(tmp_path, points):
     path = write_las(tmp_path / "a.las", points)
     path.write_bytes(path.read_bytes()[: -10 * 26])
-    with pytest.raises(InputError, match=rf"a\.las: is cut off or damaged.*{COUNT} points are announced, {COUNT - 10} follow"):
+    with refuses("file-damaged", "a.las", f"{COUNT} points", str(COUNT - 10)):
         clouds(path)
 
 
@@ -270,7 +273,7 @@ def test_a_las_that_announces_billions_of_records(tmp_path, points, suffix, vers
     data = bytearray(path.read_bytes())
     data[at : at + 4] = b"\xff" * 4
     path.write_bytes(data)
-    with pytest.raises(InputError, match=r"is cut off or damaged: 4294967295 (extended )?variable length records are announced"):
+    with refuses("file-damaged", f"a.{suffix}", "4294967295"):
         clouds(path)
 
 
@@ -280,14 +283,14 @@ def test_a_damaged_e57(tmp_path, points, colors, at):
     data = bytearray(path.read_bytes())
     data[at] ^= 0xFF
     path.write_bytes(data)
-    with pytest.raises(InputError, match=r"a\.e57: (scan 0 )?is cut off or damaged"):
+    with refuses("file-damaged", "a.e57"):
         clouds(path)
 
 
 def test_a_las_without_points(tmp_path):
     path = write_las(tmp_path / "a.las", np.zeros((1, 3)))
     laspy.LasData(laspy.LasHeader(point_format=2, version="1.2")).write(str(path))
-    with pytest.raises(InputError, match=r"a\.las: holds no points"):
+    with refuses("cloud-empty", "a.las"):
         clouds(path)
 
 
