@@ -14,7 +14,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from .errors import ConfigError, invalid_code
+from .errors import ConfigError, invalid_code, unread_code
 
 
 class Section(BaseModel):
@@ -432,7 +432,7 @@ def _read(name: str | Path) -> dict[str, Any]:
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigError(f"config {path}: cannot be read ({error.strerror})", code="file-unreadable") from None
+        raise ConfigError(f"config {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConfigError(f"config {path}: not valid YAML ({error})", code="yaml-invalid") from None
     if values is None:

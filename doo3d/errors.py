@@ -41,6 +41,11 @@ def _rebuilt(kind: type[DooError], message: str, code: str) -> DooError:
     return kind(message, code=code)
 
 
+def unread_code(error: OSError) -> str:
+    """The code for a file that the system does not let us read: it is not there, or cannot be opened."""
+    return "file-missing" if isinstance(error, FileNotFoundError) else "file-unreadable"
+
+
 def invalid_code(kinds: Iterable[str]) -> str:
     """The code for values that pydantic refuses, by the first of its kinds of errors."""
     first = next(iter(kinds), "")

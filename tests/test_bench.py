@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
+from builders.errors import refuses
 
 from doo3d import bench
 from doo3d.config import Config, load_config
-from doo3d.errors import InputError
 
 
 def test_stages_and_total(capture):
@@ -25,7 +24,7 @@ def test_stages_and_total(capture):
 
 
 def test_captures_that_cannot_be_read(tmp_path):
-    with pytest.raises(InputError, match="nowhere"):
+    with refuses("file-missing", "nowhere"):
         bench.bench([tmp_path / "nowhere"], Config(), 1)
 
 

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from builders.errors import code_in
 
 from doo3d import __version__
 from doo3d.config import Config, load_config, preset_names
@@ -70,7 +71,7 @@ def test_one_bad_frame(doo3d, capture):
     code, out, err = doo3d("detect", folder)
     assert code == 1
     assert "000001   failed: " in err
-    assert "cut off" in err
+    assert code_in(err) == "file-damaged"
     assert out.splitlines()[-1] == "2 of 3 frames, 2 chains -> out"
     statuses = [frame["status"] for frame in json.loads(Path("out/manifest.json").read_text())["frames"]]
     assert statuses == ["ok", "failed", "ok"]
@@ -89,12 +90,12 @@ def test_all_frames_bad(doo3d, capture):
 def test_the_folder_of_another_run(doo3d, refused, capture):
     assert doo3d("detect", capture())[0] == 0
     second = capture("second")
-    assert "--force" in refused(second)
+    assert "--force" in refused(second, code="out-other-input")
     assert doo3d("detect", second, "--force")[0] == 0
     code, out, err = doo3d("detect", second)
     assert (code, out) == (0, "1 frame, 1 chain -> out\n")
     assert err == "1 frame is finished already, nothing is left to do (--fresh starts over)\n"
-    assert "another configuration" in refused(second, "--set", "seed=1")
+    refused(second, "--set", "seed=1", code="out-other-config")
 
 
 # --- the other commands ------------------------------------------------------------------------------------------------
@@ -150,6 +151,7 @@ def test_evaluate_scenes(doo3d):
     assert "frames correct" in out
     code, _, err = doo3d("evaluate", "scenes", "--families", "straight,nope")
     assert code == 2
+    assert code_in(err) == "choice-unknown"
     assert "nope" in err
     assert "crossing" in err
 
@@ -161,7 +163,8 @@ def test_as_a_program_of_its_own(capture, tmp_path):
     assert (tmp_path / "out" / "000000.json").exists()
     run = subprocess.run([*command[:-1], "nowhere"], cwd=tmp_path, capture_output=True, text=True, encoding="utf-8")
     assert run.returncode == 2
-    assert run.stderr == "doo3d: nowhere does not exist\n"
+    assert run.stderr.startswith("doo3d: nowhere ")
+    assert code_in(run.stderr) == "file-missing"
 
 
 def test_progress_bar_on_a_terminal_only(capture, tmp_path):

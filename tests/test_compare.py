@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import code_in
 
 from doo3d.compare import Comparison, compare, compare_chains
 from doo3d.config import load_config
@@ -253,26 +254,28 @@ def test_command_says_where_they_differ(doo3d, capture):
 def test_command_with_a_broken_frame_and_nothing_to_compare(doo3d, capture):
     folder = capture(frames=2)
     (folder / "depth" / "000001.png").write_bytes(b"")
-    code, out, err = doo3d("compare", folder)
+    code, out, err = doo3d("compare", folder, "-o", "both")
     assert code == 1
     assert "000001   failed: " in err
+    assert code_in(err) == "file-empty"
+    failed = json.loads(Path("both/comparison.json").read_text())["each"][1]
+    assert (failed["name"], failed["code"]) == ("000001", "file-empty")
     assert "1 of 2 frames agree" in out
     np.savez("a.npz", points=np.random.default_rng(0).uniform(0, 0.2, (999, 3)))
     code, _, err = doo3d("compare", "a.npz", "-o", "other")
     assert code == 2
-    assert "no image" in err
+    assert code_in(err) == "mode-needs-image"
     assert not Path("other").exists()
 
 
 def test_command_refuses(doo3d, capture):
     folder = capture()
-    for args, words in (
-        ([folder / "color" / "000000.jpg"], "camera_intrinsic.json"),
-        ([folder, "-c", "image"], "3-D config"),
-        ([folder, "--config-2d", "default"], "2-D one"),
-        ([folder, "-o", folder], "something else"),
-        ([folder, "-o", folder / "camera_intrinsic.json"], "is a file"),
+    for args, code in (
+        ([folder / "color" / "000000.jpg"], "mode-needs-depth"),
+        ([folder, "-c", "image"], "config-mode"),
+        ([folder, "--config-2d", "default"], "config-mode"),
+        ([folder, "-o", folder], "out-foreign"),
+        ([folder, "-o", folder / "camera_intrinsic.json"], "out-is-file"),
     ):
-        code, out, err = doo3d("compare", *args)
-        assert (code, out) == (2, ""), args
-        assert words in err
+        status, out, err = doo3d("compare", *args)
+        assert (status, out, code_in(err)) == (2, "", code), args

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 from doo3d import costs
 from doo3d.geometry import unit
@@ -100,5 +101,5 @@ def test_a_cost_that_there_is_not_is_named():
     from doo3d.costs import own
     from doo3d.errors import ConfigError
 
-    with pytest.raises(ConfigError, match="there is no cost 'height'"):
+    with refuses("cost-unknown", "height", kind=ConfigError):
         own("height")

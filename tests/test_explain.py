@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builders.errors import code_in
 
 from doo3d.config import load_config
 from doo3d.explain import explain, pruned_segments
@@ -97,9 +98,9 @@ def test_from_the_shell(doo3d, tmp_path):
     why = json.loads((tmp_path / "why.json").read_text())
     assert (why["schema"], why["frame"], len(why["merges"])) == ("doo3d/explanation/1", "000001", 2)
     code, _, err = doo3d("explain", SAMPLES / "crossing", "--json", "why.json")
-    assert (code, "why.json exists" in err) == (2, True)
+    assert (code, code_in(err), "why.json" in err) == (2, "out-exists", True)
     code, _, err = doo3d("explain", SAMPLES / "crossing", "--frame", "nine")
-    assert (code, "--frame nine: " in err) == (2, True)
+    assert (code, code_in(err), "--frame nine: " in err) == (2, "frame-unknown", True)
 
 
 def test_nothing_found(doo3d, capture):

@@ -12,10 +12,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import code_in, refuses
 
 import doo3d
 from doo3d import batch
-from doo3d.errors import InputError
 from doo3d.inputs import open_capture
 from doo3d.outputs.recorded import Results, open_results
 from doo3d.viz.report import report_page
@@ -152,12 +152,12 @@ def test_nothing_found_and_no_frames(tmp_path):
 
 
 def test_a_run_that_is_not_finished_is_refused(tmp_path):
-    with pytest.raises(InputError, match="not finished"):
+    with refuses("run-unfinished"):
         report_page(Results(tmp_path, {"finished": False, "frames": []}, ()))
 
 
 def test_a_damaged_manifest_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"manifest\.json: is damaged"):
+    with refuses("results-damaged", "manifest.json"):
         report_page(Results(tmp_path, {"frames": [{"status": "ok"}]}, ()))
 
 
@@ -169,10 +169,12 @@ def test_the_command(doo3d, run):
     assert (Path.cwd() / data_of(page)["pictures"]).resolve() == run.resolve()
     assert doo3d("report", run, "-o", "page.html")[0] == 2
     assert doo3d("report", run, "-o", "page.html", "--force")[0] == 0
-    for wrong, says in (((Path("nowhere"), "-o", "a.html"), "doo3d detect"), ((run, "-o", "no/a.html"), "does not exist")):
-        code, _, err = doo3d("report", *wrong)
-        assert code == 2
-        assert says in err
+    for wrong, code in (
+        ((Path("nowhere"), "-o", "a.html"), "results-missing"),
+        ((run, "-o", "no/a.html"), "out-folder-missing"),
+    ):
+        status, _, err = doo3d("report", *wrong)
+        assert (status, code_in(err)) == (2, code)
         assert len(err.splitlines()) == 1
 
 

@@ -12,10 +12,11 @@ import time
 from pathlib import Path
 
 import pytest
+from builders.errors import refuses
 
 from doo3d import batch
 from doo3d.config import Config
-from doo3d.errors import InputError, MissingDependency
+from doo3d.errors import MissingDependency
 from doo3d.inputs import Reading, open_capture
 from doo3d.outputs import encoded
 from doo3d.runs import crew
@@ -103,13 +104,13 @@ def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, wanted,
     object.__setattr__(deadly, "loader", Deadly("import os; os._exit(1)"))
     summary = batch.run(capture, tmp_path / "out", Config(), reading=Reading(), workers=2)
     assert [record.name for record in summary.records if record.error] == ["000002", "000004"]
-    assert "its worker died" in summary.records[2].error
+    assert [record.code for record in summary.records if record.error] == ["worker-lost", "file-damaged"]
     made = contents(tmp_path / "out")
     assert wanted.keys() - made.keys() == {"000002.json", "000002.png"}
     # the ids of chains go on from frame to frame, and the cable is found in all: one frame less changes none of the others
     assert all(made[file] == wanted[file] for file in made if file != "manifest.json")
     failed = json.loads(made["manifest.json"])["frames"][2]
-    assert failed["status"] == "failed"
+    assert (failed["status"], failed["code"]) == ("failed", "worker-lost")
     assert "tcp://" not in failed["error"]
 
 
@@ -156,13 +157,13 @@ def test_a_scheduler_whose_worker_is_killed_midway(frames, wanted, tmp_path, sch
 
 
 def test_nobody_answers(frames, refused):
-    assert "no scheduler answers" in refused(frames, "--scheduler", "tcp://127.0.0.1:1")
-    assert "own workers" in refused(frames, "--scheduler", "tcp://127.0.0.1:1", "--workers", "2")
+    refused(frames, "--scheduler", "tcp://127.0.0.1:1", code="scheduler-unreachable")
+    refused(frames, "--scheduler", "tcp://127.0.0.1:1", "--workers", "2", code="options-conflict")
 
 
 def test_the_package_that_is_missing_is_named(monkeypatch, frames, tmp_path):
     monkeypatch.setitem(sys.modules, "dask.distributed", None)
-    with pytest.raises(MissingDependency, match=r"doo3d\[cluster\]"):
+    with refuses("missing-package", "doo3d[cluster]", kind=MissingDependency):
         batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2)
     assert not (tmp_path / "out").exists()
 
@@ -174,7 +175,7 @@ def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(results, "write_bytes", full)
-    with pytest.raises(InputError, match="No space left"):
+    with refuses("out-unwritable", "No space left"):
         batch.run(open_capture(frames), tmp_path / "out", Config(), workers=1)
     assert not (tmp_path / "out").exists()
 

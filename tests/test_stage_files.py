@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
+from builders.errors import code_in, refuses
 
 from doo3d.errors import MissingDependency
 from doo3d.outputs.ply import encode_points
@@ -64,7 +65,7 @@ def test_stages_of_an_image_and_of_nothing(doo3d, tmp_path, capture):
 
 
 def test_no_such_frame(refused, capture):
-    assert "--stages 5: " in refused(capture(), "--stages", "5")
+    assert "--stages 5: " in refused(capture(), "--stages", "5", code="frame-unknown")
 
 
 def test_edges_of_a_ply(tmp_path):
@@ -108,9 +109,9 @@ def test_view_writes_a_recording(doo3d, tmp_path):
     for name in NAMES[1:]:
         assert f"/world/stages/{name}/" in said
     code, _, err = doo3d("view", "out", "--save", "out.rrd")
-    assert (code, "out.rrd" in err) == (2, True)
+    assert (code, code_in(err), "out.rrd" in err) == (2, "out-exists", True)
     code, _, err = doo3d("view", "out", "--save", "one.rrd", "--frame", "9")
-    assert (code, "--frame 9: " in err) == (2, True)
+    assert (code, code_in(err), "--frame 9: " in err) == (2, "frame-unknown", True)
 
 
 def test_view_without_the_capture_and_of_images(doo3d, tmp_path):
@@ -131,10 +132,10 @@ def test_view_without_the_capture_and_of_images(doo3d, tmp_path):
 
 def test_view_of_what_is_no_result(doo3d, tmp_path, monkeypatch):
     code, _, err = doo3d("view", tmp_path, "--save", "x.rrd")
-    assert (code, "is no folder of results" in err) == (2, True)
+    assert (code, code_in(err)) == (2, "results-missing")
     monkeypatch.setitem(sys.modules, "rerun", None)
     from doo3d.outputs.recorded import Results
     from doo3d.viewer import Viewing
 
-    with pytest.raises(MissingDependency, match=r"pip install 'doo3d\[view\]'"):
+    with refuses("missing-package", "pip install 'doo3d[view]'", kind=MissingDependency):
         Viewing(Results(tmp_path, {}, ()), tmp_path / "x.rrd")

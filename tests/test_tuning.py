@@ -9,11 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import code_in, refuses
 from conftest import save
 
 from doo3d import Cloud, Frame, Image, detect
 from doo3d.config import load_config
-from doo3d.errors import InputError
 from doo3d.evaluation.renderer import render
 from doo3d.evaluation.scenes import make_scene
 from doo3d.evaluation.score import score
@@ -101,25 +101,25 @@ def test_a_photograph_and_a_box(lit):
 
 def test_the_background_and_what_looks_like_it(lit):
     frame = lit[0].frame
-    with pytest.raises(InputError, match=r"pick the middle of the object.*segment\.method=plane.*background.*mask"):
+    with refuses("pick-not-thin", "8,8", "segment.method=plane"):
         tune(frame, load_config("default"), [(8, 8)])
     grey = rendered((150, 152, 154), LIGHTS["above"])
-    with pytest.raises(InputError, match=r"segment\.method=plane"):
+    with refuses("object-missing", "segment.method=plane"):
         tune(grey.frame, load_config("default"))
     v, u = np.nonzero(grey.mask)
-    with pytest.raises(InputError, match="the background has its colour"):
+    with refuses("pick-not-thin"):
         tune(grey.frame, load_config("default"), [(int(u[0]), int(v[0]))])
 
 
 def test_bad_places(lit):
     frame = lit[0].frame
-    with pytest.raises(InputError, match=r"--pick 700,5: is outside the image, which is 640x360"):
+    with refuses("place-outside", "--pick 700,5", "640x360"):
         tune(frame, load_config("default"), [(700, 5)])
-    with pytest.raises(InputError, match="--box 600,0,100,50: is not inside"):
+    with refuses("place-outside", "--box 600,0,100,50"):
         tune(frame, load_config("default"), box=(600, 0, 100, 50))
-    with pytest.raises(InputError, match="a cloud is none"):
+    with refuses("mode-needs-image"):
         tune(Cloud(np.zeros((3, 3))), load_config("default"))
-    with pytest.raises(InputError, match="no colour"):
+    with refuses("method-needs-color"):
         tune(Frame(None, frame.depth, frame.camera), load_config("default"), [(3, 3)])
 
 
@@ -170,25 +170,26 @@ def test_from_the_shell(doo3d, capture, tmp_path):
     assert code == 0, err
     assert out.startswith("000000   1 chain")
     code, _, err = doo3d("tune", folder, "-o", "mine.yaml")
-    assert (code, "mine.yaml exists" in err) == (2, True)
+    assert (code, code_in(err), "mine.yaml" in err) == (2, "out-exists", True)
     assert doo3d("tune", folder, "-o", "mine.yaml", "--force", "--frame", "-1")[0] == 0
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "code", "part"),
     [
-        (("--pick", "12"), "--pick 12: expected X,Y in pixels"),
-        (("--box", "1,2,x,4"), "expected X,Y,W,H"),
-        (("--pick", "160,120", "--box", "1,2,3,4"), "give one or the other"),
-        (("-o", "mine.txt"), "is called .yaml"),
-        (("--frame", "7"), "--frame 7: "),
-        (("--pick", "5,5"), "nothing thin and long"),
+        (("--pick", "12"), "value-invalid", "--pick 12: "),
+        (("--box", "1,2,x,4"), "value-invalid", "--box 1,2,x,4: "),
+        (("--pick", "160,120", "--box", "1,2,3,4"), "options-conflict", "--pick"),
+        (("-o", "mine.txt"), "out-suffix", "mine.txt"),
+        (("--frame", "7"), "frame-unknown", "--frame 7: "),
+        (("--pick", "5,5"), "pick-not-thin", "5,5"),
     ],
 )
-def test_what_is_refused(doo3d, capture, tmp_path, options, said):
-    code, out, err = doo3d("tune", capture(), *options)
-    assert (code, out) == (2, "")
-    assert said in err
+def test_what_is_refused(doo3d, capture, tmp_path, options, code, part):
+    status, out, err = doo3d("tune", capture(), *options)
+    assert (status, out) == (2, "")
+    assert code_in(err) == code
+    assert part in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["capture"]
 
 

@@ -15,7 +15,7 @@ from ..errors import DooError, InputError
 from ..inputs import FLAT, Capture, Entry
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.document import dumps
-from ..runs.frame import chosen_mask, unexpected
+from ..runs.frame import UNEXPECTED, chosen_mask, unexpected
 from ..types import Frame
 from ..viz.comparison import draw_comparison
 from .frames import Comparison, compare
@@ -26,11 +26,12 @@ _SHOWN = 6  # places that are printed of a frame
 
 @dataclass(frozen=True)
 class Record:
-    """What became of one frame: a comparison, or the reason why there is none, a sentence."""
+    """What became of one frame: a comparison, or the reason why there is none, a sentence, and the code of that error."""
 
     name: str
     comparison: Comparison | None = None
     error: str | None = None
+    code: str | None = None
 
     @property
     def agrees(self) -> bool:
@@ -40,7 +41,7 @@ class Record:
     def lines(self, column: int = 0) -> list[str]:
         """For people; the name is filled up to `column` characters."""
         if self.comparison is None:
-            return [f"{self.name:<{column}}   failed: {self.error}"]
+            return [f"{self.name:<{column}}   failed: {self.error} [{self.code}]"]
         found = self.comparison
         word = "agree  " if found.agrees else "differ "
         gaps = ""
@@ -99,9 +100,9 @@ def _one(entry: Entry, config: Config, flat_config: Config, out: Path) -> Record
             raise InputError(f"{entry.source}: a cloud has no image to compare in", code="mode-needs-image")
         found = compare(shot.data, config, flat_config, chosen_mask(shot, config))
     except DooError as error:
-        return Record(entry.name, error=str(error))
+        return Record(entry.name, error=str(error), code=error.code)
     except Exception as error:
-        return Record(entry.name, error=unexpected(error))
+        return Record(entry.name, error=unexpected(error), code=UNEXPECTED)
     picture = draw_comparison(shot.data, found.solid, found.flat, [(place.at, place.tolerance) for place in found.places])
     out.mkdir(parents=True, exist_ok=True)
     write_bytes(out / f"{entry.name}.png", cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))[1].tobytes())
@@ -124,7 +125,9 @@ def _check_place(out: Path, force: bool) -> None:
 
 def _summary(capture: Capture, records: Sequence[Record]) -> str:
     frames = [
-        {"name": record.name, "error": record.error} | (record.comparison.to_dict() if record.comparison else {"agrees": None})
+        {"name": record.name, "error": record.error, "code": record.code}
+        | (record.comparison.to_dict() if record.comparison else {"agrees": None})
+        | (record.comparison.to_dict() if record.comparison else {"agrees": None})
         for record in records
     ]
     agree = sum(record.agrees for record in records)

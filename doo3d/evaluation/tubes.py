@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from ..errors import InputError
+from ..errors import InputError, unread_code
 from ..geometry import densify
 from ..types import Floats
 from .families import Size
@@ -36,7 +36,7 @@ def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
         words = iter(Path(path).read_text(encoding="utf-8").split())
         return [_read_tube(words) for _ in range(int(next(words)))]
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     except (ValueError, KeyError, StopIteration, RuntimeError) as error:
         raise InputError(f"{path}: is not a tube configuration ({error!r})", code="tubes-invalid") from None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..errors import InputError
+from ..errors import InputError, unread_code
 from ..types import Array, Detection, Floats
 
 PoseLike = str | Path | Array | Sequence[float]
@@ -73,7 +73,7 @@ def _numbers(pose: PoseLike) -> tuple[str, Floats]:
             return name, _parsed(name, Path(pose).read_text(encoding="utf-8"))
         except OSError as error:
             raise InputError(
-                f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either", code="file-unreadable"
+                f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either", code=unread_code(error)
             ) from None
         except (ValueError, EOFError) as error:
             raise InputError(f"{name}: cannot be read ({error})", code="pose-invalid") from None

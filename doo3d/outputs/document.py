@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, unread_code
 from ..types import Cloud, Detection, Frame, Image
 
 # a list that holds neither lists nor objects nor strings, spread over lines
@@ -36,7 +36,7 @@ def read_object(path: str | Path, schema: str, what: str) -> dict[str, Any]:
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     except ValueError as error:
         raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
     if not isinstance(values, dict) or values.get("schema") != schema:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from ..config import SegmentConfig
-from ..errors import InputError
+from ..errors import InputError, unread_code
 from ..types import Array, Bools, Cloud, Frame, Image
 
 UPRIGHT = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # turned as EXIF says, as photographs are read
@@ -21,7 +21,7 @@ def _reference(path: str, flags: int) -> Array:
     try:
         found = os.stat(path)
     except OSError as error:
-        raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})", code="file-unreadable") from None
+        raise InputError(f"segment.reference {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     return _read(path, flags, found.st_mtime_ns, found.st_size)
 
 

@@ -49,7 +49,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         return _segment_image(data, config, mask, seed)
     given = mask is not None
     if not given:
-        _check_depth(data.depth, config, "frame")
+        _check_depth(data, config)
     way = "mask" if given else method(data, config)
     found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[way](data, config, seed)
     if given and not found.any():
@@ -57,7 +57,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     found = tidy(found, config.min_component)
     if way not in ("mask", "everything") and found.any():
         found = drop_wide(found, data.depth / data.camera.fx, config)
-    _check_depth(data.depth[found], config, "object")
+    _check_depth(data, config, found)
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     error = roughness(data.depth, found)
     tolerance = max(config.edge_tolerance, config.edge_noise * error)
@@ -125,14 +125,15 @@ def _nothing(way: str) -> str:
     return f"segment ({way}): nothing in this frame is told from the rest; {hint}"
 
 
-def _check_depth(depth: Array, config: SegmentConfig, what: str) -> None:
+def _check_depth(data: Frame, config: SegmentConfig, mask: Bools | None = None) -> None:
+    what, depth = ("frame", data.depth) if mask is None else ("object", data.depth[mask])
     if not depth.size:
         return
     seen = depth[depth > 0]
     if not seen.size:
         raise InputError(
             f"no depth at any of the {depth.size} pixels of the {what}: is the depth aligned to the mask, and in metres?",
-            code="depth-none" if what == "frame" else "mask-without-depth",
+            code="mask-without-depth" if data.depth.any() else "depth-none",
         )
     middle = float(np.median(seen[:: max(1, seen.size // 10_000)]))
     if not config.min_depth <= middle <= config.max_depth:

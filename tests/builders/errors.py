@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -18,3 +19,9 @@ def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterat
     assert caught.value.code == code, f"{caught.value.code}: {caught.value}"
     for part in parts:
         assert part in str(caught.value)
+
+
+def code_in(said: str) -> str:
+    """The code behind the one sentence that the command has said; "" where there is none."""
+    found = re.search(r" \[([a-z0-9-]+)\]$", said.rstrip("\n"))
+    return found[1] if found else ""

@@ -6,8 +6,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
-from doo3d.errors import InputError
 from doo3d.evaluation import samples
 from doo3d.evaluation.scenes import make_scene
 from doo3d.evaluation.truthfile import read_truth, write_truth
@@ -93,7 +93,7 @@ def test_truth_files_are_read_back_and_refused_with_a_reason(tmp_path):
     assert np.allclose(back.axis[[0, -1]], cable.axis[[0, -1]], atol=1e-4)
     assert back.seen.all()
     (tmp_path / "other.json").write_text('{"schema": "x"}')
-    with pytest.raises(InputError, match="doo3d/truth/1"):
+    with refuses("schema-unknown", "other.json", "doo3d/truth/1"):
         read_truth(tmp_path / "other.json")
-    with pytest.raises(InputError, match="cannot be read"):
+    with refuses("file-missing", "none.json"):
         read_truth(tmp_path / "none.json")

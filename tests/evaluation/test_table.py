@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 from doo3d.config import Config, load_config
 from doo3d.errors import ConfigError, InputError
@@ -90,7 +91,7 @@ def test_method_and_wanted_chains_are_passed_on(calls):
 
 
 def test_a_frame_that_fails_counts_as_wrong(calls):
-    calls.give = InputError("no depth anywhere")
+    calls.give = InputError("no depth anywhere", code="depth-none")
     rows = evaluate_scenes(["straight"], [0, 1], Config(), "none", size=SMALL)
     assert [row.error for row in rows] == ["no depth anywhere"] * 2
     assert "0/2 0.0 %" in format_table(rows)
@@ -107,7 +108,7 @@ def test_the_number_of_chains_is_counted(calls):
 
 
 def test_a_config_for_two_dimensions_is_refused():
-    with pytest.raises(ConfigError, match="evaluate mbest"):
+    with refuses("config-mode", kind=ConfigError):
         evaluate_scenes(["straight"], [0], load_config("image"))
 
 
@@ -122,7 +123,7 @@ def test_captures_are_scored_against_the_truth_beside_them(calls):
 
 
 def test_no_captures_is_an_error(tmp_path):
-    with pytest.raises(InputError, match=r"truth\.json"):
+    with refuses("truth-missing", "truth.json"):
         evaluate_captures(tmp_path, Config())
 
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 from doo3d.config import Config, load_config
-from doo3d.errors import ConfigError, InputError
+from doo3d.errors import ConfigError
 from doo3d.evaluation.scenes import make_scene
 from doo3d.evaluation.tubes import read_tubes
 from doo3d.evaluation.tubewise import SEEN, Tube, evaluate_tubes, format_tubes, right_tubes, tube_cases
@@ -52,18 +53,18 @@ def test_the_camera_goes_back_until_all_tubes_are_in_view(tmp_path):
 @pytest.mark.parametrize("text", ["", "2\n0 2 1\n", "1\n0 2 1\n1 0 0 0 r\n", "nonsense"])
 def test_what_is_no_tube_configuration_is_refused_by_name(tmp_path, text):
     (tmp_path / "bad.txt").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"bad\.txt.*not a tube configuration"):
+    with refuses("tubes-invalid", "bad.txt"):
         evaluate_tubes(tube_cases(tmp_path, [0]), Config())
 
 
 def test_a_folder_without_tubes_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no tube configuration"):
+    with refuses("tubes-missing"):
         tube_cases(tmp_path, [0])
 
 
 def test_tubes_need_a_config_in_3d(tmp_path):
     write(tmp_path / "one.txt", LYING)
-    with pytest.raises(ConfigError, match="3-D"):
+    with refuses("config-mode", kind=ConfigError):
         evaluate_tubes(tube_cases(tmp_path, [0]), load_config("image"))
 
 

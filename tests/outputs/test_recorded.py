@@ -2,10 +2,10 @@ import json
 
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 import doo3d
 from doo3d import batch
-from doo3d.errors import InputError
 from doo3d.inputs import open_capture
 from doo3d.outputs.recorded import open_results, read_detection
 
@@ -29,17 +29,17 @@ def test_what_is_read_is_what_was_written(run):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "code"),
     [
-        ("{", "is not valid JSON"),
-        ("[]", "is not a detection"),
-        ('{"schema": "doo3d/detection/1"}', "something is missing"),
-        ('{"schema": "doo3d/detection/1", "mode": "4d"}', "something is missing"),
+        ("{", "json-invalid"),
+        ("[]", "schema-unknown"),
+        ('{"schema": "doo3d/detection/1"}', "results-damaged"),
+        ('{"schema": "doo3d/detection/1", "mode": "4d"}', "results-damaged"),
     ],
 )
-def test_a_damaged_file_is_named(tmp_path, text, says):
+def test_a_damaged_file_is_named(tmp_path, text, code):
     (tmp_path / "a.json").write_text(text)
-    with pytest.raises(InputError, match=f"a.json: {says}"):
+    with refuses(code, "a.json"):
         read_detection(tmp_path / "a.json")
 
 
@@ -47,5 +47,5 @@ def test_a_damaged_file_is_named(tmp_path, text, says):
 def test_a_folder_of_something_else_is_refused(tmp_path, text):
     if text is not None:
         (tmp_path / "manifest.json").write_text(text)
-    with pytest.raises(InputError, match=r"no folder of results|damaged or not of doo3d"):
+    with refuses("results-missing" if text is None else "results-damaged", str(tmp_path)):
         open_results(tmp_path)

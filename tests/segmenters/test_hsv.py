@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.errors import InputError
 from doo3d.segmenters.hsv import in_ranges, mask
 from doo3d.types import Camera, Cloud, Frame
 
@@ -74,5 +74,5 @@ def test_frame_and_cloud_alike():
 
 @pytest.mark.parametrize("data", [Frame(None, np.ones((32, 32), np.float32), CAMERA), Cloud(np.random.rand(9, 3))])  # noqa: NPY002
 def test_no_colour(data):
-    with pytest.raises(InputError, match=r"hsv but the (frame|cloud) has no colou?r.*use"):
+    with refuses("method-needs-color", "hsv"):
         mask(data, SegmentConfig(method="hsv", ranges=ranges(WARM)), 0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 
 from doo3d.config import SegmentConfig
-from doo3d.errors import InputError
 from doo3d.segmenters.ridge import mask
 from doo3d.types import Cloud, Image
 
@@ -45,5 +45,5 @@ def test_a_large_photograph_shows_the_cable_as_a_small_one_does(size, thick):
 
 def test_nothing_to_see():
     assert not mask(Image(np.full((40, 60, 3), 128, np.uint8)), SegmentConfig(method="ridge"), 0).any()
-    with pytest.raises(InputError, match="needs a colour image"):
+    with refuses("method-needs-color", "ridge"):
         mask(Cloud(np.random.default_rng(0).random((9, 3))), SegmentConfig(method="ridge"), 0)

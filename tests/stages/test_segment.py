@@ -7,12 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import refuses
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label
 from scipy.spatial import cKDTree
 from stages.drawn import CAMERA, depth_of, frame_of, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.errors import InputError
 from doo3d.stages.segment import LINES, lone, roughness, segment, tidy
 from doo3d.types import Cloud, Foreground, Frame, Image
 
@@ -177,43 +177,43 @@ def test_depth_out_of_range_is_dropped():
 
 
 def test_an_empty_mask():
-    with pytest.raises(InputError, match="the mask is empty"):
+    with refuses("mask-empty"):
         segment(frame(), CONFIG, np.zeros_like(SEEN))
-    with pytest.raises(InputError, match="the mask is empty"):
+    with refuses("mask-empty"):
         segment(Cloud(surface(wave(), RADIUS)), CONFIG, np.zeros(len(surface(wave(), RADIUS)), bool))
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
 def test_no_depth(mask):
-    with pytest.raises(InputError, match=r"no depth at any of the \d+ pixels"):
+    with refuses("depth-none"):
         segment(frame(0 * DEPTH), CONFIG, mask)
 
 
 def test_no_depth_in_the_mask():
-    with pytest.raises(InputError, match=r"no depth at any of the \d+ pixels of the object"):
+    with refuses("mask-without-depth"):
         segment(frame(np.where(SEEN, 0, 0.6)), CONFIG, SEEN)
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
 @pytest.mark.parametrize("factor", [1000, 1e-3, 1e6, 1e-6])
 def test_depth_in_the_wrong_unit(factor, mask):
-    with pytest.raises(InputError, match=r"m away, expected .* depth_scale"):
+    with refuses("depth-unit", "depth_scale"):
         segment(frame(factor * DEPTH), CONFIG, mask)
 
 
 @pytest.mark.parametrize("mask", [SEEN[:-1], SEEN.T, SEEN[..., None], SEEN.ravel()])
 def test_a_mask_of_another_shape(mask):
-    with pytest.raises(InputError, match=r"mask has shape .*the frame is \(480, 640\)"):
+    with refuses("mask-shape", str(mask.shape), "(480, 640)"):
         segment(frame(), CONFIG, mask)
 
 
 def test_a_mask_of_another_type():
-    with pytest.raises(InputError, match="mask has type float64"):
+    with refuses("mask-type", "float64"):
         segment(frame(), CONFIG, SEEN.astype(float))
 
 
 def test_no_mask_where_one_is_wanted():
-    with pytest.raises(InputError, match=r"segment\.method is mask but there is none"):
+    with refuses("mask-missing", "segment.method"):
         segment(frame(), SegmentConfig(method="mask"))
 
 
@@ -226,13 +226,13 @@ def test_nothing_found_is_said_and_no_error():
 
 @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.ones((1, 3)), np.ones((500, 3)), np.full((5, 3), np.nan)])
 def test_clouds_without_extent(points):
-    with pytest.raises(InputError, match=r"the cloud has \d+ points and no extent"):
+    with refuses("cloud-without-extent"):
         segment(Cloud(points), CONFIG)
 
 
 @pytest.mark.parametrize("factor", [1e4, 1e-4])
 def test_clouds_in_the_wrong_unit(factor):
-    with pytest.raises(InputError, match=r"m across: points are expected in metres.*depth_scale"):
+    with refuses("points-unit", "depth_scale"):
         segment(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
 
 
@@ -259,7 +259,7 @@ def test_a_cloud_with_a_mask():
     points = surface(wave(), RADIUS)
     found = cloud(points, points[:, 0] < 0)
     assert found.points[:, 0].max() < 0
-    with pytest.raises(InputError, match=r"mask has shape \(5,\)"):
+    with refuses("mask-shape", "(5,)"):
         cloud(points, np.ones(5, bool))
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.errors import refuses
 from scipy.ndimage import binary_closing
 from stages.drawn import CAMERA, frame_of, line, surface, wave
 
 from doo3d.config import SegmentConfig, VoxelizeConfig
-from doo3d.errors import InputError
 from doo3d.kernels.thinning import neighbours
 from doo3d.kernels.tracing import components
 from doo3d.stages.segment import segment
@@ -112,12 +112,12 @@ def test_one_place(dim, count, size):
 def test_a_grid_too_large_is_refused_with_the_number():
     points = cells_of(np.ones((6, 6, 6), dtype=bool))
     assert len(grid_of(points, max_voxels=216).coords) == 216
-    with pytest.raises(InputError, match=r"216 voxels.*limit is 215.*voxelize\.size"):
+    with refuses("voxels-too-many", "216", "215", "voxelize.size"):
         grid_of(np.concatenate((points, points)), max_voxels=215, close=0)
 
 
 def test_a_box_that_no_number_can_count_is_refused():
-    with pytest.raises(InputError, match=r"voxels of 1e-06 m.*voxelize\.size"):
+    with refuses("voxels-too-many", "1e-06", "voxelize.size"):
         grid_of([[0, 0, 0], [1e3, 1e3, 1e3]], size=1e-6)
 
 
@@ -131,7 +131,7 @@ def test_a_million_points_in_a_plane_are_handled_or_refused():
     points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
     grid = voxelize(Foreground(points), VoxelizeConfig())
     assert 0 < len(grid.coords) <= VoxelizeConfig().max_voxels
-    with pytest.raises(InputError, match="limit is 1000"):
+    with refuses("voxels-too-many", "1000"):
         voxelize(Foreground(points), VoxelizeConfig(size=0.01, max_voxels=1000))
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.errors import code_in, refuses
 
-from doo3d.errors import InputError
 from doo3d.outputs.recorded import open_results
 from doo3d.viz.video import failed_card, letterboxed, write_video
 
@@ -89,21 +89,26 @@ def test_failed_frames_are_shown_as_such_or_left_out(tmp_path):
 def test_a_picture_that_is_gone_is_named(tmp_path):
     place = results(tmp_path / "out", [(64, 48)] * 2)
     (place / "f1.png").unlink()
-    with pytest.raises(InputError, match=r"f1\.png: is gone"):
+    with refuses("picture-missing", "f1.png"):
         write_video(open_results(place), tmp_path / "a.mp4")
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"), [({"codec": "mpg"}, "there are mp4v"), ({"fps": 0.0}, "above zero"), ({"fps": float("nan")}, "above zero")]
+    ("asked", "code", "parts"),
+    [
+        ({"codec": "mpg"}, "choice-unknown", ("mpg", "mp4v")),
+        ({"fps": 0.0}, "value-out-of-bounds", ("fps 0",)),
+        ({"fps": float("nan")}, "value-out-of-bounds", ("fps nan",)),
+    ],
 )
-def test_what_cannot_be_asked_for(tmp_path, asked, says):
-    with pytest.raises(InputError, match=says):
+def test_what_cannot_be_asked_for(tmp_path, asked, code, parts):
+    with refuses(code, *parts):
         write_video(open_results(results(tmp_path / "out", [(64, 48)])), tmp_path / "a.mp4", **asked)
 
 
 def test_nothing_to_show(tmp_path):
-    with pytest.raises(InputError, match="no frame to show"):
+    with refuses("results-empty"):
         write_video(open_results(results(tmp_path / "out", [])), tmp_path / "a.mp4")
 
 
@@ -119,6 +124,7 @@ def test_the_command(doo3d, tmp_path):
     assert doo3d("video", place) == (0, "3 frames (1 failed, shown as such), 10 per second, 64x48 -> out.mp4\n", "")
     code, _, err = doo3d("video", place)
     assert code == 2
+    assert code_in(err) == "out-exists"
     assert "--force" in err
     said = doo3d("video", place, "--force", "--skip-failed", "--fps", 4)[1]
     assert said == "2 frames (1 failed, left out), 4 per second, 64x48 -> out.mp4\n"
