@@ -43,7 +43,7 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except DooError as error:
-            typer.echo(f"doo3d: {error}" + (f" [{error.code}]" if error.code else ""), err=True)
+            typer.echo(f"doo3d: {error} [{error.code}]", err=True)
             raise typer.Exit(NOTHING_DONE) from None
 
 

@@ -16,7 +16,7 @@ class DooError(Exception):
         sentence may be rewritten from version to version; the code stays.
     """
 
-    def __init__(self, message: str, *, code: str = "") -> None:
+    def __init__(self, message: str, *, code: str) -> None:
         super().__init__(message)
         self.code = code
 

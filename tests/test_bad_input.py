@@ -34,7 +34,7 @@ def test_depth_that_is_none_everywhere(refused, capture, value, mask):
     folder = capture(mask=mask)
     (folder / "depth" / "000000.png").unlink()
     put(folder / "depth" / "000000.tiff", np.full((240, 320), value, np.float32))
-    refused(folder, code="mask-without-depth" if mask else "depth-none")
+    refused(folder, code="depth-none")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.5])
@@ -94,7 +94,7 @@ def test_no_capture(refused, name, code):
         (["--set", "merge.chains=0"], "value-out-of-bounds", "merge.chains"),
         (["--set", "merge.chains"], "override-invalid", "merge.chains"),
         (["-c", "paper_4d"], "preset-unknown", "'paper_4d'"),
-        (["-c", "nowhere.yaml"], "file-unreadable", "nowhere.yaml"),
+        (["-c", "nowhere.yaml"], "file-missing", "nowhere.yaml"),
     ],
 )
 def test_settings_that_cannot_be(refused, capture, args, code, part):

@@ -66,7 +66,7 @@ def test_depth_and_what_is_missing():
         ([frame(0.5, fx=4.0)], r"focal length of 4 px for 40 px of width"),
         ([frame(0.5, cx=39.0)], r"principal point \(39, 15\) lies far from the middle of 40x30"),
         ([Shot(Cloud(np.eye(3) * 400))], r"f0 is 692\.8 m across: are its coordinates metres"),
-        ([frame(0.5), InputError("gone")], r"1 of the 2 frames that were looked at cannot be read"),
+        ([frame(0.5), InputError("gone", code="file-missing")], r"1 of the 2 frames that were looked at cannot be read"),
     ],
 )
 def test_what_looks_wrong(shots, said):
