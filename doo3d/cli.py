@@ -10,8 +10,7 @@ from typer.core import TyperGroup
 
 from . import __version__
 from .commands import evaluate, explain, export, report, tune, video, view
-from .commands.info import info
-from .commands.options import (
+from .commands.arguments import (
     EndOption,
     EveryOption,
     FramesOption,
@@ -22,8 +21,9 @@ from .commands.options import (
     StartOption,
     config_of,
 )
+from .commands.debug_frame import StagesOption, keep_stages, staged
+from .commands.info import info
 from .commands.progress import reporting, say_compiling
-from .commands.stages import StagesOption, keep_stages, staged
 from .errors import DooError
 
 SOME_FAILED, NOTHING_DONE = 1, 2  # exit codes
@@ -140,23 +140,23 @@ def detect(
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
     """
-    from .threads import single_thread
+    from .runs.threads import single_thread
 
     single_thread()
     from .inputs import Reading, open_capture
-    from .inputs.select import Selection, selected
+    from .inputs.frame_selection import Selection, selected
 
     effective = config_of(config, overrides)
     reading = Reading.of(read or [])
     opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
     if static:
-        from .fusion import StaticCapture
+        from .sequence.fusion import StaticCapture
 
         opened = StaticCapture(opened, effective)
     looked_into = staged(opened, stages)
-    from . import batch
-    from .outputs.lines import closing_line
+    from .commands.messages import closing_line
+    from .runs import run as batch
 
     if not quiet:
         say_compiling()
@@ -215,7 +215,7 @@ def compare(
     """
     from .config import load_config, parse_overrides
     from .inputs import Reading, open_capture
-    from .inputs.select import Selection, selected
+    from .inputs.frame_selection import Selection, selected
 
     effective = config_of(config, overrides)
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
@@ -249,7 +249,7 @@ def bench(
     overrides: Overrides = None,
 ) -> None:
     """Print the milliseconds of each stage, in one process and one thread."""
-    from . import bench as timing
+    from .inspection import benchmark as timing
 
     timing.single_thread()
     for i, result in enumerate(timing.bench(captures or [], config_of(config, overrides), runs)):
@@ -274,7 +274,7 @@ def show_config(
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the page of the documentation instead.")] = False,
 ) -> None:
     """Print the effective configuration, each field explained."""
-    from .outputs import settings
+    from .config import documentation as settings
 
     typer.echo(settings.markdown() if markdown else settings.annotated_yaml(config_of(name, overrides)), nl=False)
 
@@ -282,7 +282,7 @@ def show_config(
 @app.command()
 def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where to; made when it is not there.")]) -> None:
     """Render the sample captures and clouds into FOLDER."""
-    from .evaluation.samples import write_samples
+    from .evaluation.sample_captures import write_samples
 
     for path in write_samples(folder):
         typer.echo(path)

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .config import Config
-from .crossings import find_crossings
 from .errors import InputError
-from .evidence import Evidence
+from .stages.crossings import find_crossings
+from .stages.extend_mask import grow
 from .stages.fill import fill
 from .stages.fit import fit
-from .stages.grow import grow
 from .stages.merge import merge
 from .stages.prune import prune
 from .stages.refine import refine
@@ -22,6 +21,7 @@ from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
 from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
+from .visibility import Evidence
 
 
 @dataclass

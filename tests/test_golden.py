@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from golden.renew import AXES, CASES, HERE, difference, found, gap, golden, text
 
-from doo3d.compare.walk import resampled, walk
+from doo3d.geometry.curve_alignment import resampled, walk
 
 MOVED = 0.5  # px
 

@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from builders.paths import ROOT
 
-ROOT = Path(__file__).parents[1] / "doo3d"
+ROOT = ROOT / "doo3d"
 # each layer may import those before it, and what stands beside it where that is said
 LAYERS = [
     {"errors"},

@@ -7,18 +7,18 @@ import re
 
 import numpy as np
 import pytest
+from builders.drawn_masks import CAMERA, frame_of, helix, in_order, line, off, ring, surface, wave
 from builders.errors import refuses
-from stages.drawn import CAMERA, frame_of, helix, in_order, line, off, ring, surface, wave
 
 import doo3d
 from doo3d.config import Config
-from doo3d.geometry import arc_length, steps
+from doo3d.geometry.polyline import arc_length, steps
 from doo3d.pipeline import run_stages
 from doo3d.stages.fill import fill
 from doo3d.stages.fit import fit
-from doo3d.stages.merge import merge
+from doo3d.stages.merge.merge import merge
 from doo3d.stages.prune import prune
-from doo3d.stages.refine import refine
+from doo3d.stages.refine.refine import refine
 from doo3d.stages.thin import thin
 from doo3d.stages.traverse import traverse
 from doo3d.stages.voxelize import voxelize

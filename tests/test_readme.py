@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from builders.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LANGUAGES = {"sh", "python", "text", "json", "yaml"}
 TEST_COMMAND = "pip install '.[test]' && pytest"

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from builders.paths import DATA
 from scipy.spatial import cKDTree
 
 import doo3d
-from doo3d.geometry import angle, densify
+from doo3d.geometry.polyline import angle, densify
 
-FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "rope_d435"
+FOLDER = DATA / "rope_d435"
 FRAMES = ["000", "002", "004", "006", "008", "010"]
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the real frames are not here")

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 import doo3d
-from doo3d.evaluation.renderer import Rendered, render
-from doo3d.evaluation.scenes import make_scene
+from doo3d.evaluation.rendering.renderer import Rendered, render
+from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.pipeline import Stages, run_stages
 from doo3d.types import Detection
 from doo3d.viz.overlay import draw

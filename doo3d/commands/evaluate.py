@@ -10,13 +10,13 @@ import typer
 
 from ..errors import ConfigError, InputError
 from . import photos
-from .options import MaskOption, Overrides, Preset, ReadOption, config_of, save, split
+from .arguments import MaskOption, Overrides, Preset, ReadOption, config_of, save, split
 from .progress import counting, say_compiling
 
 if TYPE_CHECKING:
-    from ..evaluation.cases import Case
-    from ..evaluation.rows import Row
-    from ..evaluation.table import Masking
+    from ..evaluation.benchmark.cases import Case
+    from ..evaluation.benchmark.evaluate import Masking
+    from ..evaluation.benchmark.rows import Row
 
 app = typer.Typer(no_args_is_help=True, help="How good the detection is, against known truth.", rich_markup_mode=None)
 
@@ -67,7 +67,7 @@ def scenes(
       doo3d evaluate scenes --families thin --sensor zivid --pictures worst --worst 3
     """
     _single_thread()
-    from ..evaluation import cases
+    from ..evaluation.benchmark import cases
 
     chosen = cases.scene_cases(_families(families), range(start, start + seeds), _sensor(sensor), _size(size))
     settings = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
@@ -89,7 +89,7 @@ def samples(
 ) -> None:
     """Detect in all captures below FOLDER and score against their truth."""
     _single_thread()
-    from ..evaluation import cases
+    from ..evaluation.benchmark import cases
 
     chosen = cases.folder_cases(folder)
     _run(chosen, {"folder": str(folder)}, (config, overrides), (count, "given"), (table, document, pictures, worst))
@@ -116,7 +116,7 @@ def capture(
       doo3d evaluate capture sample_clouds/crossing --truth sample_clouds/crossing/truth.json
     """
     _single_thread()
-    from ..evaluation import cases
+    from ..evaluation.benchmark import cases
     from ..inputs import Reading
 
     chosen = cases.capture_cases(capture, truth, masks=mask, reading=Reading.of(read or []))
@@ -137,7 +137,7 @@ def results(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d evaluate results out --truth sample_clouds/crossing/truth.json
     """
-    from ..evaluation.results import result_rows
+    from ..evaluation.benchmark.stored_results import result_rows
 
     _say(result_rows(folder, truth), {"results": str(folder), "truth": str(truth)}, table, document)
 
@@ -155,8 +155,8 @@ def ablations(
     """Render hard scenes and score them with one means of the method turned off at a time."""
     _single_thread()
     from ..config import load_config, parse_overrides
-    from ..evaluation.ablations import ABLATIONS, ablate, format_ablations
-    from ..evaluation.cases import scene_cases
+    from ..evaluation.benchmark.ablations import ABLATIONS, ablate, format_ablations
+    from ..evaluation.benchmark.cases import scene_cases
 
     chosen = scene_cases(_families(families), range(start, start + seeds), _sensor(sensor), _size(size))
     own = parse_overrides(overrides or [])
@@ -184,7 +184,7 @@ def tubes(
       doo3d evaluate tubes DIR --seeds 5
     """
     _single_thread()
-    from ..evaluation.tubewise import evaluate_tubes, format_tubes, tube_cases
+    from ..evaluation.metrics.tubes import evaluate_tubes, format_tubes, tube_cases
 
     cases = tube_cases(folder, range(start, start + seeds), _sensor(sensor), _size(size))
     say_compiling()
@@ -206,8 +206,8 @@ def _run(
 
     configured : preset and overrides. how : --count and --mask. out : CSV, JSON, pictures and how many.
     """
-    from ..evaluation.rows import by_family, worst
-    from ..evaluation.table import evaluate
+    from ..evaluation.benchmark.evaluate import evaluate
+    from ..evaluation.benchmark.rows import by_family, worst
 
     count, mask = _one_of("--count", how[0], ("given", "auto")), _one_of("--mask", how[1], MASKS)
     table, document, pictures, drawn = out
@@ -221,7 +221,7 @@ def _run(
     said = {**settings, "count": count, "mask": mask, "config": configured[0], "set": configured[1] or []}
     _say(rows, said, table, document)
     if pictures:
-        from ..evaluation.pictures import write_pictures
+        from ..evaluation.benchmark.pictures import write_pictures
 
         shown = [row for row in rows if row.case is not None]
         try:
@@ -232,7 +232,7 @@ def _run(
 
 
 def _say(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, document: Path | None) -> None:
-    from ..evaluation.report import csv_text, format_table, json_text
+    from ..evaluation.benchmark.tables import csv_text, format_table, json_text
 
     typer.echo(format_table(rows))
     if table:
@@ -242,13 +242,13 @@ def _say(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, d
 
 
 def _single_thread() -> None:
-    from .. import bench
+    from ..inspection import benchmark as bench
 
     bench.single_thread()
 
 
 def _families(names: str) -> list[str]:
-    from ..evaluation.scenes import FAMILIES
+    from ..evaluation.scenes.registry import FAMILIES
 
     chosen = list(FAMILIES) if names == "all" else split(names) or []
     for name in chosen:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .frames import FrameOption, frame_of, new_file
-from .options import MaskOption, Overrides, Preset, ReadOption, config_of, save
+from .arguments import FrameOption, MaskOption, Overrides, Preset, ReadOption, config_of, frame_of, new_file, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..explain import Choice, Explanation
     from ..inputs import Entry
+    from ..inspection.explain import Choice, Explanation
     from ..pipeline import Stages
     from ..types import Bools, Cloud, Frame, Image
 
@@ -47,12 +46,12 @@ def explain(
     if document is not None:
         new_file(document, force)
     say_compiling()
-    from ..explain import explain as account
+    from ..inspection.explain import explain as account
 
     data, stages, given = walked(entry, effective)
     found = account(data, stages, effective, given)
     if document is not None:
-        from ..outputs.document import dumps
+        from ..outputs.detection_json import dumps
 
         save(document, dumps({"frame": entry.name, **found.to_dict()}))
     typer.echo("\n".join([f"frame {entry.name}", *lines(found)]))

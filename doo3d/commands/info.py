@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .options import EndOption, EveryOption, FramesOption, MaskOption, ReadOption, StartOption
+from .arguments import EndOption, EveryOption, FramesOption, MaskOption, ReadOption, StartOption
 
 if TYPE_CHECKING:
-    from ..inputs.base import Shot
-    from ..inputs.summary import Look, Summary
-    from ..viz.sheet import Tile
+    from ..inputs.capture import Shot
+    from ..inputs.inspection import Look, Summary
+    from ..viz.contact_sheet import Tile
 
 SOME_FAILED, ALL_FAILED = 1, 2  # exit codes
 MOST_REASONS = 3  # of frames that cannot be read
@@ -48,13 +48,13 @@ def info(
     Nothing is written but the sheet. Exit code 0: all frames that were looked at can be read; 1: some cannot; 2: none.
     """
     from ..inputs import Reading, format_class, open_capture
-    from ..inputs.select import Selection, selected
-    from ..inputs.summary import summarise
+    from ..inputs.frame_selection import Selection, selected
+    from ..inputs.inspection import summarise
 
     opened = selected(open_capture(capture, masks=mask, reading=Reading.of(read or [])), Selection(every, start, end, frames))
     if sheet:
         _check_place(sheet, capture)
-    from ..viz import sheet as drawing
+    from ..viz import contact_sheet as drawing
 
     tiles: list[Tile] = []
 
@@ -176,7 +176,7 @@ def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     import cv2
 
     from ..outputs.atomic import write_bytes
-    from ..viz.sheet import sheet
+    from ..viz.contact_sheet import sheet
 
     try:
         write_bytes(path, cv2.imencode(path.suffix.lower(), sheet(title, tiles)[:, :, ::-1])[1].tobytes())

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError
-from .options import Overrides, Preset, config_of, save, split
+from .arguments import Overrides, Preset, config_of, save, split
 
 if TYPE_CHECKING:
-    from ..evaluation.photos import Row
+    from ..evaluation.photos.evaluate import Row
 
 Subsets = Annotated[str | None, typer.Option("--subset", metavar="S1,S2", help="Comma-separated subsets; none: all.")]
 KnownCount = Annotated[
@@ -39,10 +39,11 @@ def mbest(
     drawn: DICE of the chains drawn with their own width; labelled: of the mask with each pixel given to the nearest chain;
     ordered: the same with pixels that the right chain covers left to it, as the upper cable's at a crossing.
     """
-    from .. import bench
+    from ..inspection import benchmark as bench
 
     bench.single_thread()
-    from ..evaluation import photos, photos_data
+    from ..evaluation.photos import datasets as photos_data
+    from ..evaluation.photos import evaluate as photos
 
     if single and (masks != "labels" or known_count):
         raise ConfigError(
@@ -66,17 +67,19 @@ def cset(
     pictures: Pictures = None,
 ) -> None:
     """Detect in photographs of cables before busy backgrounds (C1 to C3) and score against their labels."""
-    from .. import bench
+    from ..inspection import benchmark as bench
 
     bench.single_thread()
-    from ..evaluation import photos, photos_data
+    from ..evaluation.photos import datasets as photos_data
+    from ..evaluation.photos import evaluate as photos
 
     entries = photos_data.cset(folder, masks, split(subsets))
     _say_photos(photos.evaluate_photos(entries, config_of(config, overrides), known_count), table, worst, pictures)
 
 
 def _say_photos(rows: list[Row], table: Path | None, worst: int, pictures: Path | None) -> None:
-    from ..evaluation import photos, photos_pictures
+    from ..evaluation.photos import evaluate as photos
+    from ..evaluation.photos import pictures as photos_pictures
 
     typer.echo(photos.format_rows(rows))
     chosen = photos.worst(rows, worst or (5 if pictures else 0))

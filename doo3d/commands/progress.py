@@ -12,7 +12,7 @@ import typer
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from ..evaluation.rows import Row
+    from ..evaluation.benchmark.rows import Row
     from ..runs.frame import FrameRecord
 
 
@@ -42,7 +42,7 @@ class Reporter:
 
     def __call__(self, record: FrameRecord) -> None:
         """Print a frame's line."""
-        from ..outputs.lines import failure_line, frame_line
+        from .messages import failure_line, frame_line
 
         say = self._bar.above if self._bar else typer.echo
         if record.error is not None:

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .looking import Results, free, watching
-from .options import save
+from .arguments import Results, free, save, watching
 
 
 def report(
@@ -27,7 +26,7 @@ def report(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d report out -o report.html
     """
-    from ..outputs.recorded import open_results
+    from ..outputs.run_reader import open_results
     from ..viz.report import report_page
 
     opened = open_results(results)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .frames import FrameOption, frame_of, new_file
-from .options import Overrides, ReadOption, config_of, save
+from .arguments import FrameOption, Overrides, ReadOption, config_of, frame_of, new_file, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
@@ -64,10 +63,10 @@ def tune(
     if picks and region:
         raise InputError("--pick and --box: give one or the other", code="options-conflict")
     say_compiling()
-    from ..outputs.picture import encode_image
-    from ..outputs.settings import annotated_yaml
+    from ..config.documentation import annotated_yaml
     from ..tuning import tune as propose
-    from ..viz.tuned import draw_tuned
+    from ..viz.png import encode_image
+    from ..viz.tuning_preview import draw_tuned
     from ..viz.view import view_of
 
     data = entry.load().data

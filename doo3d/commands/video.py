@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .looking import Results, free, watching
+from .arguments import Results, free, watching
 
 
 def video(
@@ -30,7 +30,7 @@ def video(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d video out -o out.mp4 --fps 5
     """
-    from ..outputs.recorded import open_results
+    from ..outputs.run_reader import open_results
     from ..viz.video import write_video
 
     opened = open_results(results)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .looking import Results, free, watching
+from .arguments import Results, free, watching
 from .progress import say_compiling
 
 
@@ -31,12 +31,12 @@ def view(
       doo3d detect sample_clouds/crossing -o out && doo3d view out
       doo3d view out --save out.rrd                    without a screen; open it elsewhere with: rerun out.rrd
     """
-    from ..outputs.recorded import open_results
+    from ..outputs.run_reader import open_results
 
     opened = open_results(results)
     if save is not None:
         free(save, force)
-    from ..viewer import Viewing, frames_of
+    from ..inspection.rerun_viewer import Viewing, frames_of
 
     names = frames_of(opened, frame)
     viewing = Viewing(opened, save)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .frames import Comparison, Place, compare, compare_chains
-from .run import Record, compare_capture
+from .agreement import Comparison, Place, compare, compare_chains
+from .report import Record, compare_capture
 
 __all__ = ["Comparison", "Place", "Record", "compare", "compare_capture", "compare_chains"]

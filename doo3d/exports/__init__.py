@@ -8,6 +8,6 @@ from __future__ import annotations
 
 from .base import Export
 from .registry import FORMATS, export_class
-from .writing import Exportable, default_path, export
+from .writer import Exportable, default_path, export
 
 __all__ = ["FORMATS", "Export", "Exportable", "default_path", "export", "export_class"]

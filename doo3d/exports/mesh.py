@@ -14,7 +14,7 @@ from pydantic import Field
 from ..errors import require
 from ..types import Detection
 from .base import Thick, colors, labels, upright
-from .links import link_frames
+from .link_frames import link_frames
 
 # glTF: y up, z towards the viewer; a camera has y down and z away, other coordinates z up
 CAMERA_UP = np.diag([1.0, -1.0, -1.0, 1.0])

@@ -13,7 +13,7 @@ from pydantic import Field
 from ..errors import InputError
 from ..types import Chain, Detection, Floats
 from .base import Thick, colors, labels, upright
-from .links import link_frames, turns
+from .link_frames import link_frames, turns
 from .xml import escape, tag
 
 GRAVITY = 9.81  # m/s^2

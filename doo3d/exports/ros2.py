@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..errors import require
 from ..types import Array, Chain, Detection, Floats
 from .base import Thick, colors, labels, times
-from .links import link_frames
+from .link_frames import link_frames
 
 NANO = 1_000_000_000
 ADD, DELETE_ALL, LINE_LIST = 0, 3, 5  # of visualization_msgs/Marker

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..types import Chain, Detection, Floats
 from .base import Thick, colors, labels
-from .links import link_frames, turns
+from .link_frames import link_frames, turns
 from .xml import escape, tag
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))

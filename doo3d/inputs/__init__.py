@@ -10,27 +10,27 @@ import importlib
 from pathlib import Path
 
 from ..errors import InputError
-from ._images import is_image
-from .base import Capture, CaptureFormat, Entry, Shot
-from .masks import MaskedCapture
-from .reading import DEFAULT, Reading
-from .trajectory import PosedCapture
+from .capture import Capture, CaptureFormat, Entry, Shot
+from .external_masks import MaskedCapture
+from .formats.trajectory import PosedCapture
+from .read_options import DEFAULT, Reading
+from .support.images import is_image
 
 __all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
 
 FORMATS: dict[str, str | CaptureFormat] = {
-    "bag": "bags:BagCapture",
-    "tum": "tum:TumCapture",
-    "bop": "bop:BopCapture",
-    "icl": "redwood:IclCapture",
-    "redwood": "redwood:RedwoodCapture",
-    "record3d": "record3d:Record3DCapture",
-    "arrays": "arrays:ArraysCapture",
-    "folder": "folder:FolderCapture",
-    "pairs": "pairs:PairsCapture",
-    "cloud": "cloud:CloudCapture",
-    "photos": "photos:PhotosCapture",
-    "video": "video:VideoCapture",
+    "bag": "bag.reader:BagCapture",
+    "tum": "formats.tum:TumCapture",
+    "bop": "formats.bop:BopCapture",
+    "icl": "formats.redwood:IclCapture",
+    "redwood": "formats.redwood:RedwoodCapture",
+    "record3d": "formats.record3d:Record3DCapture",
+    "arrays": "formats.npz:ArraysCapture",
+    "folder": "formats.open3d_folder:FolderCapture",
+    "pairs": "formats.depth_yaml:PairsCapture",
+    "cloud": "formats.cloud:CloudCapture",
+    "photos": "formats.photos:PhotosCapture",
+    "video": "formats.video:VideoCapture",
 }
 FLAT = ("photos", "video")  # those that give images without depth, for the 2-D mode
 

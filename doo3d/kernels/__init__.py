@@ -9,7 +9,26 @@ def compiled() -> bool:
     """Whether the kernels were compiled before, so that the next run does not spend seconds on it."""
     from numba.core.caching import FunctionCache
 
-    from . import arcs, depth, ends, exchanging, matching, thinning, tracing, walking
+    from . import (
+        arcs,
+        matching,
+        thinning,
+    )
+    from . import (
+        depth_filter as depth,
+    )
+    from . import (
+        end_tangents as ends,
+    )
+    from . import (
+        equal_chords as walking,
+    )
+    from . import (
+        second_best as exchanging,
+    )
+    from . import (
+        skeleton_graph as tracing,
+    )
 
     kernels = (
         *(arcs.path, depth.agreement, ends.courses, exchanging.least, matching.settle),

@@ -1,4 +1,4 @@
-"""Arc, straight line, arc of one radius between two ends: what `doo3d.arcs` is made of.
+"""Arc, straight line, arc of one radius between two ends: what `doo3d.geometry.arcs` is made of.
 
 Vectors are tuples of three numbers; in the plane, `flat`, the third is 0. A turn is where it starts, its direction there, the
 normal it bends towards, its angle in radians, and its radius.

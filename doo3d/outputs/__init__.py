@@ -12,7 +12,7 @@ __all__ = ["FORMATS", "SUFFIXES", "Encoder", "encoded", "encoder"]
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
 FORMATS = {
-    "json": "document:encode",
+    "json": "detection_json:encode",
     "overlay": "picture:encode",
 }
 SUFFIXES = {"json": ".json", "overlay": ".png"}

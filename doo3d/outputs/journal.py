@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from .document import finite
+from .detection_json import finite
 
 
 class Journal:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arcs import tangent_path
 from ..config import FillConfig
-from ..kernels.walking import walk
+from ..geometry.arcs import tangent_path
+from ..kernels.equal_chords import walk
 from ..types import Assembly, Path
 
 

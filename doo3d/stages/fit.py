@@ -8,8 +8,8 @@ import math
 import numpy as np
 
 from ..config import FitConfig
-from ..geometry import steps
-from ..kernels.contour import traverse_contour
+from ..geometry.polyline import steps
+from ..kernels.segment_fitting import traverse_contour
 from ..types import Chain, Floats, Path
 
 

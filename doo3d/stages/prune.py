@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
 from ..errors import require
-from ..geometry import unit
+from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
 
 

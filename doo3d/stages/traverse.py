@@ -15,10 +15,10 @@ from scipy.spatial import cKDTree
 
 from ..config import TraverseConfig
 from ..errors import ConfigError
-from ..geometry import arc_length, moving_mean, resample, steps
+from ..geometry.polyline import arc_length, moving_mean, resample, steps
 from ..kernels.clearance import first_clear
+from ..kernels.skeleton_graph import leaving, trace, without_spurs
 from ..kernels.thinning import neighbours
-from ..kernels.tracing import leaving, trace, without_spurs
 from ..types import Floats, Ints, Path, Skeleton
 
 FREE = -1

@@ -6,14 +6,15 @@ import math
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ..cells import KEY_LIMIT, SAMPLE, SEEDS, contains, distinct, pack, spacing, unpack
 from ..config import VoxelizeConfig
 from ..errors import InputError
+from ..geometry.closing import close
+from ..geometry.mask import bounding_box, mask_radius
+from ..geometry.radius import point_spacing, seen_radius
+from ..geometry.sparse_grid import KEY_LIMIT, pack, unpack
+from ..kernels.skeleton_graph import components
 from ..kernels.thinning import neighbours
-from ..kernels.tracing import components
-from ..silhouette import bounding_box, mask_radius
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 LEAST = 3
@@ -152,63 +153,3 @@ def _finish(coords: Ints, centroids: Floats, counts: Ints, size: float, origin: 
 def _solid(coords: Ints) -> Ints:
     """(M, D) -> (M, 3): a third coordinate of 1 where there are two."""
     return coords if coords.shape[1] == 3 else np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
-
-
-def close(keys: Ints, shape: tuple[int, ...], times: int) -> Ints:
-    """Morphological closing with a (2 times + 1)-cube on ascending keys of a box padded by more than `times`.
-
-    The cube is separable: one axis after the other, dilations first.
-    """
-    strides = [math.prod(shape[d + 1 :]) for d in range(len(shape))]
-    closed = keys
-    for stride in strides:
-        for _ in range(times):
-            closed = distinct(np.concatenate((closed, closed - stride, closed + stride)))
-    for stride in strides:
-        for _ in range(times):
-            closed = closed[contains(closed, closed - stride) & contains(closed, closed + stride)]
-    return distinct(np.concatenate((closed, keys))) if times else keys
-
-
-def point_spacing(foreground: Foreground) -> float:
-    """Typical distance between neighbouring surface points, m: the pixel's footprint, or for a cloud from its density."""
-    if foreground.camera is not None:
-        return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
-    return spacing(foreground.points)
-
-
-def seen_radius(foreground: Foreground, apart: float) -> float:
-    """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
-    if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
-        return max(mask_radius(foreground.mask, foreground.depth, foreground.camera.fx), apart)
-    return max(_cloud_radius(foreground.points, apart), apart)
-
-
-def _cloud_radius(points: Floats, apart: float) -> float:
-    """Median half-width of the cloud where it looks like a strip.
-
-    Round each of some seeds the neighbourhood grows until it is three times as long as it is wide. The variance
-    across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
-    for a whole tube, told apart by the variance in depth.
-    """
-    sample = points[:: max(1, len(points) // SAMPLE)]
-    tree = cKDTree(sample)
-    seeds = sample[:: max(1, len(sample) // SEEDS)]
-    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    found: list[float] = []
-    reach = 3 * apart * math.sqrt(len(points) / len(sample))
-    while len(seeds) and reach < extent:
-        near = tree.query_ball_point(seeds, reach)
-        spread = np.array([_spread(sample[index]) if len(index) > 8 else (0.0, 1.0, 1.0) for index in near])
-        long = spread[:, 1] < spread[:, 2] / 9
-        thin, wide = spread[long, 0], np.maximum(spread[long, 1], 1e-18)
-        found += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
-        seeds = seeds[~long]
-        reach *= 1.3
-    return float(np.median(found)) if found else extent / 6
-
-
-def _spread(points: Floats) -> Floats:
-    """The three variances of points (N, 3) along their principal axes, ascending."""
-    centered = points - points.mean(axis=0)
-    return np.asarray(np.linalg.eigvalsh(centered.T @ centered / len(points)))

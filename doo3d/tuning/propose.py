@@ -11,13 +11,13 @@ import numpy as np
 
 from ..config import Config, HsvRange, SegmentConfig
 from ..errors import InputError
-from ..segmenters import method
-from ..segmenters.hsv import in_ranges
-from ..silhouette import mask_radius
+from ..geometry.mask import mask_radius
 from ..stages.segment import segment
+from ..stages.segment.methods import method
+from ..stages.segment.methods.hsv import in_ranges
 from ..types import Array, Bools, Cloud, Frame, Image
-from .ranges import fit_range, whole
-from .thing import Thin, at_pick, by_itself, thin_part
+from .hsv_range import fit_range, whole
+from .thin_object import Thin, at_pick, by_itself, thin_part
 
 WORK = 1_500_000
 """Pixels of the image in which the thing is looked for; larger ones are made smaller for that."""

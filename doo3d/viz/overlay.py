@@ -7,8 +7,8 @@ import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .canvas import Canvas
+from .chain_ribbon import Strand, bridges
 from .palette import DARK, LIGHT, Rgb, chain_color
-from .strand import Strand, bridges
 from .view import flat_view, view_of
 
 _UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..outputs.atomic import PREFIX
-from ..outputs.recorded import Results
+from ..outputs.frame_status import Told, read_picture, told
+from ..outputs.run_reader import Results
 from ..types import Array
-from .captured import Told, read_picture, told
 from .palette import DARK, LIGHT, Rgb
 
 CODECS = ("mp4v", "avc1", "vp09")

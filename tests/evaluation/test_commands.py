@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from builders.errors import code_in
+from builders.paths import SAMPLES
 
-SAMPLES = Path(__file__).parents[2] / "sample_clouds"
 SMALL = ("--size", "640x480", "--sensor", "perfect", "--families", "straight")
 
 

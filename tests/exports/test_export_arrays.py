@@ -5,12 +5,12 @@ import itertools
 import json
 
 import numpy as np
-import open3d
 import pytest
+from builders.chains import capture, flat, helix, ring
 from builders.errors import refuses
-from shapes import capture, flat, helix, ring
 
 import doo3d
+from doo3d.inputs.support.open3d import open3d
 
 
 def split(values, offsets):
@@ -96,7 +96,7 @@ def test_nodes_of_each_kind_are_the_same_points(tmp_path):
         document = json.loads((tmp_path / f"{stem}.json").read_text())
         np.testing.assert_array_equal(document["nodes"], points)
         assert document["edges"] == [[k, k + 1] for k in range(19)]
-        cloud = np.asarray(open3d.io.read_point_cloud(str(tmp_path / f"{stem}.pcd")).points)
+        cloud = np.asarray(open3d().io.read_point_cloud(str(tmp_path / f"{stem}.pcd")).points)
         np.testing.assert_allclose(cloud, points, atol=1e-7)
     assert np.load(tmp_path / "000001.npy").shape == (0, 3)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import trimesh
-from shapes import RADIUS, capture, helix, ring
+from builders.chains import RADIUS, capture, helix, ring
 
 import doo3d
 from doo3d.exports.base import colors

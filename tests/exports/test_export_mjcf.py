@@ -1,8 +1,8 @@
 import mujoco
 import numpy as np
 import pytest
+from builders.chains import LENGTH, RADIUS, capture, helix, ring, straight
 from builders.errors import refuses
-from shapes import LENGTH, RADIUS, capture, helix, ring, straight
 
 import doo3d
 

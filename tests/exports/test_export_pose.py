@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from builders.chains import capture, flat
 from builders.errors import refuses
 from scipy.spatial.transform import Rotation
-from shapes import capture, flat
 
 import doo3d
 from doo3d.exports.pose import moved, read_pose

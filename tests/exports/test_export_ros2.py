@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+from builders.chains import RADIUS, capture, helix
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
-from shapes import RADIUS, capture, helix
 
 import doo3d
 

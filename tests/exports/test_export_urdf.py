@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import yourdfpy
-from shapes import LENGTH, RADIUS, capture, helix, ring, straight
+from builders.chains import LENGTH, RADIUS, capture, helix, ring, straight
 
 import doo3d
 

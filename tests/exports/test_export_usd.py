@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from builders.chains import LENGTH, START, capture, helix, ring
 from pxr import Usd, UsdGeom
-from shapes import LENGTH, START, capture, helix, ring
 
 import doo3d
 

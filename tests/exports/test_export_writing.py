@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import trimesh
 import yourdfpy
+from builders.chains import capture, flat, helix
 from builders.errors import code_in, refuses
 from pxr import Usd, UsdGeom
 from rosbags.highlevel import AnyReader
-from shapes import capture, flat, helix
 
 import doo3d
 from doo3d import errors
 from doo3d.exports import FORMATS, export_class
-from doo3d.outputs.document import dumps
+from doo3d.outputs.detection_json import dumps
 
 FLAT = {"npz", "csv", "swc"}
 

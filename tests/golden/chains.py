@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 
 from doo3d import Detection, detect, load_config
-from doo3d.evaluation.photos_data import cset, mbest
-from doo3d.evaluation.scenes import FAMILIES
-from doo3d.evaluation.table import render_scenes
+from doo3d.evaluation.benchmark.evaluate import render_scenes
+from doo3d.evaluation.photos.datasets import cset, mbest
+from doo3d.evaluation.scenes.registry import FAMILIES
 from doo3d.inputs import open_capture
 
 HERE = Path(__file__).parent

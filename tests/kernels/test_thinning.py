@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.blobs import blob, coords_of, ring, solid_of, swept, topology, trefoil
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kernels.blobs import blob, coords_of, ring, solid_of, swept, topology, trefoil
 from scipy.spatial import cKDTree
 from skimage.measure import euler_number, label
 from skimage.morphology import skeletonize as lee

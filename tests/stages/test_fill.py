@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doo3d.config import FillConfig
-from doo3d.geometry import angle, steps, unit
+from doo3d.geometry.polyline import angle, steps, unit
 from doo3d.stages.fill import fill
 from doo3d.types import Assembly
 

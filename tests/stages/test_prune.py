@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.config import PruneConfig
-from doo3d.geometry import perpendicular, unit
+from doo3d.geometry.polyline import perpendicular, unit
 from doo3d.stages.prune import overlaps, prune
 from doo3d.types import Chain
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.drawn_masks import helix, surface
 from scipy.spatial import cKDTree
-from stages.drawn import helix, surface
 
 from doo3d.config import ThinConfig, VoxelizeConfig
+from doo3d.kernels.skeleton_graph import components
 from doo3d.kernels.thinning import neighbours
-from doo3d.kernels.tracing import components
 from doo3d.stages.thin import thin
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, VoxelGrid

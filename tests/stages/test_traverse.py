@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from doo3d.config import TraverseConfig
 from doo3d.errors import ConfigError
-from doo3d.geometry import densify, steps
+from doo3d.geometry.polyline import densify, steps
 from doo3d.kernels.thinning import skeletonize
 from doo3d.stages.traverse import traverse
 from doo3d.types import Skeleton

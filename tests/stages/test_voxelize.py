@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.drawn_masks import CAMERA, frame_of, line, surface, wave
 from builders.errors import refuses
 from scipy.ndimage import binary_closing
-from stages.drawn import CAMERA, frame_of, line, surface, wave
 
 from doo3d.config import SegmentConfig, VoxelizeConfig
+from doo3d.kernels.skeleton_graph import components
 from doo3d.kernels.thinning import neighbours
-from doo3d.kernels.tracing import components
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import behind, voxelize
 from doo3d.types import Foreground

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from builders.errors import code_in, refuses
 
-from doo3d.outputs.recorded import open_results
+from doo3d.outputs.run_reader import open_results
 from doo3d.viz.video import failed_card, letterboxed, write_video
 
 COLORS = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]

@@ -15,9 +15,9 @@ from urllib.parse import quote
 from ... import __version__
 from ...errors import DooError, InputError, require
 from ...inputs import Entry, Reading, open_capture
-from ...outputs.document import finite
-from ...outputs.recorded import Results, read_detection
-from ..captured import Told, read_picture, told
+from ...outputs.detection_json import finite
+from ...outputs.frame_status import Told, read_picture, told
+from ...outputs.run_reader import Results, read_detection
 from .packing import pack_chain, pack_cloud, pack_picture
 
 _PICTURES, _CLOUDS = 4_500_000, 5_000_000  # bytes of the page that all thumbnails, and all clouds, may take

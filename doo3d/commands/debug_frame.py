@@ -1,0 +1,81 @@
+"""`doo3d detect --stages`: what every stage made of a frame, as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import InputError
+from .arguments import frame_of, save
+from .explain import lines, walked
+
+if TYPE_CHECKING:
+    from ..config import Config
+    from ..inputs import Capture, Entry
+
+
+StagesOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--stages", metavar="N", help="Keep what every stage made of a frame, by name or number, in OUT/stages; repeat."
+    ),
+]
+
+
+def staged(capture: Capture, wanted: list[str] | None) -> list[Entry]:
+    """The frames whose stages are asked for.
+
+    Raises
+    ------
+    InputError : there is none of that name or number.
+    """
+    return [frame_of(capture, name, "--stages") for name in wanted or []]
+
+
+def keep_stages(out: Path, entries: list[Entry], config: Config) -> None:
+    """Write the stages of the frames, each into a folder of its name in OUT/stages.
+
+    Raises
+    ------
+    InputError : a frame cannot be used, or the folder not written to.
+    """
+    for entry in entries:
+        folder = out / "stages" / entry.name
+        typer.echo(f"{len(write_stages(folder, entry, config))} files of its stages -> {folder}")
+
+
+def write_stages(folder: Path, entry: Entry, config: Config) -> list[Path]:
+    """Write every stage's product of a frame as PLY and PNG into the folder, and `explanation.json` and `.txt` beside them.
+
+    Raises
+    ------
+    InputError : the frame cannot be read or used, or the folder not written to.
+    """
+    from ..inspection.explain import explain
+    from ..inspection.stage_products import products
+    from ..outputs.detection_json import dumps
+    from ..outputs.ply import encode_points
+    from ..types import Image
+    from ..viz.png import encode_image
+    from ..viz.stage_products import draw_product
+    from ..viz.view import flat_view, view_of
+
+    data, stages, mask = walked(entry, config)
+    found = explain(data, stages, config, mask)
+    view = flat_view(data.color) if isinstance(data, Image) else view_of(data)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written to ({error.strerror})", code="out-unwritable") from None
+    files: dict[str, str | bytes] = {
+        "explanation.json": dumps({"frame": entry.name, **found.to_dict()}),
+        "explanation.txt": "\n".join(lines(found)) + "\n",
+    }
+    for product in products(stages, found):
+        files[f"{product.name}.ply"] = encode_points(product.points, product.colors, product.edges)
+        files[f"{product.name}.png"] = encode_image(draw_product(view, product))
+    for name, content in files.items():
+        save(folder / name, content)
+    return [folder / name for name in files]

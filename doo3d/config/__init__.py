@@ -1,0 +1,45 @@
+"""The configuration: models of every section, how a file and overrides become a Config, and its documentation."""
+
+from .loading import known_keys, load_config, parse_overrides, preset_folder, preset_names
+from .models import (
+    Config,
+    EvidenceConfig,
+    FillConfig,
+    FitConfig,
+    FusionConfig,
+    GrowConfig,
+    HsvRange,
+    MergeConfig,
+    PruneConfig,
+    RefineConfig,
+    Section,
+    SegmentConfig,
+    ThinConfig,
+    TracksConfig,
+    TraverseConfig,
+    VoxelizeConfig,
+)
+
+__all__ = [
+    "Config",
+    "EvidenceConfig",
+    "FillConfig",
+    "FitConfig",
+    "FusionConfig",
+    "GrowConfig",
+    "HsvRange",
+    "MergeConfig",
+    "PruneConfig",
+    "RefineConfig",
+    "Section",
+    "SegmentConfig",
+    "ThinConfig",
+    "TracksConfig",
+    "TraverseConfig",
+    "VoxelizeConfig",
+    "known_keys",
+    "load_config",
+    "parse_overrides",
+    "preset_folder",
+    "preset_names",
+]

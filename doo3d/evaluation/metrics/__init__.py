@@ -1,0 +1,1 @@
+"""What a detection is worth beside the truth: the strict score, crossings, merges, node distances."""

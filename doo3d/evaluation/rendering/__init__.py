@@ -1,0 +1,1 @@
+"""RGB-D frames of scenes: tube meshes, rays, the depth sensor's noise."""

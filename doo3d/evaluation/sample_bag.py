@@ -1,0 +1,58 @@
+"""A sample recording: a ROS 2 bag of the first frame of a sample capture."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import require
+from ..inputs.formats.open3d_folder import read_intrinsics
+
+SECOND = 10**9
+TOPICS = "/camera/color/image_raw/compressed", "/camera/aligned_depth_to_color/image_raw/compressedDepth"
+INFO = "/camera/aligned_depth_to_color/camera_info"
+HEAD = bytes(12)  # of compressedDepth: the encoding, 0, and two numbers for inverse depth, not used
+
+
+def write_bag(capture: Path, path: Path) -> Path:
+    """The colour of the first frame as JPEG, its depth as compressedDepth, and the camera; a folder with MCAP in it.
+
+    Raises
+    ------
+    MissingDependency : rosbags is not installed.
+    """
+    rosbag2, typesys = require("rosbags.rosbag2", "bags"), require("rosbags.typesys", "bags")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    camera, _ = read_intrinsics(capture / "camera_intrinsic.json")
+
+    def make(kind: str, **values: Any) -> Any:
+        return store.types[kind](**values)
+
+    header = make("std_msgs/msg/Header", stamp=make("builtin_interfaces/msg/Time", sec=1, nanosec=0), frame_id="camera")
+    k = np.array((camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1))
+    p = np.array((camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0))
+    roi = make("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+    info = make(
+        "sensor_msgs/msg/CameraInfo", header=header, height=camera.height, width=camera.width, distortion_model="plumb_bob",
+        d=np.zeros(5), k=k, r=np.eye(3).ravel(), p=p, binning_x=0, binning_y=0, roi=roi,
+    )  # fmt: skip
+    messages = [(INFO, info)]
+    for topic, file, form in zip(
+        TOPICS,
+        ("color/000000.jpg", "depth/000000.png"),
+        ("rgb8; jpeg compressed bgr8", "16UC1; compressedDepth png"),
+        strict=True,
+    ):
+        data = (HEAD if "Depth" in form else b"") + (capture / file).read_bytes()
+        packed = make("sensor_msgs/msg/CompressedImage", header=header, format=form, data=np.frombuffer(data, np.uint8))
+        messages.append((topic, packed))
+    shutil.rmtree(path, ignore_errors=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
+        for topic, message in messages:
+            kind = message.__msgtype__
+            writer.write(writer.add_connection(topic, kind, typestore=store), SECOND, bytes(store.serialize_cdr(message, kind)))
+    return path

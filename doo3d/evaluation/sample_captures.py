@@ -1,0 +1,192 @@
+"""The sample captures and clouds: rendered, small, with their truth. `python -m doo3d.evaluation.samples FOLDER` writes them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..inputs.support.open3d import open3d
+from ..types import Array, Camera, Floats
+from .rendering.renderer import Rendered, render
+from .sample_bag import write_bag
+from .scenes.model import Scene, Solid, Table, Truth
+from .scenes.registry import make_scene
+from .truth_file import write_truth
+
+# name: family, seed, frames; the seeds were chosen for being telling
+CAPTURES: dict[str, tuple[str, int, int]] = {
+    "straight": ("straight", 3, 1),
+    "crossing": ("crossing", 3, 3),
+    "occluder": ("occluded", 5, 2),
+    "helix": ("air", 11, 1),
+    "two_cables": ("several", 6, 1),
+}
+# name: family, seed, sensor, with the table round the cable too
+CLOUDS: dict[str, tuple[str, int, str, bool]] = {
+    "open.ply": ("open", 1, "d435", False),
+    "crossing.ply": ("crossing", 10, "d435", False),
+    "helix.ply": ("air", 8, "d435", False),
+    "on_table.ply": ("open", 2, "d435", True),
+    "two_cables.npz": ("several", 10, "d435", False),
+}
+# name: family, seed
+PHOTOS: dict[str, tuple[str, int]] = {
+    "four": ("several", 3),
+    "hairpin": ("hairpin", 2),
+    "hidden": ("occluded", 3),
+    "knot": ("knots", 3),
+    "loop": ("crossing", 3),
+    "tangle": ("tangle", 3),
+}
+BAGS = ("crossing",)
+PHOTO_SIZE = (640, 480)
+AXES_SCHEMA = "doo3d/axes/1"
+AXIS_EVERY = 6  # of the points of a true axis, half a millimetre apart, that are written of a photograph
+DEPTH_SCALE = 1000  # units per metre of the depth images
+JPEG_QUALITY = 90
+SWAY = 4.0  # degrees that the camera goes round the scene from frame to frame
+TABLE_MARGIN, TABLE_EVERY = 40, 3  # px round the cable, and every so manieth pixel, of a cloud with its table
+
+
+def write_samples(folder: str | Path) -> list[Path]:
+    """Write all samples below `folder`; the same bytes every time.
+
+    A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
+    `<name>/truth.json`; a cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's
+    optical frame; `bags/<name>` is a ROS 2 bag of a capture's first frame; a photograph is `photos/<name>.jpg` and
+    `photos/mask/<name>.png`, with the true axes of all in `photos/axes.json`, in pixels.
+
+    Returns
+    -------
+    The folders of the captures, the files of the clouds, the bags and the folder of the photographs.
+
+    Raises
+    ------
+    MissingDependency : rosbags is not installed.
+    """
+    folder = Path(folder)
+    captures = [_write_capture(folder / name, *what) for name, what in CAPTURES.items()]
+    clouds = [_write_cloud(folder / "clouds" / name, *what) for name, what in CLOUDS.items()]
+    bags = [write_bag(folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES]
+    return [*captures, *clouds, *bags, _write_photos(folder / "photos")]
+
+
+def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:
+    scene = make_scene(family, seed)
+    truths: dict[str, tuple[Truth, ...]] = {}
+    for part in ("color", "depth"):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    for k in range(frames):
+        name, rendered = f"{k:06d}", render(seen_from(scene, k * SWAY, f"{scene.name}/{k}"))
+        depth = np.round(rendered.frame.depth * DEPTH_SCALE).astype(np.uint16)
+        _write_image(folder / "depth" / f"{name}.png", depth, cv2.IMWRITE_PNG_COMPRESSION, 9)
+        color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
+        _write_image(folder / "color" / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+        truths[name] = rendered.truths
+    write_truth(folder / "truth.json", truths)
+    write_intrinsics(folder / "camera_intrinsic.json", scene.camera)
+    return folder
+
+
+def _write_photos(folder: Path) -> Path:
+    (folder / "mask").mkdir(parents=True, exist_ok=True)
+    axes = {}
+    for name, (family, seed) in PHOTOS.items():
+        rendered = render(make_scene(family, seed, PHOTO_SIZE))
+        color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
+        _write_image(folder / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+        _write_image(folder / "mask" / f"{name}.png", rendered.mask.astype(np.uint8) * 255, cv2.IMWRITE_PNG_COMPRESSION, 9)
+        axes[name] = [_pixel_axis(truth, rendered.frame.camera) for truth in rendered.truths]
+    text = json.dumps({"schema": AXES_SCHEMA, "photos": axes}, separators=(",", ":")).replace("}", "}\n")
+    (folder / "axes.json").write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
+    """The axis of a cable in the image, px to a tenth; its usual radius there; where the camera sees the cable."""
+    chosen = np.append(np.arange(0, len(truth.axis) - 1, AXIS_EVERY), len(truth.axis) - 1)
+    seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen
+    return {
+        "radius": round(float(np.median(truth.radius * camera.fx / truth.axis[:, 2])), 2),
+        "closed": truth.closed,
+        "axis": camera.project(truth.axis[chosen]).round(1).tolist(),
+        "seen": seen[chosen].astype(int).tolist(),
+    }
+
+
+def write_intrinsics(path: Path, camera: Camera) -> None:
+    """The camera as Open3D's recorder writes it: the matrix column by column, pixels."""
+    values = {
+        "width": camera.width,
+        "height": camera.height,
+        "intrinsic_matrix": [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1],
+        "depth_scale": DEPTH_SCALE,
+    }
+    path.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8", newline="\n")
+
+
+def _write_image(path: Path, image: Array, *options: int) -> None:
+    _, data = cv2.imencode(path.suffix, image, options)
+    path.write_bytes(data.tobytes())
+
+
+def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bool) -> Path:
+    rendered = render(make_scene(family, seed), sensor)
+    points, colors = cloud_of(rendered, with_table)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".npz":
+        np.savez_compressed(path, points=points, colors=colors)
+    else:
+        core, cloud = open3d().core, open3d().t.geometry.PointCloud()
+        cloud.point.positions = core.Tensor.from_numpy(points)
+        cloud.point.colors = core.Tensor.from_numpy(colors)
+        open3d().t.io.write_point_cloud(str(path), cloud)
+    write_truth(path.with_suffix(".truth.json"), {path.stem: rendered.truths})
+    return path
+
+
+def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array]:
+    """(N, 3) float32 m in the camera frame and (N, 3) uint8 RGB of the cables' pixels, or of what is round them too."""
+    chosen = rendered.mask
+    if with_table:
+        v, u = np.nonzero(rendered.mask)
+        chosen = np.zeros_like(rendered.mask)
+        around = (slice(max(v.min() - TABLE_MARGIN, 0), v.max() + TABLE_MARGIN, TABLE_EVERY),)
+        chosen[(*around, slice(max(u.min() - TABLE_MARGIN, 0), u.max() + TABLE_MARGIN, TABLE_EVERY))] = True
+    depth = rendered.frame.depth
+    v, u = np.nonzero(chosen & (depth > 0))
+    points = rendered.frame.camera.unproject(np.column_stack((u, v)), depth[v, u])
+    return points.astype(np.float32), np.ascontiguousarray(np.asarray(rendered.frame.color)[v, u])
+
+
+def seen_from(scene: Scene, angle: float, name: str) -> Scene:
+    """The scene as a camera sees it that went round its middle by `angle` degrees, about the view's vertical."""
+    middle = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0)
+    middle[:2] = 0
+    turn = Rotation.from_euler("y", angle, degrees=True)
+
+    def moved(points: Floats) -> Floats:
+        return np.asarray(turn.apply(points - middle) + middle)
+
+    table = scene.table
+    return replace(
+        scene,
+        name=name,
+        cables=tuple(replace(cable, axis=moved(cable.axis)) for cable in scene.cables),
+        occluders=tuple(Solid(moved(solid.vertices), solid.triangles, solid.color) for solid in scene.occluders),
+        table=None if table is None else Table(moved(table.point[None])[0], turn.apply(table.normal), table.color),
+        light=tuple(turn.apply(np.asarray(scene.light)).tolist()),
+    )
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.samples", description="Write the sample captures.")
+    parser.add_argument("folder", type=Path, help="where to; made where it is not there")
+    write_samples(parser.parse_args().folder)

@@ -1,0 +1,1 @@
+"""Scenes of known truth by family and seed."""

@@ -1,0 +1,69 @@
+"""Scenes by family name and seed."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from . import families, knots, tubes
+from . import hard_families as hard
+from .model import Scene
+
+Builder = Callable[[Generator, tuple[int, int]], "Scene | None"]
+
+FAMILIES: dict[str, Builder] = {
+    "straight": families.straight,
+    "open": families.open_curve,
+    "crossing": families.crossing,
+    "crossings": families.crossings,
+    "occluded": families.occluded,
+    "air": families.air,
+    "several": families.several,
+    "clutter": hard.clutter,
+    "tangle": hard.tangle,
+    "hairpin": hard.hairpin,
+    "shiny": hard.shiny,
+    "thin": hard.thin,
+    "far": hard.far,
+    "knots": knots.knots,
+}
+TUBES = "tubes"  # the family whose scenes come from a file
+ATTEMPTS = 400  # draws of a scene before a family is given up
+
+
+def family_rng(family: str, seed: int) -> Generator:
+    """The random numbers of one scene."""
+    return np.random.default_rng([zlib.crc32(family.encode()), seed])
+
+
+def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> Scene:
+    """A scene of known truth; the same arguments give the same scene.
+
+    Parameters
+    ----------
+    family : a key of FAMILIES, or "tubes:" and the path of a tube configuration.
+    seed : 0 or more.
+    size : (width, height) px of the image.
+
+    Raises
+    ------
+    ValueError : no such family.
+    RuntimeError : no scene of this family fits an image of this size.
+    """
+    family, _, path = family.partition(":")
+    if family not in FAMILIES and not (family == TUBES and path):
+        raise ValueError(f"no scene family {family!r}: there are {', '.join(FAMILIES)} and {TUBES}:FILE")
+    builder = partial(tubes.tubes, path) if family == TUBES else FAMILIES[family]
+    rng = family_rng(family + Path(path).stem, seed)
+    for _ in range(ATTEMPTS):
+        scene = builder(rng, size)
+        if scene is not None:
+            name = f"{family}_{Path(path).stem + '_' if path else ''}{seed:03d}"
+            return replace(scene, name=name, family=family, seed=seed)
+    raise RuntimeError(f"scene family {family!r}, seed {seed}: nothing fits an image of {size[0]}x{size[1]}")

@@ -1,0 +1,228 @@
+"""Images and clouds out of ROS messages: sensor_msgs/Image, CompressedImage, PointCloud2."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import cv2
+import numpy as np
+
+from ...errors import InputError
+from ...types import Array
+from ..support.native_output import listening
+
+DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
+_TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
+    "rgb8": (3, None),
+    "8UC3": (3, cv2.COLOR_BGR2RGB),
+    "bgr8": (3, cv2.COLOR_BGR2RGB),
+    "rgba8": (4, cv2.COLOR_RGBA2RGB),
+    "bgra8": (4, cv2.COLOR_BGRA2RGB),
+    "8UC4": (4, cv2.COLOR_BGRA2RGB),
+    "mono8": (1, cv2.COLOR_GRAY2RGB),
+    "8UC1": (1, cv2.COLOR_GRAY2RGB),
+    # ROS names a Bayer pattern by its first two pixels of the first row and of the second, OpenCV by the diagonal one in
+    "bayer_rggb8": (1, cv2.COLOR_BayerRGGB2RGB),
+    "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2RGB),
+    "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2RGB),
+    "bayer_grbg8": (1, cv2.COLOR_BayerGRBG2RGB),
+    "yuv422": (2, cv2.COLOR_YUV2RGB_UYVY),
+    "uyvy": (2, cv2.COLOR_YUV2RGB_UYVY),
+    "yuv422_yuy2": (2, cv2.COLOR_YUV2RGB_YUY2),
+    "yuyv": (2, cv2.COLOR_YUV2RGB_YUY2),
+}
+_TRANSPORT, _PNG16 = "compressedDepth", "compressed 16-bit PNG"
+_GREY = ("mono8", "8UC1")
+_PACKED = struct.Struct("<iff")  # before the image in compressedDepth: the way of packing, two parameters
+_FIELDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # sensor_msgs/PointField
+
+
+def encoding_of(message: Any) -> str:
+    """What an Image or CompressedImage holds: a ROS encoding; for CompressedImage one of the names below or "compressed"."""
+    if hasattr(message, "encoding"):
+        return str(message.encoding)
+    if _TRANSPORT in message.format:
+        return _TRANSPORT
+    head = bytes(message.data[:26])  # of a PNG: bits per channel, and 0 for grey, are the last two of these
+    return _PNG16 if head.startswith(b"\x89PNG") and head[24:] == b"\x10\0" else "compressed"
+
+
+def is_depth(encoding: str) -> bool:
+    """Whether images of this encoding are depth."""
+    return encoding in DEPTH or encoding in (_TRANSPORT, _PNG16)
+
+
+def is_color(encoding: str) -> bool:
+    """Whether images of this encoding are colour, or grey."""
+    return encoding in _TO_RGB or encoding.lower() in _TO_RGB or encoding == "compressed"
+
+
+def is_grey(encoding: str) -> bool:
+    """Whether images of this encoding surely have no colour."""
+    return encoding in _GREY
+
+
+def size_of(message: Any) -> tuple[int, int]:
+    """Width and height of an image."""
+    if hasattr(message, "encoding"):
+        return int(message.width), int(message.height)
+    packed = bytes(message.data)
+    image = _unpack(packed[_PACKED.size :] if encoding_of(message) == _TRANSPORT else packed)
+    return int(image.shape[1]), int(image.shape[0])
+
+
+def depth_of(message: Any, scale: float) -> Array:
+    """(H, W) float32 m, 0 or NaN = none; `scale` are the units per metre of whole numbers (REP 118: 1000).
+
+    Raises
+    ------
+    InputError : it is no depth, or not whole.
+    """
+    encoding = encoding_of(message)
+    if encoding in (_PNG16, "compressed"):
+        image = _unpack(bytes(message.data))
+    elif encoding == _TRANSPORT:
+        image = _packed_depth(message)
+    else:
+        image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
+    if image.ndim != 2 or image.dtype == np.uint8:
+        raise InputError(
+            f"a depth image is of {image.dtype} and shape {image.shape}: is it a picture of the depth?", code="depth-type"
+        )
+    return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
+
+
+def _packed_depth(message: Any) -> Array:
+    """By compressed_depth_image_transport: 16UC1 as it is, 32FC1 as the parameter a / (value - b), 0 = none."""
+    data = bytes(message.data)
+    if len(data) < _PACKED.size:
+        raise InputError("a compressed depth image is cut off", code="message-damaged")
+    _, a, b = _PACKED.unpack_from(data)
+    if not data.startswith(b"\x89PNG", _PACKED.size):
+        raise InputError(
+            f"a compressed depth image ({message.format}) is no PNG, other ways of packing cannot be read",
+            code="encoding-unsupported",
+        )
+    image = _unpack(data[_PACKED.size :])
+    if image.dtype != np.uint16 or image.ndim != 2:
+        raise InputError(
+            f"a compressed depth image is of {image.dtype} and shape {image.shape}, expected 16 bits, one channel",
+            code="depth-type",
+        )
+    if not message.format.startswith("32FC1"):
+        return image
+    with np.errstate(divide="ignore"):
+        return np.where(image > 0, np.float32(a) / (image.astype(np.float32) - np.float32(b)), 0).astype(np.float32)
+
+
+def color_of(message: Any) -> Array:
+    """(H, W, 3) uint8 RGB.
+
+    Raises
+    ------
+    InputError : an encoding that is not known, or not whole.
+    """
+    encoding = encoding_of(message)
+    if encoding == "compressed":
+        image = _unpack(bytes(message.data))
+        if image.dtype != np.uint8:
+            raise InputError(f"a compressed colour image is of {image.dtype}, expected 8 bits", code="color-type")
+        how = {2: cv2.COLOR_GRAY2RGB}.get(image.ndim, cv2.COLOR_BGR2RGB)
+        return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, how))
+    known = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
+    if known is None:
+        raise InputError(
+            f"colour images of encoding {encoding!r} cannot be read, there are {', '.join(_TO_RGB)}", code="encoding-unsupported"
+        )
+    channels, how_known = known
+    image = _rows(message, channels, np.uint8)
+    image = image if channels > 1 else image[:, :, 0]
+    try:
+        return image if how_known is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), how_known))
+    except cv2.error as error:
+        raise InputError(
+            f"an image of {message.width}x{message.height} cannot be of encoding {encoding} ({error.err})", code="color-shape"
+        ) from None
+
+
+def _rows(message: Any, channels: int, dtype: Any) -> Array:
+    """(H, W, channels) of an Image's bytes, without what may fill up its rows."""
+    if dtype is None:
+        raise InputError(
+            f"depth images of encoding {message.encoding!r} cannot be read, there are {', '.join(DEPTH)}",
+            code="encoding-unsupported",
+        )
+    kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
+    height, width, step = message.height, message.width, message.step
+    used = width * channels * kind.itemsize
+    data = np.asarray(message.data, dtype=np.uint8)
+    if not height or not width or step < used or data.size < step * (height - 1) + used:
+        raise InputError(
+            f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}: "
+            "it is not whole",
+            code="message-damaged",
+        )
+    padded = np.zeros(step * height, np.uint8)
+    padded[: min(data.size, padded.size)] = data[: padded.size]
+    rows = np.ascontiguousarray(padded.reshape(height, step)[:, :used])
+    return np.asarray(rows.view(kind).astype(dtype).reshape(height, width, channels))
+
+
+def _unpack(data: bytes) -> Array:
+    image = None
+    with listening() as said:
+        try:
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        except cv2.error:
+            pass
+    if image is None or "premature end" in said.text.lower():
+        raise InputError("a compressed image is damaged or cut off", code="message-damaged")
+    return np.asarray(image)
+
+
+def cloud_of(message: Any) -> tuple[Array, Array | None]:
+    """(N, 3) float m and (N, 3) uint8 RGB or None of a PointCloud2, organised or not; points that are not finite dropped.
+
+    Raises
+    ------
+    InputError : it has no x, y, z, or not as many bytes as it says.
+    """
+    order = ">" if message.is_bigendian else "<"
+    fields = {
+        field.name: (order + _FIELDS[field.datatype], field.offset) for field in message.fields if field.datatype in _FIELDS
+    }
+    if not {"x", "y", "z"} <= set(fields):
+        raise InputError(f"a cloud has the fields {', '.join(fields) or 'none'}, expected x, y and z", code="points-missing")
+    height, width, step, row = message.height, message.width, message.point_step, message.row_step
+    data = np.asarray(message.data, dtype=np.uint8)
+    row = row or step * width
+    if not width or not height:
+        return np.zeros((0, 3)), None
+    if any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values()):
+        raise InputError(f"a cloud has points of {step} bytes, which its fields do not fit into", code="message-damaged")
+    if row < step * width or data.size < row * (height - 1) + step * width:
+        raise InputError(
+            f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is not whole", code="message-damaged"
+        )
+    names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
+    names += [name for name in ("r", "g", "b") if name in fields and fields[name][0][1:] == "u1"]
+    layout = np.dtype(
+        {"names": names, "formats": [fields[n][0] for n in names], "offsets": [fields[n][1] for n in names], "itemsize": step}
+    )
+    rows = [np.frombuffer(data[k * row : k * row + step * width].tobytes(), layout) for k in range(height)]
+    cells = np.concatenate(rows)
+    points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
+    kept = np.isfinite(points).all(axis=1)
+    colors = _colors(cells, order)
+    return points[kept], None if colors is None else colors[kept]
+
+
+def _colors(cells: Array, order: str) -> Array | None:
+    """(N, 3) uint8 from separate bytes, or from 0x00RRGGBB in four bytes, which PCL calls a float."""
+    names = cells.dtype.names or ()
+    packed = next((name for name in ("rgb", "rgba") if name in names), None)
+    if packed is None or cells[packed].dtype.itemsize != 4:
+        return np.stack([cells[c] for c in "rgb"], axis=1) if {"r", "g", "b"} <= set(names) else None
+    value = np.ascontiguousarray(cells[packed]).view(order + "u4")
+    return np.stack([value >> 16 & 255, value >> 8 & 255, value & 255], axis=1).astype(np.uint8)

@@ -1,0 +1,123 @@
+"""Readers of cloud files: PLY and PCD through Open3D, XYZ and NPZ through numpy."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...types import Array
+from ..support.native_output import listening
+from ..support.open3d import open3d
+
+HEAD = 4096  # bytes that are looked at to tell the format, and what a header says
+COMMENTS = ("#", "//")
+
+
+class Points(NamedTuple):
+    """What a file holds.
+
+    points : (N, 3) m. colors : (N, 3) uint8, or floats from 0 to 1; None. viewpoint : (3,) m, where the sensor stood.
+    """
+
+    points: Array
+    colors: Array | None = None
+    viewpoint: Array | None = None
+
+
+def read_open3d(path: Path, kind: str) -> Points:
+    """Points and colours; what Open3D only warns about (and returns as noise or nothing) is an error."""
+    reader = open3d().io
+    with listening() as said:
+        cloud = reader.read_point_cloud(str(path), format=kind)
+    points, colors = np.asarray(cloud.points), np.asarray(cloud.colors)
+    if said.text:
+        if "<= 0" in said.text:
+            raise InputError(f"{path}: holds no points", code="cloud-empty")
+        raise InputError(
+            f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_plain(said.text)})", code="file-damaged"
+        )
+    if kind == "pcd":
+        _check_ascii_pcd(path, len(points))
+    viewpoint = _pcd_viewpoint(path) if kind == "pcd" else None
+    return Points(points, colors if len(colors) else None, viewpoint)
+
+
+def _check_ascii_pcd(path: Path, count: int) -> None:
+    """Open3D fills up an ASCII PCD that ends too early with noise and says nothing: count the rows."""
+    text = path.read_bytes()
+    found = re.search(rb"^DATA\s+ascii\s*\n", text, re.MULTILINE)
+    if not found:
+        return
+    rows = text[found.end() :].splitlines()
+    widths = {len(row.split()) for row in rows} - {0}
+    if len(rows) < count or len(widths) > 1:
+        raise InputError(
+            f"{path}: is cut off or damaged: {count} points are announced, {len(rows)} rows follow", code="file-damaged"
+        )
+
+
+def _pcd_viewpoint(path: Path) -> Array | None:
+    """(3,) m, where the header's VIEWPOINT (tx ty tz qw qx qy qz) puts the sensor.
+
+    None where it says nothing, or the default 0 0 0 1 0 0 0, which writers put there that do not know.
+    """
+    with path.open("rb") as file:
+        found = re.search(rb"^VIEWPOINT[ \t]+(.*)$", file.read(HEAD).partition(b"\nDATA")[0], re.MULTILINE)
+    if found is None:
+        return None
+    try:
+        values = np.array(found[1].split(), dtype=float)
+    except ValueError:
+        values = np.zeros(0)
+    if values.shape != (7,) or not np.isfinite(values).all():
+        raise InputError(
+            f"{path}: VIEWPOINT is {found[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz",
+            code="viewpoint-invalid",
+        )
+    return None if (values == (0, 0, 0, 1, 0, 0, 0)).all() else values[:3]
+
+
+def _plain(text: str) -> str:
+    """The first thing that was said, without colours and prefixes."""
+    first = re.sub(r"\x1b\[[\d;]*m", "", text).splitlines()[0]
+    return re.sub(r"^\[Open3D \w+\]\s*", "", first)
+
+
+def read_xyz(path: Path) -> Points:
+    """Through numpy: Open3D passes over rows that it cannot read, trimesh runs ragged rows together."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        text = file.read()
+    first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)), "")
+    if not first:
+        raise InputError(f"{path}: holds no points", code="cloud-empty")
+    for mark in ",;":
+        if mark in first:
+            text = text.replace(mark, " ")
+    try:
+        rows = np.loadtxt(text.splitlines(), comments=COMMENTS, ndmin=2)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: is cut off or not XYZ (rows of equally many numbers, x y z first): {error}", code="file-damaged"
+        ) from None
+    if rows.shape[1] < 3:
+        raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z", code="points-shape")
+    rest = rows[:, 3:6]
+    has_colors = rows.shape[1] == 6 and bool(((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all())
+    return Points(rows[:, :3], rest.astype(np.uint8) if has_colors else None)
+
+
+def read_npz(path: Path) -> Points:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            if "points" not in arrays:
+                raise InputError(
+                    f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres", code="points-missing"
+                )
+            return Points(arrays["points"], arrays["colors"] if "colors" in arrays else None)
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})", code="file-damaged") from None

@@ -1,0 +1,123 @@
+"""A scene in the format of the BOP benchmark: `scene_camera.json` with the camera of each image.
+
+Hodaň et al., *BOP: Benchmark for 6D Object Pose Estimation* (ECCV 2018); bop_toolkit, docs/bop_datasets_format.md.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...errors import InputError
+from ...types import Floats
+from ..capture import Entry, Shot
+from ..read_options import DEFAULT, Reading
+from ..support.depth_frames import Files, Pinhole, Sensor, load_files, pinhole_of, pose_of, read_json
+from ..support.listing import images_in
+
+CAMERAS = "scene_camera.json"
+_COLORS = ("rgb", "gray")
+_MILLI = 1000.0
+
+
+class BopCapture:
+    """The images of a scene by their number, each with the camera, the unit of depth and the pose that the scene has for it.
+
+    The object's pixels are the visible parts of all annotated objects (`mask_visib/`), where they are neither nothing nor the
+    whole image.
+    """
+
+    what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"
+    format = "bop"
+
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+        self.path = path
+        cameras = read_json(path / CAMERAS)
+        depth = images_in(path / "depth")
+        if not depth:
+            raise InputError(f"{path / 'depth'}: there are no depth images", code="folder-empty")
+        folder = next((path / name for name in _COLORS if (path / name).is_dir()), None)
+        color = images_in(folder) if folder else {}
+        masks = defaultdict(list)
+        for name, file in images_in(path / "mask_visib").items():
+            masks[name.partition("_")[0]].append(file)
+        self.frames = [
+            Entry(
+                name,
+                depth.get(name, path / "depth"),
+                partial(
+                    _load,
+                    path,
+                    name,
+                    depth.get(name),
+                    color.get(name),
+                    folder,
+                    tuple(masks.get(name, ())),
+                    cameras.get(str(int(name))) if name.isdecimal() else None,
+                    reading,
+                ),
+            )
+            for name in sorted({**depth, **color})
+        ]
+
+    @staticmethod
+    def recognises(path: Path) -> bool:
+        """Whether `path` is a folder with the cameras of a scene."""
+        return (path / CAMERAS).is_file()
+
+
+def _load(
+    path: Path,
+    name: str,
+    depth: Path | None,
+    color: Path | None,
+    folder: Path | None,
+    masks: tuple[Path, ...],
+    camera: Any,
+    reading: Reading,
+) -> Shot:
+    if depth is None:
+        raise InputError(f"{path / 'depth'}: there is no depth image {name}", code="depth-missing")
+    if folder is not None and color is None:
+        raise InputError(f"{folder}: there is no image {name} for {depth}", code="color-missing")
+    where = f"{path / CAMERAS}: image {int(name) if name.isdecimal() else name}"
+    if not isinstance(camera, dict):
+        raise InputError(f"{where}: is not there (or not an object), expected cam_K and depth_scale", code="intrinsics-missing")
+    sensor = Sensor(_pinhole(camera, reading, where), _scale(camera, reading, where))
+    return load_files(Files(depth, color, masks), sensor, name, None, _pose(camera, where))
+
+
+def _pinhole(camera: dict[str, Any], reading: Reading, where: str) -> Pinhole:
+    if reading.camera is not None:
+        return reading.camera
+    if "cam_K" not in camera:
+        raise InputError(f"{where}: has no cam_K", code="intrinsics-missing")
+    return pinhole_of(camera["cam_K"], f"{where}: cam_K")
+
+
+def _scale(camera: dict[str, Any], reading: Reading, where: str) -> float:
+    """Units per metre, from millimetres per unit."""
+    if reading.depth_scale is not None:
+        return reading.depth_scale
+    scale = camera.get("depth_scale")
+    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
+        raise InputError(
+            f"{where}: depth_scale is {scale!r}, expected millimetres per unit, above zero (1 for millimetres)",
+            code="depth-scale-invalid",
+        )
+    return _MILLI / scale
+
+
+def _pose(camera: dict[str, Any], where: str) -> Floats | None:
+    """Camera to world, m; the file has world to camera, mm."""
+    if camera.get("cam_R_w2c") is None or camera.get("cam_t_w2c") is None:
+        return None
+    seen = pose_of(camera["cam_R_w2c"], camera["cam_t_w2c"], f"{where}: cam_R_w2c, cam_t_w2c")
+    pose = np.eye(4)
+    pose[:3, :3] = seen[:3, :3].T
+    pose[:3, 3] = -seen[:3, :3].T @ seen[:3, 3] / _MILLI
+    return pose

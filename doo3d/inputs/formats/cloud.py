@@ -1,0 +1,130 @@
+"""Point clouds: one in a file (PLY, PCD, XYZ, NPZ, LAS, LAZ), several in an E57 file, a folder of any of these."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from ...errors import InputError
+from ...types import Array, Cloud
+from ..capture import Entry, Shot
+from ..read_options import DEFAULT, Reading
+from ..support.listing import images_in
+from ._cloud_files import COMMENTS, HEAD, Points, read_npz, read_open3d, read_xyz
+from ._laser_scans import count_e57, read_e57, read_las
+
+SUFFIXES = (".ply", ".pcd", ".xyz", ".npz", ".las", ".laz", ".e57")  # of files in folders
+_NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|inf)"
+_ROW = re.compile(rf"\s*{_NUMBER}(?:[\s,;]+{_NUMBER}){{2,}}[\s,;]*", re.IGNORECASE)
+
+
+class CloudCapture:
+    """The clouds of a file or a folder, in metres, in whatever frame the file has; the viewpoint where the file says it.
+
+    An E57 file of several scans gives a frame for each, `<name>_000` and so on. A folder's files come in the order of
+    their names, numbers as numbers; one that cannot be read fails alone.
+    """
+
+    what: ClassVar[str] = (
+        "a cloud file, or a folder of them: PLY, PCD, XYZ (columns x y z, with r g b if six), NPZ (points, with colors), "
+        "LAS, LAZ, E57"
+    )
+    format = "cloud"
+
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+        self.path = path
+        files = images_in(path, SUFFIXES).values() if path.is_dir() else [path]
+        self.frames = [entry for file in files for entry in _entries(file, alone=file == path)]
+
+    @staticmethod
+    def recognises(path: Path) -> bool:
+        """Whether `path` is a file that starts as clouds do, or failing that is called so; or a folder with such files."""
+        if path.is_dir():
+            return any(_is_cloud(file) for file in sorted(path.iterdir()) if not file.name.startswith("."))
+        return path.is_file() and _kind(path) is not None
+
+
+def _entries(file: Path, alone: bool) -> list[Entry]:
+    try:
+        count = count_e57(file) if _kind(file) == "e57" else 1
+    except (InputError, OSError):
+        if alone:
+            raise
+        count = 1  # whose loading says why
+    if count > 1:
+        names = [f"{file.stem}_{i:03d}" for i in range(count)]
+        return [Entry(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
+    return [Entry(file.stem, file, partial(_load, file, file.stem))]
+
+
+def _is_cloud(file: Path) -> bool:
+    """Whether a file in a folder is a cloud: by its name, an NPZ by what it holds, for others use that format too."""
+    if file.suffix.lower() not in SUFFIXES or not file.is_file():
+        return False
+    if file.suffix.lower() != ".npz":
+        return True
+    try:
+        return "points.npy" in zipfile.ZipFile(file).namelist()
+    except (zipfile.BadZipFile, OSError):
+        return False
+
+
+def _kind(path: Path) -> str | None:
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    if re.match(rb"ply\s", head):
+        return "ply"
+    for start, kind in ((b"LASF", "las"), (b"ASTM-E57", "e57")):
+        if head.startswith(start):
+            return kind
+    stated = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
+    if head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", stated):
+        return "pcd"
+    if head.startswith(b"PK\x03\x04") and b".npy" in head:
+        return "npz"
+    lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
+    rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
+    if rows and _ROW.fullmatch(rows[0]):
+        return "xyz"
+    # the content is none of these: a name that says so gets the reason from the reader
+    suffix = path.suffix.lower()
+    return {".laz": "las"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
+
+
+def _load(path: Path, name: str, scan: int = 0) -> Shot:
+    try:
+        if not path.stat().st_size:
+            raise InputError(f"{path}: is empty", code="file-empty")
+        found = read_e57(path, scan) if (kind := _kind(path) or "") == "e57" else _READERS[kind](path)
+        cloud = Cloud(found.points, _bytes(found.colors), found.viewpoint, name)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
+    if not len(cloud.points):
+        raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
+    return Shot(cloud)
+
+
+def _bytes(colors: Array | None) -> Array | None:
+    """Colours as uint8; those in floats are 0 to 1."""
+    if colors is None or colors.dtype == np.uint8:
+        return colors
+    if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():
+        raise InputError(f"colors are {colors.dtype}, expected uint8, or floats from 0 to 1", code="color-type")
+    return np.asarray(np.rint(colors * 255), dtype=np.uint8)
+
+
+_READERS: dict[str, Callable[[Path], Points]] = {
+    "ply": partial(read_open3d, kind="ply"),
+    "pcd": partial(read_open3d, kind="pcd"),
+    "xyz": read_xyz,
+    "npz": read_npz,
+    "las": read_las,
+}

@@ -1,0 +1,161 @@
+"""A folder as Open3D's recorder writes it: `depth/`, `color/`, `mask/` and `camera_intrinsic.json`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...errors import InputError
+from ...types import Camera, Frame
+from ..capture import Entry, Shot
+from ..read_options import DEFAULT, Reading
+from ..support.depth_frames import Pinhole, camera_for
+from ..support.images import SUFFIXES, read_color, read_depth, read_mask
+from ..support.listing import images_in, located, natural, paired
+
+INTRINSICS = "camera_intrinsic.json"
+COLORS = ("color", "rgb", "image")
+DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
+
+
+class FolderCapture:
+    """Frames of a folder, in the order of their names, numbers as numbers.
+
+    Images belong together when their names without suffix agree; where none do, by order if there are equally many. The
+    intrinsics and the unit of depth that the user gives go before those of the folder, which may then be missing.
+    """
+
+    what: ClassVar[str] = (
+        f"a folder with depth/ (16-bit PNG), color/ (optional), mask/ (optional) and {INTRINSICS} (width, height, "
+        "intrinsic_matrix, depth_scale)"
+    )
+    format = "folder"
+
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+        self.path = path
+        depth = images_in(path / "depth")
+        if not depth:
+            raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
+        camera, scale = _lens(path / INTRINSICS, reading)
+        color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
+        others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
+        names = sorted(set(depth).union(*others.values()), key=natural)
+        self.frames = [
+            Entry(
+                name,
+                depth.get(name, path / "depth"),
+                partial(_load, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale),
+            )
+            for name in names
+        ]
+
+    @staticmethod
+    def recognises(path: Path) -> bool:
+        """Whether `path` is a folder with one of the parts that only this layout has."""
+        return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
+
+
+def _lens(path: Path, reading: Reading) -> tuple[Camera | Pinhole, float]:
+    """The camera, or as much of it as the user gives, and the units per metre."""
+    if reading.camera is not None and not path.exists():
+        return reading.camera, reading.depth_scale or DEFAULT_DEPTH_SCALE
+    camera, scale = read_intrinsics(path)
+    return reading.camera or camera, reading.depth_scale or scale
+
+
+def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> Shot:
+    for part, file in {"depth": depth, **others}.items():
+        if file is None:
+            raise InputError(
+                f"{part}/ has no image for frame {name}", code=f"{part if part in ('depth', 'mask') else 'color'}-missing"
+            )
+    assert depth is not None
+    mask = others.get("mask")
+    color = next((file for part, file in others.items() if part in COLORS), None)
+    try:
+        metres = read_depth(depth, scale)
+        camera = camera if isinstance(camera, Camera) else camera_for(camera, metres.shape)
+        frame = Frame(read_color(color) if color else None, metres, camera, name)
+    except InputError as error:
+        raise located(error, depth) from None
+    try:
+        return Shot(frame, read_mask(mask, metres.shape) if mask else None)
+    except InputError as error:
+        raise located(error, mask or depth) from None
+
+
+def read_intrinsics(path: Path) -> tuple[Camera, float]:
+    """The camera and the units per metre of the depth images.
+
+    Raises
+    ------
+    InputError : not there, not JSON, or a value missing or impossible; the message names file and key.
+    """
+    try:
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --read 'camera=[fx, fy, cx, cy]'",
+            code="intrinsics-missing",
+        ) from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
+    if not isinstance(values, dict):
+        raise InputError(
+            f"{path}: expected an object with width, height and intrinsic_matrix, got {type(values).__name__}",
+            code="json-invalid",
+        )
+    for key in ("width", "height", "intrinsic_matrix"):
+        if key not in values:
+            raise InputError(f"{path}: has no {key}", code="intrinsics-missing")
+    matrix = _matrix(path, values["intrinsic_matrix"])
+    size = {key: _whole(path, key, values[key]) for key in ("width", "height")}
+    try:
+        camera = Camera(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], **size)
+    except InputError as error:
+        raise InputError(f"{path}: {error}", code=error.code) from None
+    scale = values.get("depth_scale", DEFAULT_DEPTH_SCALE)
+    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
+        raise InputError(
+            f"{path}: depth_scale is {scale!r}, expected units per metre above zero (1000 for millimetres)",
+            code="depth-scale-invalid",
+        )
+    return camera, float(scale)
+
+
+def _matrix(path: Path, given: Any) -> Any:
+    """(3, 3) float, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], from nine numbers column by column or three columns."""
+    try:
+        flat = np.array(given, dtype=float).ravel()
+    except (TypeError, ValueError):
+        flat = np.zeros(0)
+    if flat.size != 9 or isinstance(given, str):
+        got = len(given) if isinstance(given, list) else repr(given)
+        raise InputError(
+            f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}",
+            code="intrinsics-invalid",
+        )
+    matrix = flat.reshape(3, 3).T
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}", code="intrinsics-invalid")
+    if (matrix[2] != (0, 0, 1)).any():
+        raise InputError(
+            f"{path}: intrinsic_matrix is {given}: expected column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1); "
+            "it seems to be given row by row",
+            code="intrinsics-invalid",
+        )
+    return matrix
+
+
+def _whole(path: Path, key: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value < 2**31 or value != int(value):
+        raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid")
+    return int(value)

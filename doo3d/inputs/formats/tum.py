@@ -1,0 +1,93 @@
+"""A sequence of the TUM RGB-D benchmark, and what is recorded in its layout.
+
+Sturm, Engelhard, Endres, Burgard, Cremers, *A Benchmark for the Evaluation of RGB-D SLAM Systems* (IROS 2012);
+cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from ...errors import InputError
+from ...types import Floats, Ints
+from ..capture import Entry
+from ..read_options import DEFAULT, Reading
+from ..support.depth_frames import Files, Sensor, load_files
+from .trajectory import Trajectory, read_lines, read_trajectory, rising
+
+SCALE = 5000.0  # units per metre
+PINHOLE, SIZE = (525.0, 525.0, 319.5, 239.5), (640, 480)  # the benchmark's default, px
+DEPTH, COLOR, TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
+
+
+class TumCapture:
+    """Pairs of the depth and colour images that two lists name, in the order of their times.
+
+    A depth image and a colour image belong together when their times differ by no more than the tolerance, each in one pair
+    at most, the nearest first. Those without a partner are left out, as by the benchmark's associate.py; without `rgb.txt`
+    each depth image is a frame. A frame is called as its depth image and has its time.
+    """
+
+    what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
+    format = "tum"
+
+    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+        self.path = path
+        times, depth = _listed(path / DEPTH)
+        color: list[Path | None] = [None] * len(depth)
+        if (path / COLOR).is_file():
+            others, images = _listed(path / COLOR)
+            one, other = associate(times, others, reading.tolerance)
+            if not len(one):
+                raise InputError(
+                    f"{path}: {DEPTH} goes from {times[0]} to {times[-1]} s, {COLOR} from {others[0]} to {others[-1]} s: no "
+                    f"two images are within {reading.tolerance} s of each other (--read tolerance=...)",
+                    code="times-apart",
+                )
+            times, depth, color = times[one], [depth[i] for i in one], [images[i] for i in other]
+        truth = read_trajectory(path / TRUTH) if (path / TRUTH).is_file() else None
+        sensor = Sensor(reading.camera or PINHOLE, reading.depth_scale or SCALE, None if reading.camera else SIZE)
+        self.frames = [
+            _entry(Files(*files), sensor, time, truth, reading.tolerance)
+            for files, time in zip(zip(depth, color, strict=True), times.tolist(), strict=True)
+        ]
+
+    @staticmethod
+    def recognises(path: Path) -> bool:
+        """Whether `path` is a folder with the list of depth images, or with that of colour images beside `depth/`."""
+        return path.is_dir() and ((path / DEPTH).is_file() or ((path / COLOR).is_file() and (path / "depth").is_dir()))
+
+
+def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]:
+    """Which times of two rising lists (N,) and (M,) s belong together: indices of both, (P,) each, rising.
+
+    Pairs no farther apart than the tolerance, the nearest first, each time in one pair at most: the rule of the benchmark's
+    associate.py.
+    """
+    low, high = np.searchsorted(other, one - tolerance), np.searchsorted(other, one + tolerance, side="right")
+    i = np.repeat(np.arange(len(one)), high - low)
+    j = np.concatenate([np.arange(a, b) for a, b in zip(low, high, strict=True)]) if len(i) else np.zeros(0, int)
+    pairs: dict[int, int] = {}
+    taken: set[int] = set()
+    for k in np.lexsort((j, i, np.abs(one[i] - other[j]))):
+        if i[k] not in pairs and j[k] not in taken:
+            pairs[int(i[k])] = int(j[k])
+            taken.add(int(j[k]))
+    first = np.array(sorted(pairs), dtype=int)
+    return first, np.array([pairs[a] for a in first.tolist()], dtype=int)
+
+
+def _listed(path: Path) -> tuple[Floats, list[Path]]:
+    """Times (N,) s, and the files of a list."""
+    rows = read_lines(path, 2, "time and file name")
+    return rising(path, rows), [path.parent / " ".join(words[1:]) for _, words in rows]
+
+
+def _entry(files: Files, sensor: Sensor, time: float, truth: Trajectory | None, tolerance: float) -> Entry:
+    pose = truth.at(time, tolerance) if truth else None
+    name = files.depth.stem
+    return Entry(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)

@@ -1,0 +1,110 @@
+"""Results read back: the folder that `doo3d detect` wrote."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..types import COORDINATES, SCHEMA, Chain, Connection, Crossing, Detection, Place
+from .detection_json import read_object
+from .run_folder import MANIFEST
+
+
+@dataclass(frozen=True)
+class Results:
+    """What became of a capture.
+
+    path : the folder. manifest : as it is on the disk. frames : of those that are fine, their names, in order.
+    """
+
+    path: Path
+    manifest: dict[str, Any]
+    frames: tuple[str, ...]
+
+    def detections(self) -> Iterator[Detection]:
+        """What was found in each of `frames`, one at a time.
+
+        Raises
+        ------
+        InputError : a file of a frame is not there or damaged.
+        """
+        for name in self.frames:
+            yield read_detection(self.path / f"{name}.json")
+
+
+def open_results(path: str | Path) -> Results:
+    """The results of a run.
+
+    Raises
+    ------
+    InputError : there is no manifest of doo3d in the folder, or it is damaged.
+    """
+    path = Path(path)
+    try:
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        if not str(manifest["schema"]).startswith("doo3d/manifest/"):
+            raise KeyError("schema")
+        frames = tuple(str(frame["name"]) for frame in manifest["frames"] if frame["status"] == "ok")
+    except OSError as error:
+        raise InputError(
+            f"{path}: is no folder of results: no {MANIFEST} ({error.strerror}); run doo3d detect", code="results-missing"
+        ) from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
+    return Results(path, manifest, frames)
+
+
+def read_detection(path: str | Path) -> Detection:
+    """What `doo3d detect` wrote of one frame.
+
+    Raises
+    ------
+    InputError : not there, not JSON, of another schema, or damaged.
+    """
+    values = read_object(path, SCHEMA, "a detection")
+    try:
+        return _detection(values)
+    except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
+        raise InputError(f"{path}: something is missing or broken in it ({error!r})", code="results-damaged") from None
+
+
+def _detection(values: dict[str, Any]) -> Detection:
+    names = {text: key for key, text in COORDINATES.items()}
+    dim = {"3d": 3, "2d": 2}[values["mode"]]
+    return Detection(
+        tuple(_chain(chain, dim) for chain in values["chains"]),
+        mode=values["mode"],
+        coordinates=names[values["coordinates"]],
+        frame=str(values["frame"]),
+        timestamp=values.get("timestamp"),
+        seconds={stage: float(taken) for stage, taken in values.get("seconds", {}).items()},
+        notes=tuple(values.get("notes", ())),
+        crossings=tuple(_crossing(crossing) for crossing in values.get("crossings", ())),
+    )
+
+
+def _chain(values: dict[str, Any], dim: int) -> Chain:
+    joints = np.array(values["joints"], dtype=float)
+    if joints.ndim != 2 or joints.shape[1] != dim or not np.isfinite(joints).all():
+        raise ValueError(f"joints {joints.shape}, expected (N + 1, {dim}), finite")
+    return Chain(
+        joints,
+        float(values["segment_length"]),
+        float("nan") if values["radius"] is None else float(values["radius"]),
+        radii=np.array([float("nan") if each is None else each for each in values.get("radii", ())], dtype=float),
+        occluded=np.array(values["occluded"], dtype=bool),
+        closed=bool(values["closed"]),
+        connections=tuple(Connection(int(item["segment"]), float(item["sure"])) for item in values.get("connections", ())),
+        id=values.get("id"),
+    )
+
+
+def _crossing(values: dict[str, Any]) -> Crossing:
+    upper, lower = (Place(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
+    return Crossing(upper, lower, np.array(values["point"], dtype=float), float(values["sure"]))

@@ -1,0 +1,1 @@
+"""What the frames of one capture tell each other: tracking and fusion."""

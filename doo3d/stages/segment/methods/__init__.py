@@ -1,0 +1,28 @@
+"""Ways of telling the object from the rest.
+
+One file each with one function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a Cloud.
+To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ....config import SegmentConfig
+from ....types import Bools, Cloud, Frame, Image
+from . import auto, background, everything, hsv, plane, ridge
+
+Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools]
+
+SEGMENTERS: dict[str, Segmenter] = {
+    "hsv": hsv.mask,
+    "plane": plane.mask,
+    "background": background.mask,
+    "everything": everything.mask,
+    "ridge": ridge.mask,
+}
+
+
+def method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
+    """The name in SEGMENTERS of the way that the config wants, `auto` resolved by what config and data hold."""
+    return auto.choose(data, config) if config.method == "auto" else config.method

@@ -1,0 +1,25 @@
+"""The data is already the object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....config import SegmentConfig
+from ....errors import InputError
+from ....types import Bools, Cloud, Frame, Image
+
+
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
+    """Every pixel with depth, every point.
+
+    Raises
+    ------
+    InputError : an image, where everything is the background too.
+    """
+    if isinstance(data, Image):
+        raise InputError(
+            "segment.method is everything, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
+        )
+    if isinstance(data, Cloud):
+        return np.ones(len(data.points), dtype=bool)
+    return np.asarray(data.depth > 0)

@@ -1,0 +1,125 @@
+"""Cables by formula: points of their surface, depth images of them, and how far a chain is from the true axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from doo3d.geometry.polyline import densify, tangents
+from doo3d.types import Array, Bools, Camera, Chain, Floats, Frame
+
+CAMERA = Camera(fx=900.0, fy=900.0, cx=320.0, cy=240.0, width=640, height=480)
+
+
+def line(a: Array, b: Array) -> Floats:
+    """A straight axis, (P, 3) m."""
+    return np.asarray(np.linspace(a, b, 400), dtype=float)
+
+
+def ring(middle: Array, radius: float, tilt: float = 0.0) -> Floats:
+    """A circle facing the camera, or tilted about x by radians; the last point is the first."""
+    t = np.linspace(0, 2 * np.pi, 400)
+    flat = radius * np.column_stack((np.cos(t), np.sin(t) * np.cos(tilt), np.sin(t) * np.sin(tilt)))
+    return np.asarray(middle + flat)
+
+
+def wave(length: float = 0.3, depth: float = 0.5, height: float = 0.03, dive: float = 0.01) -> Floats:
+    """A gentle wave across the view, up and down and to and fro."""
+    t = np.linspace(0, 1, 500)
+    swing = (length * (t - 0.5), height * np.sin(2 * np.pi * t), depth + dive * np.cos(3 * np.pi * t))
+    return np.asarray(np.column_stack(swing))
+
+
+def helix(turns: float = 1.5, radius: float = 0.05, pitch: float = 0.06) -> Floats:
+    """A helix about the x axis in front of the camera."""
+    t = np.linspace(0, 2 * np.pi * turns, 600)
+    return np.column_stack((pitch * (t / (2 * np.pi) - turns / 2), radius * np.cos(t), 0.5 + radius * np.sin(t)))
+
+
+def surface(axis: Floats, radius: float, viewpoint: Array | None = None, spacing: float = 0.001) -> Floats:
+    """Points of the wall of a tube with flat ends, all round or only where they face a viewpoint: (N, 3) m."""
+    axis = densify(axis, spacing)
+    along = tangents(axis)
+    side = np.cross(along, np.eye(3)[np.argmin(np.abs(along).max(axis=0))])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(along, side)
+    sides = max(12, round(2 * np.pi * radius / spacing))
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)[None] + 0.4 * np.arange(len(axis))[:, None]
+    normal = np.cos(angle)[..., None] * side[:, None] + np.sin(angle)[..., None] * other[:, None]
+    points = axis[:, None] + radius * normal
+    if viewpoint is None:
+        return points.reshape(-1, 3)
+    return np.asarray(points[np.einsum("sak,sak->sa", normal, viewpoint - points) > 0])
+
+
+def depth_of(axes: list[Floats], radii: list[float], camera: Camera = CAMERA, table: float = 0.0) -> tuple[Floats, Array]:
+    """Exact depth image (H, W) m of tubes with round ends, and which of them each pixel shows (-1 none).
+
+    Each tube is the union of balls a tenth of a radius apart. table : m, distance of a plane behind; 0 = none.
+    """
+    v, u = np.mgrid[0 : camera.height, 0 : camera.width]
+    rays = np.stack(((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)), axis=-1)
+    depth = np.full(u.shape, table if table > 0 else np.inf)
+    which = np.full(u.shape, -1)
+    for number, (axis, radius) in enumerate(zip(axes, radii, strict=True)):
+        for center in densify(axis, radius / 10):
+            if center[2] <= radius:
+                continue
+            x, y = camera.project(center[None])[0]
+            reach = 1.1 * radius / (center[2] - radius) * max(camera.fx, camera.fy) + 1
+            part = (
+                slice(max(0, int(y - reach)), max(0, int(y + reach) + 2)),
+                slice(max(0, int(x - reach)), max(0, int(x + reach) + 2)),
+            )
+            ray = rays[part]
+            if not ray.size:
+                continue
+            square, middle = (ray**2).sum(axis=-1), ray @ center
+            inside = middle**2 - square * (center @ center - radius**2)
+            z = np.where(inside >= 0, (middle - np.sqrt(np.maximum(inside, 0))) / square, np.inf)
+            nearer = z < depth[part]
+            depth[part][nearer] = z[nearer]
+            which[part][nearer] = number
+    return np.where(np.isfinite(depth), depth, 0.0), which
+
+
+def frame_of(*axes: Floats, radius: float = 0.005, camera: Camera = CAMERA, table: float = 0.0) -> tuple[Frame, Bools]:
+    """A frame without colour that shows cables, and the mask of them."""
+    depth, which = depth_of(list(axes), [radius] * len(axes), camera, table)
+    return Frame(None, depth.astype(np.float32), camera), which >= 0
+
+
+@dataclass(frozen=True)
+class Off:
+    """How a chain lies to the true axis, m.
+
+    rms, worst : of the distances of its joints from the axis carried straight on at its ends.
+    uncovered : the farthest that the axis is from the chain. beyond : the farthest that the chain is from the axis as it is.
+    """
+
+    rms: float
+    worst: float
+    uncovered: float
+    beyond: float
+
+
+def off(chain: Chain, axis: Floats) -> Off:
+    """A chain against the axis (P, 3) m that it should follow."""
+    dense = densify(axis, 2e-4)
+    along = tangents(dense)
+    on = np.arange(0, 0.1, 2e-4)[:, None]
+    longer = (
+        dense if np.allclose(axis[0], axis[-1]) else np.concatenate((dense[0] - on * along[0], dense, dense[-1] + on * along[-1]))
+    )
+    distance = cKDTree(longer).query(chain.joints)[0]
+    beyond = cKDTree(dense).query(chain.joints)[0]
+    back = cKDTree(densify(chain.joints, 2e-4)).query(dense)[0]
+    return Off(float(np.sqrt(np.mean(distance**2))), float(distance.max()), float(back.max()), float(beyond.max()))
+
+
+def in_order(chain: Chain, axis: Floats) -> bool:
+    """Whether a chain runs along an axis from one end to the other without turning back."""
+    place = cKDTree(axis).query(chain.joints)[1]
+    return bool((np.diff(place) >= 0).all() or (np.diff(place) <= 0).all())

@@ -1,0 +1,48 @@
+"""Small photographs with labels, drawn from chains that are the truth, and written to disk as the public sets are."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from doo3d.evaluation.photos.datasets import Entry, Photo
+from doo3d.evaluation.photos.score import drawn_pixels
+from doo3d.kernels.equal_chords import walk
+from doo3d.types import Chain
+
+WIDTH, HEIGHT = 200, 150
+COLORS = ((228, 26, 28), (55, 126, 184), (77, 175, 74))  # RGB, one per cable
+
+
+def strand(*corners, radius=4.0, length=5.0, radii=()):
+    """A chain of equal segments along the corners (x, y) px."""
+    return Chain(walk(np.array(corners, dtype=float), length)[0], length, radius, np.asarray(radii, dtype=float))
+
+
+def cross(radius=4.0):
+    """Two cables; the second lies over the first."""
+    return [strand((20, 75), (180, 75), radius=radius), strand((100, 15), (100, 135), radius=radius)]
+
+
+def labelled(chains, shape=(HEIGHT, WIDTH)):
+    """(H, W) uint8: the chains drawn one over the other."""
+    labels = np.zeros(shape, np.uint8)
+    for number, chain in enumerate(chains, start=1):
+        labels[drawn_pixels(chain, shape)] = number
+    return labels
+
+
+def painted(labels):
+    """(H, W, 3) uint8 RGB: each cable in its colour on black."""
+    return np.array([(0, 0, 0), *COLORS], np.uint8)[labels]
+
+
+def entry(chains, subset="S1", name="img0"):
+    labels = labelled(chains)
+    return Entry(subset, name, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
+
+
+def save(path, image):
+    """RGB or grey to disk."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), image[:, :, ::-1] if image.ndim == 3 else image)

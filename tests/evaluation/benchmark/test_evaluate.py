@@ -1,0 +1,146 @@
+"""The table, with a detection that is known: the truth itself, nothing, or an error."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from builders.errors import refuses
+from builders.paths import SAMPLES
+
+from doo3d.config import Config, load_config
+from doo3d.errors import ConfigError, InputError
+from doo3d.evaluation.benchmark.evaluate import (
+    _hsv_range,
+    evaluate_captures,
+    evaluate_rendered,
+    evaluate_scenes,
+    format_table,
+    surest,
+)
+from doo3d.evaluation.benchmark.rows import summary
+from doo3d.evaluation.metrics.crossings import true_crossings
+from doo3d.evaluation.rendering.renderer import render
+from doo3d.evaluation.scenes.registry import make_scene
+from doo3d.evaluation.truth_file import read_truth
+from doo3d.kernels.equal_chords import walk
+from doo3d.types import Chain, Crossing, Detection, Place
+
+SMALL = (640, 480)
+
+
+def even(points, length=0.01, radius=0.004):
+    """A chain of equal segments along a line (P, 3)."""
+    return Chain(walk(points, length)[0], length, radius)
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """What the detection was called with; `give` holds what it answers."""
+
+    class Calls(list):
+        give = ()
+        given = None
+
+    made = Calls()
+
+    def detect(data, config, mask=None):
+        made.append((data, config, mask))
+        if isinstance(made.give, Exception):
+            raise made.give
+        return made.given or Detection(tuple(made.give))
+
+    monkeypatch.setattr("doo3d.pipeline.detect", detect)
+    return made
+
+
+def test_perfect_chains_fill_the_table(calls):
+    rendered = render(make_scene("crossing", 5, SMALL), "none")
+    calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
+    rows = evaluate_rendered([("crossing", rendered)], Config())
+    assert rows[0].score.correct
+    text = format_table(rows)
+    assert "1/1 100.0 %" in text
+    assert "1.00" in text
+    assert len({len(line) for line in text.splitlines()}) == 1
+
+
+def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand_is_right(calls):
+    rendered = render(make_scene("crossing", 5, SMALL), "none")
+    chains = tuple(even(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
+    (upper, lower), *_ = (true_crossings(rendered.truths).arc / 0.01).astype(int).tolist()
+    for right in (True, False):
+        places = Place(0, upper), Place(0, lower)
+        calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
+        (row,) = evaluate_rendered([("crossing", rendered)], Config())
+        assert (row.score.crossings, row.score.crossings_right, row.sure) == (1, int(right), 1.0)
+        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row]).splitlines()[-1].partition(" 0 ")[2]
+    doubtful = [replace(row, sure=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
+    assert [row.sure for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
+    assert "17/20 85.0 %  100.0 %   94.4 %" in format_table(doubtful)
+    assert surest([]) == []
+    assert len(surest(doubtful[:3])) == 2
+
+
+def test_method_and_wanted_chains_are_passed_on(calls):
+    scenes = [("several", render(make_scene("several", 6, SMALL), "none"))]
+    evaluate_rendered(scenes, Config(), True, "mask")
+    assert calls[-1][1].merge.chains == len(scenes[0][1].truths)
+    assert calls[-1][2] is scenes[0][1].mask
+    evaluate_rendered(scenes, Config(), False, "hsv")
+    assert calls[-1][1].merge.chains is None
+    assert calls[-1][1].segment.method == "hsv"
+    assert calls[-1][2] is None
+    evaluate_rendered(scenes, Config(), False, "auto")
+    assert calls[-1][1].segment == Config().segment
+    assert calls[-1][2] is None
+
+
+def test_a_frame_that_fails_counts_as_wrong(calls):
+    calls.give = InputError("no depth anywhere", code="depth-none")
+    rows = evaluate_scenes(["straight"], [0, 1], Config(), "none", size=SMALL)
+    assert [row.error for row in rows] == ["no depth anywhere"] * 2
+    assert "0/2 0.0 %" in format_table(rows)
+
+
+def test_the_number_of_chains_is_counted(calls):
+    rendered = render(make_scene("several", 6, SMALL), "none")
+    calls.give = [even(rendered.truths[0].axis, 0.01, rendered.truths[0].radius)]
+    (one,) = evaluate_rendered([("several", rendered)], Config(), False)
+    calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
+    (all_,) = evaluate_rendered([("several", rendered)], Config(), False)
+    assert (summary([one, all_]).number_right, summary([one, all_]).frames_correct) == (1, 1)
+    assert "1/2 50.0 %   50.0 %" in format_table([one, all_])
+
+
+def test_a_config_for_two_dimensions_is_refused():
+    with refuses("config-mode", kind=ConfigError):
+        evaluate_scenes(["straight"], [0], load_config("image"))
+
+
+def test_captures_are_scored_against_the_truth_beside_them(calls):
+    truth = read_truth(SAMPLES / "straight" / "truth.json")["000000"]
+    calls.give = [even(truth[0].axis, 0.01, truth[0].radius)]
+    rows = evaluate_captures(SAMPLES, Config())
+    right = {row.family for row in rows if row.score.correct}
+    assert right == {"straight"}
+    assert [row.family for row in rows].count("crossing") == 3
+    assert sum(row.family.startswith("clouds/") for row in rows) == 5
+
+
+def test_no_captures_is_an_error(tmp_path):
+    with refuses("truth-missing", "truth.json"):
+        evaluate_captures(tmp_path, Config())
+
+
+def test_colour_boxes_hold_the_cable_and_nothing_else():
+    for family, seed in (("crossing", 1), ("crossing", 3), ("open", 2), ("several", 6), ("straight", 0)):
+        rendered = render(make_scene(family, seed, SMALL))
+        box = _hsv_range(rendered.truths[0].color)
+        low, high = np.array(box.low), np.array(box.high)
+        hsv = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2HSV).astype(int)
+        inside = ((hsv >= low) & (hsv <= high)).all(axis=-1)
+        if low[0] > high[0]:
+            inside = ((hsv[..., 0] >= low[0]) | (hsv[..., 0] <= high[0])) & ((hsv >= low) & (hsv <= high))[..., 1:].all(axis=-1)
+        assert inside[rendered.mask].mean() > 0.85
+        assert inside[~rendered.mask].mean() < 0.005

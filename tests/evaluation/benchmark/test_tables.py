@@ -1,0 +1,105 @@
+"""Rows as a summary, a CSV file and a JSON document; the worst of them, and their pictures."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.evaluation.benchmark.cases import Case, Known
+from doo3d.evaluation.benchmark.pictures import _in_order, picture, write_pictures
+from doo3d.evaluation.benchmark.rows import Row, summary, worst
+from doo3d.evaluation.benchmark.tables import csv_text, json_text
+from doo3d.evaluation.metrics.score import score
+from doo3d.evaluation.scenes.model import Truth
+from doo3d.kernels.equal_chords import walk
+from doo3d.types import Camera, Chain, Cloud, Detection, Frame
+
+CAMERA = Camera(fx=600.0, fy=600.0, cx=320.0, cy=240.0, width=640, height=480)
+X = np.linspace(-0.1, 0.1, 401)
+AXIS = np.column_stack((X, np.zeros(401), np.full(401, 0.5)))
+TRUTH = Truth(AXIS, 0.004, seen=np.abs(X) > 0.01)
+
+
+def found(axis=AXIS):
+    return Detection((Chain(walk(axis, 0.01)[0], 0.01, 0.004),))
+
+
+def row(detection, family="one", name="a", seconds=0.02, data=None):
+    grey = np.full((480, 640, 3), 128, np.uint8)
+    frame = Frame(grey, np.full((480, 640), 0.5, np.float32), CAMERA) if data is None else data
+    case = Case(name, family, lambda: Known(frame, (TRUTH,)))
+    return Row(name, family, score(detection.chains, [TRUTH]), seconds, None, 1.0, detection, case)
+
+
+GOOD, NONE, SHORT = row(found()), row(Detection(()), "two", "b"), row(found(AXIS[:280]), "two", "c", 0.04)
+
+
+def test_the_summary_counts_what_is_there_right_and_wrong():
+    got = summary([GOOD, NONE, SHORT]).to_dict()
+    assert (got["frames"], got["frames_correct"], got["number_right"]) == (3, 1, 2)
+    assert (got["occlusions"], got["occlusions_correct"], got["occlusions_incorrect"]) == (3, 2, 1)
+    assert got["occlusions_accuracy"] == pytest.approx(2 / 3)
+    assert got["connections"] == got["connections_correct"] == GOOD.score.connections + SHORT.score.connections
+    assert (got["connections_incorrect"], got["connections_accuracy"]) == (0, 1)
+    assert got["radius_ratio"] == 1
+    assert got["ms"] == pytest.approx(20)
+    assert np.isnan(got["merges_accuracy"])
+
+
+def test_csv_has_a_line_per_frame():
+    lines = list(csv.DictReader(io.StringIO(csv_text([GOOD, NONE]))))
+    assert [line["frame"] for line in lines] == ["a", "b"]
+    assert [line["correct"] for line in lines] == ["True", "False"]
+    assert float(lines[0]["node_error"]) == GOOD.score.node_error
+    assert lines[1]["node_error"] == lines[1]["error"] == ""
+    assert "0 chains for 1 objects" in lines[1]["reasons"]
+
+
+def test_json_has_the_summary_of_each_family_and_of_all_and_the_frames():
+    values = json.loads(json_text([GOOD, NONE, SHORT], {"seeds": 2}))
+    assert values["settings"] == {"seeds": 2}
+    assert list(values["summary"]) == ["one", "two", "all"]
+    assert values["summary"]["two"]["frames_correct"] == 0
+    assert values["summary"]["all"]["frames_accuracy"] == pytest.approx(1 / 3)
+    assert values["summary"]["one"]["merges_accuracy"] is None
+    assert [frame["frame"] for frame in values["frames"]] == ["a", "b", "c"]
+    assert values["frames"][1]["rms_seen"] is None
+
+
+def test_the_worst_come_first():
+    better, poorer = (replace(GOOD, score=replace(GOOD.score, rms_hidden=error)) for error in (1.0, 3.0))
+    assert worst([better, NONE, poorer, SHORT], 4) == [NONE, SHORT, poorer, better]
+    assert worst([better, poorer], 1) == [poorer]
+
+
+def test_the_picture_shows_what_was_found_beside_the_truth():
+    def blue(image):
+        left, right = np.split(image[36:].astype(int), [image.shape[1] // 2], axis=1)
+        return [((half[:, :, 2] - half[:, :, 0]) > 60).sum() for half in (left, right)]
+
+    both, none, short = (blue(picture(one)) for one in (GOOD, NONE, SHORT))
+    assert both[0] > 0.7 * both[1] > 0
+    assert none[0] == 0
+    assert none[1] > 500
+    assert 0.4 * short[1] < short[0] < 0.8 * short[1]
+    assert picture(GOOD).shape[1] < 2 * 640  # only the part that the cable is in
+
+
+def test_pictures_of_clouds_of_nothing_and_of_rows_without_a_frame(tmp_path):
+    cloud = row(found(), data=Cloud(AXIS - np.array([0, 0, 0.004])))
+    paths = write_pictures(tmp_path / "new", [GOOD, cloud, replace(NONE, family="x/y z", error="no depth")])
+    assert [path.name for path in paths] == ["one_a.png", "one_a.png", "x_y_z_b.png"]
+    assert all(cv2.imread(str(path)) is not None for path in paths)
+    with pytest.raises(ValueError, match="not known"):
+        picture(replace(GOOD, case=None))
+
+
+def test_the_truth_has_the_colours_of_the_chains_that_lie_on_it():
+    cables = [found(AXIS + np.array([0, y, 0])).chains[0] for y in (0.0, 0.05, 0.1)]
+    assert _in_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
+    assert _in_order(cables, Detection(())) == tuple(cables)
+    assert _in_order([], Detection((cables[0],))) == ()

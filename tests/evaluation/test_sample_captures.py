@@ -1,0 +1,100 @@
+"""The samples: the same bytes every time, small, readable, and what the scenes say."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders.errors import refuses
+from builders.paths import SAMPLES
+
+from doo3d.evaluation import sample_captures as samples
+from doo3d.evaluation.scenes.registry import make_scene
+from doo3d.evaluation.truth_file import read_truth, write_truth
+
+FOLDER = SAMPLES
+
+
+def _files(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_same_bytes_every_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(samples, "CAPTURES", {"crossing": ("crossing", 3, 1)})
+    monkeypatch.setattr(samples, "CLOUDS", {"open.ply": samples.CLOUDS["open.ply"], "both.npz": samples.CLOUDS["two_cables.npz"]})
+    monkeypatch.setattr(samples, "PHOTOS", {"loop": samples.PHOTOS["loop"]})
+    written = samples.write_samples(tmp_path / "one")
+    samples.write_samples(tmp_path / "two")
+    one = _files(tmp_path / "one")
+    assert one == _files(tmp_path / "two")
+    assert len(one) == 4 + 4 + 3 + 2
+    assert all(path.exists() for path in written)
+
+
+def test_committed_samples_are_complete_and_small():
+    files = _files(FOLDER)
+    assert sum(len(data) for data in files.values()) < 10e6
+    for name, (_, _, frames) in samples.CAPTURES.items():
+        truth = read_truth(FOLDER / name / "truth.json")
+        assert list(truth) == [f"{k:06d}" for k in range(frames)]
+        values = json.loads(files[f"{name}/camera_intrinsic.json"])
+        for frame in truth:
+            depth = cv2.imread(str(FOLDER / name / "depth" / f"{frame}.png"), cv2.IMREAD_UNCHANGED)
+            color = cv2.imread(str(FOLDER / name / "color" / f"{frame}.jpg"))
+            assert depth.dtype == np.uint16
+            assert depth.shape == color.shape[:2] == (values["height"], values["width"])
+    for name in samples.CLOUDS:
+        assert f"clouds/{name}" in files
+        assert list(read_truth((FOLDER / "clouds" / name).with_suffix(".truth.json"))) == [Path(name).stem]
+
+
+@pytest.mark.parametrize("name", samples.PHOTOS)
+def test_committed_photographs_have_their_truth(name):
+    """Where a cable is seen its axis runs within the mask, and the mask is as large as the cables."""
+    color = cv2.imread(str(FOLDER / "photos" / f"{name}.jpg"))
+    mask = cv2.imread(str(FOLDER / "photos" / "mask" / f"{name}.png"), cv2.IMREAD_UNCHANGED)
+    assert mask.shape == color.shape[:2] == samples.PHOTO_SIZE[::-1]
+    assert set(np.unique(mask)) == {0, 255}
+    area = 0.0
+    for cable in json.loads((FOLDER / "photos" / "axes.json").read_text())["photos"][name]:
+        axis, seen = np.array(cable["axis"]), np.array(cable["seen"], dtype=bool)
+        u, v = np.rint(axis).astype(int).T
+        assert (mask[v, u] > 0)[seen].mean() > 0.98
+        area += 2 * cable["radius"] * np.linalg.norm(np.diff(axis, axis=0), axis=1)[seen[1:]].sum()
+    assert 0.9 * area < (mask > 0).sum() < 1.1 * area
+
+
+@pytest.mark.parametrize("name", samples.CAPTURES)
+def test_committed_truth_is_that_of_the_scenes(name):
+    family, seed, _ = samples.CAPTURES[name]
+    scene, truths = make_scene(family, seed), read_truth(FOLDER / name / "truth.json")["000000"]
+    for cable, truth in zip(scene.cables, truths, strict=True):
+        assert truth.radius == pytest.approx(cable.radius, abs=1e-5)
+        assert np.abs(truth.axis[:-1] - cable.axis[::2][: len(truth.axis) - 1]).max() < 0.51e-4
+        assert truth.seen.any()
+
+
+def test_depth_along_the_true_axis_is_the_cable():
+    """The nearest depth round each seen axis point lies a radius in front of it."""
+    truth = read_truth(FOLDER / "straight" / "truth.json")["000000"][0]
+    matrix = json.loads((FOLDER / "straight" / "camera_intrinsic.json").read_text())["intrinsic_matrix"]
+    depth = cv2.imread(str(FOLDER / "straight" / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED) / 1000
+    u = np.round(matrix[0] * truth.axis[:, 0] / truth.axis[:, 2] + matrix[6]).astype(int)
+    v = np.round(matrix[4] * truth.axis[:, 1] / truth.axis[:, 2] + matrix[7]).astype(int)
+    read = depth[v, u]
+    gap = (truth.axis[:, 2] - read)[truth.seen & (read > 0)]
+    assert np.median(gap) == pytest.approx(truth.radius, abs=0.0006)
+
+
+def test_truth_files_are_read_back_and_refused_with_a_reason(tmp_path):
+    cable = make_scene("open", 0).cables[0]
+    write_truth(tmp_path / "truth.json", {"a": (cable,)})
+    back = read_truth(tmp_path / "truth.json")["a"][0]
+    assert np.allclose(back.axis[[0, -1]], cable.axis[[0, -1]], atol=1e-4)
+    assert back.seen.all()
+    (tmp_path / "other.json").write_text('{"schema": "x"}')
+    with refuses("schema-unknown", "other.json", "doo3d/truth/1"):
+        read_truth(tmp_path / "other.json")
+    with refuses("file-missing", "none.json"):
+        read_truth(tmp_path / "none.json")

@@ -1,0 +1,148 @@
+"""Sequences of the TUM RGB-D benchmark."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders.sample_scene import LINE, POSE, check, found, put, refused, scene, units
+
+from doo3d.inputs import Reading, open_capture
+from doo3d.inputs.formats.tum import associate
+
+OWN = Reading(camera=scene().pinhole)
+
+
+def listed(path: Path, times, folder: str) -> None:
+    path.write_text(f"# {folder} images\n# file\n# timestamp filename\n" + "".join(f"{t} {folder}/{t}.png\n" for t in times))
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    """Four depth images; of the first three a colour image was taken 10 ms after, and one more in between."""
+    folder = tmp_path / "rgbd_dataset_freiburg1_cable"
+    depth, color = ("100.000000", "100.033333", "100.066667", "100.2"), ("100.010000", "100.024000", "100.043333", "100.076667")
+    listed(folder_of(folder) / "depth.txt", depth, "depth")
+    listed(folder / "rgb.txt", color, "rgb")
+    for time in depth:
+        put(folder / "depth" / f"{time}.png", units(5000))
+    for time in color:
+        put(folder / "rgb" / f"{time}.png", scene().color)
+    (folder / "groundtruth.txt").write_text(f"# ground truth\n99.995 {LINE}\n100.005 {LINE}\n100.07 {LINE}\n")
+    return folder
+
+
+def folder_of(path: Path) -> Path:
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def test_depth_colour_camera_and_pose(sequence):
+    opened = open_capture(sequence, reading=OWN)
+    assert opened.format == "tum"
+    assert [entry.name for entry in opened.frames] == ["100.000000", "100.033333", "100.066667"]
+    assert [entry.timestamp for entry in opened.frames] == [100.0, 100.033333, 100.066667]
+    first, second, third = (entry.load() for entry in pickle.loads(pickle.dumps(opened.frames)))
+    check(first, 1 / 5000)
+    assert first.data.timestamp == 100.0
+    assert np.allclose(first.pose, POSE)
+    assert second.pose is not None  # 28 ms after the second line
+    assert np.allclose(third.pose, POSE)
+    found(third)
+
+
+def test_the_benchmarks_own_camera(sequence):
+    camera = open_capture(sequence).frames[0].load().data.camera
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525, 525, 319.5, 239.5)
+    assert open_capture(sequence, reading=Reading(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
+        1.478, abs=1e-3
+    )
+
+
+def test_which_colour_belongs_to_which_depth(sequence):
+    for i, file in enumerate(sorted((sequence / "rgb").iterdir())):
+        put(file, np.full((480, 640, 3), 10 * i, np.uint8))
+    shots = [entry.load() for entry in open_capture(sequence).frames]
+    assert [int(shot.data.color[0, 0, 0]) for shot in shots] == [0, 10, 30]  # 9 ms are nearer than 10
+
+
+def test_each_in_one_pair_the_nearest_first():
+    one, other = associate(np.array([0.0, 0.02, 1.0]), np.array([0.015, 0.03, 2.0]), 0.03)
+    assert list(zip(one, other, strict=True)) == [(0, 1), (1, 0)]
+    assert not len(associate(np.array([0.0]), np.array([1.0]), 0.5)[0])
+
+
+def test_association_as_by_all_pairs():
+    """Against the benchmark's own way: all pairs, sorted by their difference."""
+    rng = np.random.default_rng(3)
+    one, other = np.sort(rng.uniform(0, 5, 150)), np.sort(rng.uniform(0, 5, 140))
+    every = sorted((abs(a - b), i, j) for i, a in enumerate(one) for j, b in enumerate(other) if abs(a - b) <= 0.03)
+    expected, left, right = [], set(), set()
+    for _, i, j in every:
+        if i not in left and j not in right:
+            left.add(i)
+            right.add(j)
+            expected.append((i, j))
+    assert list(zip(*(a.tolist() for a in associate(one, other, 0.03)), strict=True)) == sorted(expected)
+
+
+def test_depth_alone(sequence):
+    (sequence / "rgb.txt").unlink()
+    frames = open_capture(sequence).frames
+    assert len(frames) == 4
+    assert frames[3].load().data.color is None
+    assert frames[3].load().pose is None
+
+
+def test_results_are_called_after_the_times(sequence, doo3d, tmp_path):
+    code, _, err = doo3d("detect", sequence, "-o", tmp_path / "out", "--read", f"camera={list(map(float, scene().pinhole))}")
+    assert code == 0, err
+    assert (tmp_path / "out" / "100.033333.json").is_file()
+
+
+# --- what cannot be read -----------------------------------------------------------------------------------------------
+
+
+def test_lists_that_never_meet(sequence):
+    listed(sequence / "rgb.txt", ["200.0", "200.1"], "rgb")
+    refused(sequence, "times-apart", "depth.txt", "100.0 to 100.2 s", "rgb.txt", "200.0", "0.03 s", "tolerance")
+
+
+def test_the_list_of_depth_is_missing(sequence):
+    (sequence / "depth.txt").unlink()
+    refused(sequence, "file-missing", "depth.txt")
+
+
+@pytest.mark.parametrize("name", ["depth.txt", "rgb.txt"])
+def test_times_backwards(sequence, name):
+    listed(sequence / name, ["100.1", "100.0"], name[:-4])
+    refused(sequence, "times-not-rising", f"{name}: line 5", "100.0")
+
+
+def test_broken_lists(sequence):
+    (sequence / "rgb.txt").write_text("100.0 rgb/100.0.png\n100.1\n")
+    refused(sequence, "line-invalid", "rgb.txt: line 2")
+    (sequence / "rgb.txt").write_text("# nothing\n")
+    refused(sequence, "file-empty", "rgb.txt")
+
+
+def test_images_missing_cut_off_and_of_another_size(sequence):
+    depth = sequence / "depth" / "100.000000.png"
+    depth.write_bytes(depth.read_bytes()[:2000])
+    (sequence / "rgb" / "100.024000.png").unlink()
+    put(sequence / "rgb" / "100.076667.png", scene().color[:240])
+    refused(sequence, "file-damaged", "100.000000.png", index=0)
+    refused(sequence, "file-missing", "100.024000.png", index=1)
+    refused(sequence, "color-size", "640x240", "640x480", index=2)
+
+
+def test_the_own_camera_is_for_one_size(sequence):
+    put(sequence / "depth" / "100.000000.png", units(5000)[::2, ::2])
+    refused(sequence, "intrinsics-size", "320x240", "640x480", "camera=", index=0)
+
+
+@pytest.mark.parametrize("scale", [2.0, 5e6])
+def test_a_unit_that_makes_no_sense(sequence, scale):
+    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=Reading(depth_scale=scale))

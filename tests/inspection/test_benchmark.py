@@ -1,0 +1,40 @@
+"""The bench: what it measures and prints. No test says how long anything takes."""
+
+from __future__ import annotations
+
+from builders.errors import refuses
+
+from doo3d.config import Config, load_config
+from doo3d.inspection import benchmark as bench
+
+
+def test_stages_and_total(capture):
+    (timing,) = bench.bench([capture()], load_config("default"), 3)
+    assert timing.size == "320x240"
+    assert timing.runs == 3
+    assert timing.chains == 1
+    assert next(iter(timing.stages)) == "segment"
+    assert list(timing.stages)[-1] == "total"
+    assert all(0 <= median <= late for median, late in timing.stages.values())
+    parts = sum(median for stage, (median, _) in timing.stages.items() if stage != "total")
+    assert parts > 0
+    text = "\n".join(timing.lines())
+    for word in ("320x240", "3 runs", "one thread", "median", "95 %", "thin", "total"):
+        assert word in text
+
+
+def test_captures_that_cannot_be_read(tmp_path):
+    with refuses("file-missing", "nowhere"):
+        bench.bench([tmp_path / "nowhere"], Config(), 1)
+
+
+def test_memory_is_at_least_what_is_held():
+    held = bytearray(200 << 20)
+    peak = bench.peak_memory()
+    assert len(held)
+    assert peak is None or peak > 200
+
+
+def test_without_input_a_frame_is_rendered():
+    (timing,) = bench.bench([], Config(), 1)
+    assert timing.size == "1280x720"

@@ -1,0 +1,124 @@
+"""Explaining: costs that add up, the next best that is one, and everything that was dropped counted."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders.errors import code_in
+from builders.paths import SAMPLES
+
+from doo3d.config import load_config
+from doo3d.inputs import open_capture
+from doo3d.inspection.explain import explain, pruned_segments
+from doo3d.pipeline import walked
+from doo3d.types import Chain
+
+
+@pytest.fixture(scope="module", params=[("crossing", "default"), ("photos/tangle.jpg", "image"), ("clouds/helix.ply", "default")])
+def explained(request):
+    name, preset = request.param
+    config = load_config(preset)
+    shot = open_capture(SAMPLES / name).frames[0].load()
+    data, stages = walked(shot.data, config, shot.mask)
+    return explain(data, stages, config, shot.mask), stages
+
+
+def test_the_merges_are_those_of_the_result(explained):
+    found, stages = explained
+    costs = sorted(cost for assembly in stages.merged for cost in assembly.costs)
+    assert [merge.chosen.cost for merge in found.merges if merge.kept] == pytest.approx(costs)
+    sure = {round(value, 9) for assembly in stages.merged for value in assembly.sure}
+    assert {round(merge.sure, 9) for merge in found.merges if merge.kept} == sure
+
+
+def test_terms_add_up_and_merges_are_in_order(explained):
+    found, _ = explained
+    for merge in found.merges:
+        for choice in (merge.chosen, merge.runner_up):
+            if choice:
+                assert choice.cost == pytest.approx(sum(choice.terms.values()))
+                assert {"distance", "direction", "curvature", "free space", "unknown"} <= set(choice.terms)
+    costs = [merge.chosen.cost for merge in found.merges]
+    assert costs == sorted(costs)
+
+
+def test_the_distance_term_is_the_distance(explained):
+    found, stages = explained
+    unit = 1000 if stages.grid.coords.shape[1] == 3 else 1
+    for merge in found.merges:
+        gap = np.linalg.norm(np.subtract(*merge.chosen.points))
+        assert merge.chosen.terms["distance"] == pytest.approx(unit * gap)
+
+
+def test_the_runner_up_shares_an_end_and_is_another_pair(explained):
+    found, _ = explained
+    for merge in found.merges:
+        if merge.runner_up:
+            own, other = set(merge.chosen.ends), set(merge.runner_up.ends)
+            assert len(own & other) == 1
+
+
+def test_every_stage_has_its_say(explained):
+    found, _ = explained
+    names = [account.stage for account in found.accounts]
+    assert names == ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine"]
+    assert all(account.made for account in found.accounts)
+
+
+def test_what_was_pruned():
+    joints = np.column_stack((np.arange(6.0), np.zeros(6)))
+    whole, left = Chain(joints, 1.0), [Chain(joints[:3], 1.0), Chain(joints[4:], 1.0)]
+    gone = pruned_segments([whole], left)
+    np.testing.assert_array_equal(gone, [[joints[2], joints[3]], [joints[3], joints[4]]])
+    assert pruned_segments([whole], [whole]).shape == (0, 2, 2)
+
+
+def test_chains_that_merging_drops_are_named():
+    config = load_config("default", {"merge.chains": 1})
+    shot = open_capture(SAMPLES / "two_cables").frames[0].load()
+    data, stages = walked(shot.data, config, shot.mask)
+    found = explain(data, stages, config, shot.mask)
+    (merging,) = [account for account in found.accounts if account.stage == "merge"]
+    assert any("merge.chains" in sentence for sentence in merging.dropped)
+    assert any(not merge.kept for merge in found.merges)
+
+
+def test_from_the_shell(doo3d, tmp_path):
+    code, out, err = doo3d("explain", SAMPLES / "crossing", "--frame", "000001", "--json", "why.json")
+    assert code == 0, err
+    said = out.splitlines()
+    assert said[0] == "frame 000001"
+    assert "merges, in order:" in said
+    assert sum("next best: " in line for line in said) == 2
+    assert any(line.split(None, 1) == ["merge", "2 connections, 1 chain"] for line in said)
+    why = json.loads((tmp_path / "why.json").read_text())
+    assert (why["schema"], why["frame"], len(why["merges"])) == ("doo3d/explanation/1", "000001", 2)
+    code, _, err = doo3d("explain", SAMPLES / "crossing", "--json", "why.json")
+    assert (code, code_in(err), "why.json" in err) == (2, "out-exists", True)
+    code, _, err = doo3d("explain", SAMPLES / "crossing", "--frame", "nine")
+    assert (code, code_in(err), "--frame nine: " in err) == (2, "frame-unknown", True)
+
+
+def test_nothing_found(doo3d, capture):
+    """Said at the stage that lost it, by detect, in its files, and by explain."""
+    folder, lost = capture(), "segment.ranges=[{low: [90, 200, 200], high: [100, 255, 255]}]"
+    code, out, err = doo3d("detect", folder, "--set", lost)
+    assert code == 0, err
+    assert "note: segment (hsv): nothing in this frame is told from the rest" in out
+    assert "doo3d tune" in out
+    assert "doo3d tune" in json.loads(Path("out/000000.json").read_text())["notes"][0]
+    code, out, err = doo3d("explain", folder, "--set", lost)
+    assert code == 0, err
+    assert "dropped: segment (hsv): nothing in this frame is told from the rest" in out
+
+
+@pytest.mark.parametrize(("override", "stage"), [("voxelize.min_component=100000", "voxelize"), ("fit.segment_length=9", "fit")])
+def test_lost_later(doo3d, capture, override, stage):
+    code, out, err = doo3d("detect", capture(), "--set", override)
+    assert code == 0, err
+    assert f"note: {stage}: nothing is left after this stage" in out
+    assert "doo3d tune" in out
+    assert doo3d("explain", "capture", "--set", override)[0] == 0

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from doo3d.kernels.nearest import beside, nearest
+from doo3d.kernels.sampling import bilinear
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("limited", [True, False])
+@pytest.mark.parametrize("scattered", [True, False])
+def test_nearest_is_that_of_a_tree(dim, limited, scattered):
+    rng = np.random.default_rng(dim)
+    t = np.linspace(0, 20, 300)
+    places = np.column_stack([200 * np.cos(t) + 10 * t, 200 * np.sin(0.7 * t), 5 * t])[:, :dim].copy()
+    points = places[rng.integers(0, 300, 4000)] + rng.normal(0, 20, (4000, dim))
+    if not scattered:
+        points = points[np.lexsort(points.T)]
+    distance, found = nearest(points, places, 30.0, limited)
+    true, place = cKDTree(places).query(points)
+    within = true <= 30
+    assert 0.05 < (~within).mean() < 0.5
+    np.testing.assert_allclose(distance[within], true[within], rtol=1e-12)
+    np.testing.assert_array_equal(found[within], place[within])
+    if limited:
+        assert np.isinf(distance[~within]).all()
+    else:
+        np.testing.assert_array_equal(found[~within], place[~within])
+
+
+def test_of_places_equally_near_the_first_is_taken():
+    places = np.array([(9.0, 9.0), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0)])
+    distance, found = nearest(np.zeros((3, 2)), places, 2.0, True)
+    assert distance.tolist() == [1, 1, 1]
+    assert found.tolist() == [1, 1, 1]
+
+
+def test_nothing_is_near_where_there_is_nothing():
+    assert np.isinf(nearest(np.zeros((2, 3)), np.zeros((0, 3)), 1.0, False)[0]).all()
+    assert len(nearest(np.zeros((0, 3)), np.zeros((4, 3)), 1.0, False)[0]) == 0
+
+
+def test_beside_a_line():
+    points = np.array([(1.0, 0.5, 0), (1.0, 2.0, 0), (9.0, 0, 0), (-2.0, 0, 0.5)])
+    kept, along, aside = beside(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
+    assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]]
+    assert along.tolist() == [1, -2]
+    assert aside.tolist() == [0.5, 0.5]
+
+
+def test_bilinear_between_four_pixels():
+    image = np.array([[(0, 10), (4, 10)], [(8, 10), (12, 10)]], dtype=np.uint8)
+    found = bilinear(image, np.array([(0.5, 0.5), (0.25, 0.0), (-0.1, 0.0), (1.5, 0.0), (np.nan, 0.0)]))
+    assert found[0].tolist() == [6, 10]
+    assert found[1].tolist() == [1, 10]
+    assert np.isnan(found[2:]).all()

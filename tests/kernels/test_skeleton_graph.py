@@ -1,0 +1,189 @@
+"""Tracing: every voxel in one branch or one cluster, every branch a run of neighbours."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+import pytest
+from builders.blobs import blob, coords_of
+
+from doo3d.kernels.skeleton_graph import components, trace, without_spurs
+from doo3d.kernels.thinning import neighbours, skeletonize
+
+FREE, LOOP = -1, -2
+
+
+def table_of(voxels):
+    coords = np.array(sorted(set(voxels)), dtype=np.int64).reshape(-1, 3)
+    return coords, neighbours(coords)
+
+
+def traced(voxels):
+    """The clusters, and the branches as (voxels, start, end)."""
+    coords, table = table_of(voxels)
+    cluster, order, bounds, nodes = trace(table)
+    runs = [coords[order[a:b]].tolist() for a, b in pairwise(bounds)]
+    groups = [coords[cluster == c].tolist() for c in range(int(cluster.max(initial=-1)) + 1)]
+    return groups, [(run, *ends) for run, ends in zip(runs, nodes.tolist(), strict=True)]
+
+
+def check(table):
+    """What holds for any voxels."""
+    cluster, order, bounds, nodes = trace(table)
+    graph = nx.Graph()
+    graph.add_nodes_from(range(len(table)))
+    graph.add_edges_from((i, int(j)) for i, row in enumerate(table) for j in row if j >= 0)
+    junctions = {i for i, degree in graph.degree if degree > 2}
+    assert set(np.flatnonzero(cluster >= 0).tolist()) == junctions
+    assert sorted(order.tolist()) == sorted(set(graph) - junctions)
+    groups = {frozenset(group) for group in nx.connected_components(graph.subgraph(junctions))}
+    assert {frozenset(np.flatnonzero(cluster == c).tolist()) for c in range(len(groups))} == groups
+    runs = [order[a:b].tolist() for a, b in pairwise(bounds)]
+    assert {frozenset(run) for run in runs} == {
+        frozenset(run) for run in nx.connected_components(graph.subgraph(set(graph) - junctions))
+    }
+    for run, (start, end) in zip(runs, nodes.tolist(), strict=True):
+        assert all(graph.has_edge(a, b) for a, b in pairwise(run))
+        if LOOP in (start, end):
+            assert start == end == LOOP
+            assert len(run) > 2
+            assert graph.has_edge(run[0], run[-1])
+            continue
+        touched = [[int(cluster[j]) for j in graph[i] if j in junctions] for i in (run[0], run[-1])]
+        if len(run) == 1:
+            assert sorted(touched[0]) == sorted({start, end} - {FREE} if start != end else [start, end][: len(touched[0])])
+        else:
+            assert touched == [[node] if node != FREE else [] for node in (start, end)]
+            assert not any(j in junctions for i in run[1:-1] for j in graph[i])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_skeletons(seed):
+    coords = coords_of(blob(seed, 16, 0.25 + 0.02 * seed, 0.8))
+    check(neighbours(coords[skeletonize(coords)]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_voxels(seed):
+    random = np.random.default_rng(seed)
+    check(neighbours(coords_of(random.random((9, 9, 9)) < 0.02 + 0.006 * seed)))
+
+
+def line(*points):
+    pairs = zip(np.array(points[:-1]), np.array(points[1:]), strict=True)
+    parts = [np.rint(np.linspace(a, b, np.abs(b - a).max() + 1)).astype(int).tolist() for a, b in pairs]
+    return [tuple(voxel) for part in parts for voxel in part]
+
+
+def test_a_line_runs_from_tip_to_tip():
+    voxels = line((1, 1, 1), (8, 1, 1), (12, 5, 5))
+    groups, branches = traced(voxels)
+    assert groups == []
+    ((run, start, end),) = branches
+    assert (start, end) == (FREE, FREE)
+    assert run in ([list(v) for v in dict.fromkeys(voxels)], [list(v) for v in dict.fromkeys(voxels)][::-1])
+
+
+def test_a_fork_has_one_cluster_and_three_branches():
+    groups, branches = traced({*line((5, 5, 5), (5, 5, 12)), *line((5, 5, 5), (12, 12, 5)), *line((5, 5, 5), (1, 1, 5))})
+    assert len(groups) == 1
+    assert [5, 5, 5] in groups[0]
+    assert sorted((start, end) for _, start, end in branches) == [(0, FREE)] * 3
+    assert sorted(run[-1] for run, _, _ in branches) == [[1, 1, 5], [5, 5, 12], [12, 12, 5]]
+
+
+def test_a_diamond_is_a_loop():
+    groups, branches = traced({*line((5, 1, 1), (9, 5, 1)), *line((9, 5, 1), (5, 9, 1)), *line((5, 9, 1), (1, 5, 1), (5, 1, 1))})
+    assert groups == []
+    ((run, start, end),) = branches
+    assert (start, end) == (LOOP, LOOP)
+    assert len(run) == 16
+
+
+def test_the_smallest_loop():
+    _, branches = traced([(1, 1, 1), (2, 1, 1), (1, 2, 1)])
+    assert [(len(run), start, end) for run, start, end in branches] == [(3, LOOP, LOOP)]
+
+
+def test_a_stick_with_a_ring_on_it():
+    diamond = {*line((5, 1, 1), (9, 5, 1)), *line((9, 5, 1), (5, 9, 1)), *line((5, 9, 1), (1, 5, 1), (5, 1, 1))}
+    groups, branches = traced({*diamond, *line((9, 5, 1), (16, 5, 1))})
+    assert len(groups) == 1
+    assert sorted((start, end) for _, start, end in branches) == [(0, FREE), (0, 0)]
+
+
+def test_a_single_voxel_between_two_forks():
+    left = {*line((5, 5, 1), (5, 5, 2)), (5, 5, 3), (4, 5, 4), (6, 5, 4)}
+    groups, branches = traced({*left, *line((3, 5, 5), (1, 5, 8)), *line((7, 5, 5), (9, 5, 8))})
+    assert len(groups) == 1
+    assert len(branches) == 3
+    groups, branches = traced({(1, 5, 1), (3, 5, 1), (2, 5, 2), (2, 5, 3), (2, 5, 4), (1, 5, 5), (3, 5, 5)})
+    assert len(groups) == 2
+    assert (sorted([0, 1]), [[2, 5, 3]]) in [(sorted([start, end]), run) for run, start, end in branches]
+
+
+@pytest.mark.parametrize(
+    ("voxels", "runs"), [([], []), ([(3, 3, 3)], [1]), ([(1, 1, 1), (2, 2, 2)], [2]), ([(1, 1, 1), (4, 1, 1)], [1, 1])]
+)
+def test_few_voxels(voxels, runs):
+    groups, branches = traced(voxels)
+    assert groups == []
+    assert [len(run) for run, _, _ in branches] == runs
+    assert all((start, end) == (FREE, FREE) for _, start, end in branches)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_components_are_those_of_the_graph(seed):
+    table = neighbours(coords_of(np.random.default_rng(seed).random((8, 8, 8)) < 0.05))
+    graph = nx.Graph([(i, int(j)) for i, row in enumerate(table) for j in row if j >= 0])
+    graph.add_nodes_from(range(len(table)))
+    label = components(table)
+    assert {frozenset(np.flatnonzero(label == c).tolist()) for c in set(label.tolist())} == {
+        frozenset(group) for group in nx.connected_components(graph)
+    }
+    assert (np.diff(np.unique(label, return_index=True)[1]) > 0).all()
+
+
+def spared(rows, least):
+    """What is left of a picture: # is the skeleton."""
+    image = np.array([[mark == "#" for mark in row] for row in rows], dtype=np.uint8)
+    image = np.pad(image, 1)
+    without_spurs(image, *np.nonzero(image), least)
+    return ["".join(".#"[bit] for bit in row) for row in image[1:-1, 1:-1].tolist()]
+
+
+FORKED = [
+    "#.........#",
+    ".#.......#.",
+    "..#.....#..",
+    "...#####...",
+    "..#........",
+    ".#.........",
+]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_shorter_line_into_a_corner_goes(turned):
+    rows = ["".join(row) for row in zip(*FORKED, strict=True)] if turned else FORKED
+    left = spared(rows, 4.0)
+    if turned:
+        left = ["".join(row) for row in zip(*left, strict=True)]
+    assert left == [*FORKED[:4], "...........", "..........."]
+
+
+def test_a_line_long_enough_stays():
+    assert spared(FORKED, 2.0) == FORKED
+    assert spared(FORKED, 0.0) == FORKED
+
+
+@pytest.mark.parametrize("rows", [["####"], ["#"], ["##", "#."], [".##.", "#..#", ".##."]])
+def test_what_has_no_fork_stays(rows):
+    assert spared(rows, 100.0) == rows
+
+
+def test_spurs_on_a_ring_go():
+    ring = ["..####..", ".#....#.", "#......#", "#......#", ".#....#.", "..####.."]
+    spur = ["#.......", ".#......"]
+    assert spared([*spur, *ring], 4.0)[2:] == ring

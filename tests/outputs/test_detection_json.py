@@ -1,0 +1,64 @@
+"""The JSON of a detection: schema, units, values kept, bytes the same every time."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from doo3d.outputs import encoder
+from doo3d.outputs.detection_json import dumps
+from doo3d.types import Chain, Cloud, Detection
+
+CLOUD = Cloud(np.zeros((1, 3)))
+
+
+def detection(**changes) -> Detection:
+    joints = np.array([[0, 0, 0.6], [0.01, 0, 0.6], [0.02, 0, 0.6]]) + 1 / 3
+    chain = Chain(joints, 0.01, 0.0042, occluded=np.array([False, True]))
+    return Detection((chain,), **({"frame": "Bild é", "timestamp": 12.345, "seconds": {"segment": 0.003}} | changes))
+
+
+def test_what_the_file_holds():
+    found = detection()
+    data = encoder("json")(found, CLOUD)
+    assert data.endswith(b"}\n")
+    assert "Bild é".encode() in data
+    read = json.loads(data)
+    assert read == found.to_dict()
+    about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
+    assert list(read) == [*about, "chains", "crossings", "sure", "seconds", "notes"]
+    of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections", "sure"]
+    assert list(read["chains"][0]) == of_chain
+    assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/1", "m", "3d")
+    assert np.array_equal(read["chains"][0]["joints"], found.chains[0].joints)
+
+
+def test_the_same_bytes_every_time():
+    assert encoder("json")(detection(), CLOUD) == encoder("json")(detection(), CLOUD)
+
+
+def test_one_line_per_joint():
+    lines = dumps(detection().to_dict()).splitlines()
+    assert sum(line.count("[0.3") + line.count("[0.34") > 0 and line.strip().startswith("[") for line in lines) == 3
+
+
+def test_text_that_looks_like_a_list_stays_as_it_is():
+    note = "[\n 1,\n 2\n] a [b] {c}"
+    assert json.loads(dumps({"notes": [note], "empty": [], "deep": [[], [1]]})) == {
+        "notes": [note],
+        "empty": [],
+        "deep": [[], [1]],
+    }
+
+
+def test_what_json_has_no_number_for_is_null():
+    chain = Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01)
+    text = dumps(Detection((chain,)).to_dict())
+    assert "NaN" not in text
+    assert json.loads(text)["chains"][0]["radius"] is None
+    assert json.loads(dumps({"a": [float("inf")]})) == {"a": [None]}
+
+
+def test_no_chains():
+    assert json.loads(dumps(Detection(()).to_dict()))["chains"] == []

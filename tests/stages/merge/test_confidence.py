@@ -1,0 +1,221 @@
+"""How sure connections are: against all alternatives tried one by one; and where in the chain they are found."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from builders.drawn_masks import frame_of, line, wave
+
+import doo3d
+from doo3d.config import FillConfig, MergeConfig
+from doo3d.geometry.polyline import unit
+from doo3d.stages.fill import fill
+from doo3d.stages.merge.confidence import alternatives, sureness
+from doo3d.stages.merge.merge import merge
+from doo3d.types import Assembly, Camera, Chain, Connection, Detection
+from doo3d.visibility import Evidence
+
+MOST = 100.0
+STEP, RADIUS = 0.01, 0.004
+
+
+def matchings(ends):
+    """Every way to join some of the ends in pairs."""
+    if len(ends) < 2:
+        yield []
+        return
+    first, rest = ends[0], ends[1:]
+    yield from matchings(rest)
+    for k, other in enumerate(rest):
+        for more in matchings(rest[:k] + rest[k + 1 :]):
+            yield [(first, other), *more]
+
+
+def has_ring(pairs):
+    partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
+    for start in partner:
+        end = start ^ 1
+        while end in partner and partner[end] != start:
+            end = partner[end] ^ 1
+        if end in partner:
+            return True
+    return False
+
+
+def by_trying(cost, rings):
+    """The best set of connections, and per connection how much dearer the best set without it is: ((a, b), rise) each."""
+    count = len(cost)
+
+    def total(pairs):
+        return sum(cost[pair] for pair in pairs) + MOST / 2 * (count - 2 * len(pairs))
+
+    sets = [(total(pairs), pairs) for pairs in matchings(list(range(count))) if rings or not has_ring(pairs)]
+    least, best = min(sets)
+    return [(pair, min(price for price, pairs in sets if pair not in pairs) - least) for pair in best]
+
+
+def random_costs(seed, count, low=0.0):
+    cost = np.random.default_rng(seed).uniform(low, MOST, (count, count))
+    cost[np.tri(count, dtype=bool)] = np.inf
+    return cost
+
+
+@pytest.mark.parametrize("rings", [True, False])
+@pytest.mark.parametrize("seed", range(40))
+def test_against_all_alternatives(seed, rings):
+    """Never less sure than by trying all; just as sure where all six ends are joined and rings may be."""
+    cost = random_costs(seed, 6 if seed % 2 else 8)
+    tried = by_trying(cost, rings)
+    found = sureness([(*pair, cost[pair]) for pair, _ in tried], cost, MOST, rings)
+    expected = [rise / MOST for _, rise in tried]
+    assert (np.array(found) >= np.array(expected) - 1e-9).all()
+    if len(tried) == 3 and len(cost) == 6 and rings:
+        assert found == pytest.approx(expected)
+
+
+def test_nearly_always_just_as_sure_as_by_trying_all():
+    """Three chains, some of whose ends stay free."""
+    same = []
+    for seed in range(80):
+        cost = random_costs(seed, 6, low=0.4 * MOST)
+        tried = by_trying(cost, True)
+        found = sureness([(*pair, cost[pair]) for pair, _ in tried], cost, MOST, rings=True)
+        same += np.isclose(found, [rise / MOST for _, rise in tried]).tolist()
+    assert np.mean(same) > 0.95
+
+
+def test_without_alternatives_the_cost_counts():
+    cost = np.full((4, 4), np.inf)
+    cost[1, 2] = 30
+    assert sureness([(1, 2, 30.0)], cost, MOST) == pytest.approx([0.7])
+    assert sureness([(1, 2, 30.0)], cost, np.inf)[0] == pytest.approx(31 / 61)
+    assert sureness([], cost, MOST) == []
+
+
+def test_between_equals_nothing_is_sure():
+    cost = np.full((6, 6), np.inf)
+    cost[1, 2] = cost[1, 4] = 30
+    assert sureness([(1, 2, 30.0)], cost, MOST) == [0]
+
+
+def test_dearer_than_ever_paid_is_not_sure():
+    cost = np.full((4, 4), np.inf)
+    cost[1, 2] = 230
+    assert sureness([(1, 2, 230.0)], cost, MOST) == [0]
+
+
+def test_what_would_close_a_ring_is_no_alternative():
+    """Chains 0-1, 2-3 and 4-5 in a row: the ends of the two gaps exchanged would join 2 to 3."""
+    cost = np.full((6, 6), np.inf)
+    cost[1, 2] = cost[3, 4] = 20
+    cost[1, 4] = cost[2, 3] = 21
+    links = [(1, 2, 20.0), (3, 4, 20.0)]
+    assert sureness(links, cost, MOST, rings=True) == pytest.approx([0.02, 0.02])
+    assert sureness(links, cost, MOST) == pytest.approx([0.8, 0.8])
+
+
+def chain(start, way, count=6):
+    start, way = np.array([*start, 0.5]), unit(np.array([*way, 0.0]))
+    return Chain(start + STEP * np.arange(count + 1)[:, None] * way, STEP)
+
+
+def star(angle):
+    """Four chains that end round one place, as where two strands cross at an angle."""
+    ways = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0, angle, np.pi, np.pi + angle)]
+    return [chain(0.012 * way, way) for way in ways]
+
+
+def settings(**changes):
+    return MergeConfig(**({"chains": 2, "free_space_weight": 0.0, "unknown_weight": 0.0} | changes))
+
+
+@pytest.mark.parametrize("strategy", ["greedy", "global"])
+def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
+    least = {}
+    for degrees in (90, 50, 20):
+        joined = merge(star(np.radians(degrees)), settings(strategy=strategy), RADIUS)
+        assert [len(assembly.pieces) for assembly in joined] == [2, 2]
+        assert all(len(assembly.sure) == len(assembly.costs) for assembly in joined)
+        least[degrees] = min(sure for assembly in joined for sure in assembly.sure)
+    assert least[90] > 0.7
+    assert 0 < least[20] < least[50] < least[90]
+
+
+def test_a_rival_makes_a_connection_doubtful():
+    one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
+    rival = chain((0.01, 0.004), (1, 0.1))
+    (alone, *_) = merge([one, right], settings(chains=None, min_length=0), RADIUS)
+    joined = merge([one, right, rival], settings(chains=None, min_length=0), RADIUS)
+    doubtful = next(assembly for assembly in joined if assembly.sure)
+    assert alone.sure[0] > 0.9
+    assert doubtful.sure[0] < 0.3
+
+
+def test_ways_through_free_space_are_no_alternatives():
+    camera = Camera(fx=500.0, fy=500.0, cx=160.0, cy=120.0, width=320, height=240)
+    points = np.array([[-0.02, 0, 0.5], [0.02, 0, 0.5], [0.02, 0.02, 0.5]])
+    cost = np.full((3, 3), np.inf)
+    cost[0, 1:] = 40
+    depth = np.full((240, 320), 0.3, np.float32)
+    depth[122:] = 0.9
+    seen = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(), Evidence(depth, np.zeros_like(depth, bool), camera, 0.01))
+    assert seen[0, 1] == 40
+    assert seen[0, 2] > 200
+    assert np.isinf(seen[1]).all()
+    blind = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(direction_length=1.0), None)
+    assert blind[0, 1] == pytest.approx(40 + 2 * 40)
+    assert cost[0, 2] == 40
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_filling_says_which_step_lies_in_the_gap(closed):
+    pieces = [np.column_stack((np.arange(5.0) + at, np.zeros(5), np.ones(5))) for at in (0, 8.5, 12.7)]
+    ways = np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+    count = 3 if closed else 2
+    (path,) = fill([Assembly(tuple(pieces), (ways,) * count, (0.0,) * count, 1.0, closed, (0.9, 0.4, 0.7)[:count])], FillConfig())
+    assert [sure for _, sure in path.joins] == [0.9, 0.4, 0.7][:count]
+    points = np.concatenate((path.points, path.points[:1]))
+    for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):
+        assert start - 1e-9 <= points[step, 0]
+        assert points[step + 1, 0] <= end + 1e-9
+    (path,) = fill([Assembly(tuple(pieces), (ways,) * 2, (0.0,) * 2, 1.0)], FillConfig())
+    assert path.joins == ()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_chain_says_where_it_was_joined(turned):
+    """A cable behind two posts, the second one wider; whatever its direction in the view."""
+    axis = wave(length=0.34)
+    frame, mask = frame_of(axis[::-1] if turned else axis, radius=0.005, table=0.56)
+    u = np.arange(mask.shape[1])
+    posts = ((u > 190) & (u < 215)) | ((u > 400) & (u < 450))
+    depth = np.where(posts, np.float32(0.4), frame.depth)
+    detection = doo3d.detect(
+        doo3d.Frame(None, depth, frame.camera), doo3d.load_config("default", {"merge.chains": 1}), mask & ~posts
+    )
+    (found,) = detection.chains
+    assert len(found.connections) == 2
+    places = frame.camera.project(np.array([found.joints[c.segment : c.segment + 2].mean(axis=0) for c in found.connections]))
+    assert 190 < places[0, 0] < 215
+    assert 400 < places[1, 0] < 450
+    sures = [connection.sure for connection in found.connections]
+    assert 1 > sures[0] > sures[1] > 0.3
+    assert found.sure == detection.sure == sures[1]
+    plain = detection.to_dict()
+    assert json.loads(json.dumps(plain)) == plain
+    assert plain["sure"] == plain["chains"][0]["sure"] == sures[1]
+    assert plain["chains"][0]["connections"] == [{"segment": c.segment, "sure": c.sure} for c in found.connections]
+
+
+def test_without_connections_all_is_sure():
+    frame, mask = frame_of(line([-0.1, 0, 0.5], [0.1, 0.02, 0.5]))
+    detection = doo3d.detect(frame, mask=mask)
+    assert detection.chains[0].connections == ()
+    assert detection.sure == detection.chains[0].sure == 1.0
+    own = Chain(np.array([[0.0, 0, 1], [STEP, 0, 1]]), STEP)
+    assert own.sure == 1.0
+    doubtful = Chain(own.joints, STEP, connections=(Connection(0, 0.8), Connection(0, 0.3)))
+    assert Detection((own, doubtful)).sure == doubtful.sure == 0.3
+    assert Detection(()).sure == 1.0

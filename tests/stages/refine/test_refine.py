@@ -1,0 +1,260 @@
+"""Refining: axis instead of surface, radius, equal segments from end to end, occluded flags, direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders.drawn_masks import CAMERA, frame_of, in_order, line, off, ring, surface, wave
+from scipy.spatial import cKDTree
+
+from doo3d.config import Config, EvidenceConfig, RefineConfig, SegmentConfig, VoxelizeConfig
+from doo3d.geometry.polyline import arc_length, densify, steps
+from doo3d.stages.refine.refine import refine
+from doo3d.stages.segment import segment
+from doo3d.stages.voxelize import voxelize
+from doo3d.types import Foreground, Path
+from doo3d.visibility import Evidence
+
+STEP = 0.01
+RING = ring([0.01, 0.0, 0.5], 0.07, 0.5)
+WAVE = wave()
+
+
+def cloud_of(frame, mask):
+    """What a depth camera's cloud holds of the object."""
+    v, u = np.nonzero(mask & (frame.depth > 0))
+    return frame.camera.unproject(np.column_stack((u, v)), frame.depth[v, u])
+
+
+def scene(axis, radius, view):
+    """Foreground of a cable seen as an image, as the cloud of it with or without the viewpoint, or from all sides."""
+    if view == "whole":
+        return Foreground(surface(axis, radius))
+    frame, mask = frame_of(axis, radius=radius)
+    if view == "image":
+        return segment(frame, SegmentConfig(), mask)
+    return Foreground(cloud_of(frame, mask), viewpoint=np.zeros(3) if view == "seen" else None)
+
+
+def rough(axis, radius, foreground, jitter=0.25):
+    """What the stages before leave: the axis moved to the surface towards the camera, and shaken."""
+    dense = densify(axis[:-1] if np.allclose(axis[0], axis[-1]) else axis, 0.003)
+    towards = 0 if foreground.camera is None and foreground.viewpoint is None else 0.8 * radius
+    moved = dense - towards * dense / np.linalg.norm(dense, axis=1, keepdims=True)
+    return moved + jitter * radius * np.random.default_rng(0).uniform(-1, 1, moved.shape)
+
+
+def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, foreground=None):
+    foreground = foreground or scene(axis, radius, view)
+    grid = voxelize(foreground, VoxelizeConfig(radius=radius))
+    evidence = Evidence.of(foreground, EvidenceConfig(), radius)
+    path = Path(rough(axis, radius, foreground), closed, filled)
+    return refine([path], config or RefineConfig(), step, foreground, grid, evidence)
+
+
+def inner(chain, count=3):
+    """The chain's joints away from its ends."""
+    return chain.joints[count:-count]
+
+
+views = pytest.mark.parametrize("view", ["image", "seen", "unknown", "whole"])
+
+
+@views
+@pytest.mark.parametrize("radius", [0.002, 0.004, 0.006])
+@pytest.mark.parametrize("axis", [WAVE, line([-0.15, 0.02, 0.5], [0.14, -0.03, 0.55])], ids=["wave", "line"])
+def test_axis_and_radius(axis, radius, view):
+    (chain,) = run(axis, radius, view)
+    assert chain.radius == pytest.approx(radius, rel=0.05)
+    np.testing.assert_allclose(chain.radii, radius, rtol=0.15)
+    distance = cKDTree(densify(axis, 1e-4)).query(inner(chain))[0]
+    assert np.sqrt(np.mean(distance**2)) < 0.0003
+    assert distance.max() < 0.0006
+    lie = off(chain, axis)
+    assert lie.worst < 0.5 * radius
+    assert in_order(chain, axis)
+
+
+@pytest.mark.parametrize("viewpoint", [np.zeros(3), None])
+def test_a_half_shell_that_was_sampled_evenly(viewpoint):
+    """As a voxel filter leaves it: as many points on the steep sides as in the middle."""
+    foreground = Foreground(surface(WAVE, 0.004, np.zeros(3)), viewpoint=viewpoint)
+    (chain,) = run(WAVE, 0.004, "seen", foreground=foreground)
+    assert chain.radius == pytest.approx(0.004, rel=0.05)
+    assert off(chain, WAVE).rms < 0.0005
+
+
+@views
+@pytest.mark.parametrize("radius", [0.002, 0.006])
+def test_from_end_to_end(view, radius):
+    """Within a radius of the true ends, and what is over of a whole number of segments shared by both."""
+    axis = line([-0.1234, 0.02, 0.5], [0.1, -0.03, 0.53])
+    (chain,) = run(axis, radius, view)
+    total = arc_length(axis)[-1] + (2 * radius if view != "whole" else 0)
+    assert abs(chain.length - total) < STEP / 2 + 2 * radius
+    way = (axis[-1] - axis[0]) / np.linalg.norm(axis[-1] - axis[0])
+    first, last = (chain.joints[0] - axis[0]) @ way, (chain.joints[-1] - axis[-1]) @ way
+    over = STEP / 4
+    assert -radius - over < first < over + radius
+    assert -over - radius < last < radius + over
+    assert first + last == pytest.approx(0, abs=radius)
+
+
+@pytest.mark.parametrize("step", [0.003, 0.01, 0.025])
+@views
+def test_segments_are_equal(view, step):
+    (chain,) = run(WAVE, 0.004, view, step=step)
+    np.testing.assert_allclose(steps(chain.joints), step, rtol=1e-9)
+    assert chain.segment_length == step
+    assert not chain.closed
+
+
+@views
+def test_a_ring_closes(view):
+    (chain,) = run(RING, 0.004, view, closed=True)
+    assert chain.closed
+    np.testing.assert_array_equal(chain.joints[-1], chain.joints[0])
+    np.testing.assert_allclose(steps(chain.joints), STEP, rtol=1e-6)
+    assert chain.length == pytest.approx(2 * np.pi * 0.07, abs=STEP)
+    assert chain.radius == pytest.approx(0.004, rel=0.05)
+    assert off(chain, RING).worst < 0.001
+
+
+def flags(occluded, view="image", known=True):
+    """A straight cable whose middle third has not been seen, as merging would hand it on, or with an unfilled gap."""
+    radius = 0.004
+    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
+    foreground = scene(axis, radius, view)
+    hole = np.abs(foreground.points[:, 0]) < 0.04
+    mask = foreground.mask
+    if mask is not None:
+        mask = mask.copy()
+        mask[:, int(320 - 0.04 * 1800) : int(320 + 0.04 * 1800)] = False
+    parts = {"points": foreground.points[~hole], "steady": None, "mask": mask}
+    kept = {name: getattr(foreground, name) for name in ("depth", "camera", "viewpoint")}
+    foreground = Foreground(**parts, **kept)
+    path = rough(axis, radius, foreground, 0.0)
+    middle = (path[1:, 0] + path[:-1, 0]) / 2
+    filled = np.abs(middle) < 0.04 if known else np.zeros(len(middle), bool)
+    config = RefineConfig(occluded=occluded)
+    (chain,) = run(axis, radius, view, filled=filled, config=config, foreground=foreground)
+    middle = np.abs((chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2)
+    return chain.occluded, middle
+
+
+@pytest.mark.parametrize("view", ["image", "seen", "whole"])
+@pytest.mark.parametrize("occluded", ["carried", "mapped", "both"])
+def test_the_gap_is_occluded(view, occluded):
+    found, middle = flags(occluded, view)
+    assert found[middle < 0.033].all()
+    assert not found[middle > 0.047].any()
+
+
+@pytest.mark.parametrize(("occluded", "some"), [("carried", False), ("mapped", True), ("both", False)])
+def test_a_gap_that_merging_did_not_fill(occluded, some):
+    found, middle = flags(occluded, known=False)
+    assert found[middle < 0.033].all() == some
+    assert found.any() == some
+
+
+@pytest.mark.parametrize(("occluded", "some"), [("carried", True), ("mapped", False), ("both", False)])
+def test_a_filled_gap_where_there_are_points(occluded, some):
+    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
+    foreground = scene(axis, 0.004, "image")
+    path = rough(axis, 0.004, foreground)
+    filled = np.abs(path[1:, 0]) < 0.04
+    (chain,) = run(axis, 0.004, "image", filled=filled, config=RefineConfig(occluded=occluded), foreground=foreground)
+    assert chain.occluded.any() == some
+
+
+def test_what_only_colour_saw_is_not_occluded():
+    """The mask goes on where depth stops: seen, though there are no points."""
+    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
+    frame, mask = frame_of(axis, radius=0.004)
+    depth = frame.depth.copy()
+    depth[:, 280:360] = 0
+    foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask)
+    path = rough(axis, 0.004, foreground)
+    for occluded in ("both", "mapped"):
+        (chain,) = run(
+            axis, 0.004, "image", filled=np.abs(path[1:, 0]) < 0.02, config=RefineConfig(occluded=occluded), foreground=foreground
+        )
+        assert not chain.occluded.any()
+
+
+@views
+@pytest.mark.parametrize("flip", [False, True])
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        ([-0.1, 0.05, 0.5], [0.1, -0.05, 0.55]),
+        ([-0.04, 0.08, 0.6], [-0.02, -0.08, 0.45]),
+    ],
+)
+def test_a_chain_starts_at_the_left(view, flip, a, b):
+    axis = line(b, a) if flip else line(a, b)
+    (chain,) = run(axis, 0.004, view)
+    assert np.linalg.norm(chain.joints[0] - a) < 0.02
+    assert np.linalg.norm(chain.joints[-1] - b) < 0.02
+
+
+def test_left_is_left_in_the_view_and_not_in_space():
+    """An end with the larger x but farther away is the left one in the image."""
+    near, far = [-0.06, 0.0, 0.4], [-0.065, 0.02, 0.6]
+    (chain,) = run(line(near, far), 0.004, "image")
+    assert np.linalg.norm(chain.joints[0] - near) < 0.02
+
+
+@pytest.mark.parametrize("view", ["image", "seen", "whole"])
+def test_the_order_of_points_does_not_matter(view):
+    foreground = scene(WAVE, 0.004, view)
+    order = np.random.default_rng(0).permutation(len(foreground.points))
+    shuffled = Foreground(
+        foreground.points[order],
+        steady=None if foreground.steady is None else foreground.steady[order],
+        mask=foreground.mask,
+        depth=foreground.depth,
+        camera=foreground.camera,
+        viewpoint=foreground.viewpoint,
+    )
+    (one,), (other,) = (run(WAVE, 0.004, view, foreground=f) for f in (foreground, shuffled))
+    np.testing.assert_allclose(other.joints, one.joints, atol=1e-4)
+    assert other.radius == pytest.approx(one.radius, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_turning_space_turns_the_chain(seed):
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    turn = turn * np.sign(np.linalg.det(turn))
+    (one,) = run(WAVE, 0.004, "whole")
+    (other,) = run(WAVE @ turn.T, 0.004, "whole")
+    back = other.joints @ turn
+    back = back if np.linalg.norm(back[0] - one.joints[0]) < np.linalg.norm(back[-1] - one.joints[0]) else back[::-1]
+    assert len(back) == len(one.joints)
+    np.testing.assert_allclose(back, one.joints, atol=0.001)
+    assert other.radius == pytest.approx(one.radius, rel=0.01)
+
+
+def test_no_rounds_stay_on_the_surface():
+    (chain,) = run(line([-0.1, 0, 0.5], [0.1, 0, 0.5]), 0.006, "image", config=RefineConfig(rounds=0))
+    assert np.median(chain.joints[:, 2]) == pytest.approx(0.5 - 0.8 * 0.006, abs=0.001)
+
+
+def test_longest_first():
+    axes = [line([-0.1, y, 0.5], [-0.1 + length, y, 0.5]) for y, length in ((-0.05, 0.08), (0.0, 0.2), (0.05, 0.12))]
+    frame, mask = frame_of(*axes, radius=0.004)
+    foreground = segment(frame, SegmentConfig(), mask)
+    grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
+    paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
+    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Evidence.of(foreground, EvidenceConfig(), 0.004))
+    assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
+
+
+def test_what_is_shorter_than_half_a_segment_gives_nothing():
+    axis = line([0, 0, 0.5], [0.02, 0, 0.5])
+    assert run(axis, 0.004, "image", step=0.1) == []
+
+
+def test_empty_in_empty_out():
+    empty = Foreground(np.zeros((0, 3)))
+    assert refine([], Config().refine, STEP, empty, voxelize(empty, VoxelizeConfig())) == []

@@ -1,0 +1,55 @@
+"""Depth of holes in a mask, from the readings round them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doo3d.stages.segment.depth_inpainting import bridged
+
+
+def strip(width: int = 9, length: int = 200):
+    """A strand along the rows that goes away from the camera, 1 mm per pixel, and its exact depth."""
+    mask = np.zeros((40, length + 20), dtype=bool)
+    mask[15 : 15 + width, 10 : 10 + length] = True
+    return mask, np.where(mask, 0.5 + 0.001 * np.arange(length + 20), 0.0)
+
+
+def readings(depth):
+    v, u = np.nonzero(depth)
+    return np.column_stack((u, v)), depth[v, u]
+
+
+def test_a_hole_is_bridged_in_a_line():
+    mask, exact = strip()
+    depth = exact.copy()
+    depth[:, 80:140] = 0
+    pixels, found = bridged(mask, *readings(depth), 2, 0.003)
+    assert len(pixels) == (mask & (depth == 0)).sum()
+    np.testing.assert_allclose(found, exact[pixels[:, 1], pixels[:, 0]], atol=1e-9)
+
+
+def test_beyond_the_last_reading_it_is_level():
+    mask, exact = strip()
+    depth = exact.copy()
+    depth[:, 180:] = 0
+    pixels, found = bridged(mask, *readings(depth), 2, 0.003)
+    assert len(pixels) == 9 * 30
+    np.testing.assert_allclose(found, 0.5 + 0.179, atol=1e-9)
+
+
+def test_between_strands_of_different_depth_there_is_nothing():
+    mask, depth = strip()
+    depth[mask] = 0.5
+    depth[:, 110:] += 0.1 * mask[:, 110:]
+    depth[:, 105:115] = 0
+    assert len(bridged(mask, *readings(depth), 2, 0.003)[0]) == 0
+
+
+def test_single_pixels_are_no_holes_and_pieces_without_readings_stay_empty():
+    mask, depth = strip()
+    depth[mask & (np.random.default_rng(0).random(mask.shape) < 0.2)] = 0
+    mask[30:38, 20:80] = True
+    assert len(bridged(mask, *readings(depth), 2, 0.003)[0]) == 0
+    assert len(bridged(mask, np.zeros((0, 2), dtype=np.int64), np.zeros(0), 2, 0.003)[0]) == 0
+    full, exact = strip()
+    assert len(bridged(full, *readings(exact), 2, 0.003)[0]) == 0

@@ -1,0 +1,118 @@
+"""Strands that an image shows beyond its mask."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+import doo3d
+from doo3d.config import GrowConfig
+from doo3d.stages.extend_mask import grow
+from doo3d.types import Chain, Foreground
+
+WIDTH, HEIGHT, RADIUS = 300, 160, 5
+CONFIG = GrowConfig(reach=100)
+U = np.arange(-20.0, WIDTH + 20)
+LINE = np.column_stack((U, 80 + 30 * np.sin(U / 60)))
+
+
+def strand(line=LINE, thick=2 * RADIUS):
+    points = np.round(line * 16).astype(np.int32)
+    return cv2.polylines(np.zeros((HEIGHT, WIDTH), np.uint8), [points], False, 1, thick, cv2.LINE_8, 4) > 0
+
+
+def photograph(shown, color=(60, 50, 140)):
+    image = np.random.default_rng(0).normal((170, 160, 150), 4, (HEIGHT, WIDTH, 3))
+    image[shown] = np.random.default_rng(1).normal(color, 4, (shown.sum(), 3))
+    return image.clip(0, 255).astype(np.uint8)
+
+
+def chain(until=140.0):
+    """Along the line from the left border to u = until."""
+    part = LINE[(LINE[:, 0] >= 0) & (LINE[:, 0] <= until)]
+    joints = [part[0]]
+    for place in part:
+        if np.linalg.norm(place - joints[-1]) >= 10:
+            joints.append(joints[-1] + 10 * (place - joints[-1]) / np.linalg.norm(place - joints[-1]))
+    return Chain(np.array(joints), 10.0, radius=float(RADIUS))
+
+
+def foreground(image, mask):
+    return Foreground(np.argwhere(mask)[:, ::-1].astype(float), mask=mask, color=image)
+
+
+def before(mask, until):
+    return mask & (np.arange(WIDTH) < until)
+
+
+def dice(one, other):
+    return 2 * (one & other).sum() / (one.sum() + other.sum())
+
+
+def test_a_strand_goes_on_to_the_border():
+    whole = strand()
+    mask = before(whole, 140)
+    found = grow([chain()], foreground(photograph(whole), mask), CONFIG)
+    assert found is not None
+    assert dice(found, whole) > 0.93 > dice(mask, whole)
+    assert not (mask & ~found).any()
+
+
+def test_only_as_far_as_wanted_and_as_it_goes():
+    whole = strand()
+    near = grow([chain()], foreground(photograph(whole), before(whole, 140)), GrowConfig(reach=10))
+    assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
+    ended = before(whole, 200)
+    found = grow([chain()], foreground(photograph(ended), before(whole, 140)), CONFIG)
+    assert abs(np.nonzero(found)[1].max() - 200) <= 3 * RADIUS
+
+
+def test_what_is_whole_stays():
+    ended = before(strand(), 140)
+    assert grow([chain()], foreground(photograph(ended), ended), CONFIG) is None
+    assert grow([], foreground(photograph(ended), ended), CONFIG) is None
+    assert grow([chain()], foreground(photograph(strand()), ended), GrowConfig()) is None  # not wanted
+
+
+def test_a_background_of_its_colour_is_not_the_strand():
+    whole = strand()
+    image = photograph(whole)
+    image[:, 140:] = photograph(np.ones_like(whole))[:, 140:]
+    assert grow([chain()], foreground(image, before(whole, 140)), CONFIG) is None
+
+
+@pytest.mark.parametrize(("width", "over"), [(20, True), (90, False)])
+def test_what_hides_it_is_jumped_if_it_is_narrow(width, over):
+    whole = strand()
+    image = photograph(whole)
+    image[:, 160 : 160 + width] = (20, 120, 30)
+    found = grow([chain()], foreground(image, before(whole, 140)), CONFIG)
+    assert (np.nonzero(before(whole, WIDTH) if found is None else found)[1].max() == WIDTH - 1) == over
+
+
+def test_a_light_that_changes_along_it_is_followed():
+    whole = strand()
+    image = (photograph(whole) * np.linspace(1, 0.45, WIDTH)[:, None]).astype(np.uint8)
+    assert dice(grow([chain()], foreground(image, before(whole, 140)), CONFIG), whole) > 0.93
+
+
+def test_nothing_is_known_without_an_image_or_in_depth():
+    assert grow([chain()], Foreground(np.zeros((1, 2)), mask=strand()), CONFIG) is None
+    deep = Foreground(np.zeros((1, 3)), mask=strand(), color=photograph(strand()))
+    assert grow([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], deep, CONFIG) is None
+
+
+def test_in_the_preset_image_remnants_become_one_strand():
+    whole = strand()
+    u = np.arange(WIDTH)
+    mask = whole & ((u < 80) | (u > 265))
+    config = doo3d.load_config("image")
+    assert config.merge.max_gap < 265 - 80
+    detection = doo3d.detect(photograph(whole), config, mask)
+    assert len(detection.chains) == 1
+    off = np.abs(np.interp(detection.chains[0].joints[:, 0], *LINE.T) - detection.chains[0].joints[:, 1])
+    assert off.max() < 2
+    assert np.ptp(detection.chains[0].joints[:, 0]) > WIDTH - 12
+    short = doo3d.detect(photograph(whole), doo3d.load_config("image", {"grow.reach": 0}), mask)
+    assert all(np.ptp(chain.joints[:, 0]) < 100 for chain in short.chains)

@@ -1,0 +1,259 @@
+"""The report: one page that holds all it needs, whatever names and errors say; looked at in Chromium where there is one."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders.errors import code_in, refuses
+from builders.paths import SAMPLES
+
+import doo3d
+from doo3d.inputs import open_capture
+from doo3d.outputs.run_reader import Results, open_results
+from doo3d.runs import run as batch
+from doo3d.viz.report import report_page
+from doo3d.viz.report.packing import pack_picture
+
+sys.path.insert(0, str(Path(__file__).parent))
+from builders import browser
+
+EVIL = "<script>document.title='taken'<script><img src=x onerror=document.title='taken'>&amp;"
+WORSE = "</script><script>document.title='taken'</script><!--data--><!-- <script>"
+
+needs_chromium = pytest.mark.skipif(
+    not sys.platform.startswith("linux") or browser.chromium() is None,
+    reason="no Chromium on this machine: apt-get install chromium, or name one in DOO3D_CHROMIUM",
+)
+
+
+def data_of(page: str) -> dict:
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def numbers(packed: dict) -> np.ndarray:
+    levels = np.frombuffer(base64.b64decode(packed["xyz"]), "<i2").reshape(-1, len(packed["at"]))
+    return np.array(packed["at"]) + packed["step"] * levels
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    """Two frames with one cable, part of it hidden."""
+    out = tmp_path_factory.mktemp("run") / "out"
+    batch.run(open_capture(SAMPLES / "occluder"), out, doo3d.load_config("default"))
+    return out
+
+
+@pytest.fixture(scope="module")
+def photos(tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("photos") / "out"
+    batch.run(open_capture(SAMPLES / "photos", True), out, doo3d.load_config("image"))
+    return out
+
+
+def copied(run: Path, place: Path, times: int = 1, **change) -> Path:
+    """The results again and again under other names, one more that failed with an evil reason, and changes to the manifest."""
+    place.mkdir()
+    manifest = json.loads((run / "manifest.json").read_text())
+    frames = []
+    for i in range(times):
+        for frame in manifest["frames"]:
+            name = f"{EVIL.replace('/', '')}{i}-{frame['name']}" if i == 0 else f"{i:04d}-{frame['name']}"
+            values = json.loads((run / f"{frame['name']}.json").read_text()) | {"frame": name}
+            (place / f"{name}.json").write_text(json.dumps(values))
+            os.link(run / f"{frame['name']}.png", place / f"{name}.png")
+            frames.append(frame | {"name": name})
+    frames.append({"name": "bad", "status": "failed", "error": WORSE, "timestamp": None})
+    (place / "manifest.json").write_text(json.dumps(manifest | {"frames": frames} | change))
+    return place
+
+
+@pytest.mark.parametrize("which", ["run", "photos"])
+def test_the_page_holds_what_was_found(which, request):
+    results = open_results(request.getfixturevalue(which))
+    held = data_of(report_page(results))
+    assert [frame["name"] for frame in held["frames"]] == list(results.frames)
+    for frame, found in zip(held["frames"], results.detections(), strict=True):
+        assert len(frame["chains"]) == len(found.chains) > 0
+        for packed, chain in zip(frame["chains"], found.chains, strict=True):
+            extent = np.ptp(chain.joints, axis=0).max()
+            np.testing.assert_allclose(numbers(packed["joints"]), chain.joints, atol=extent / 60000)
+            np.testing.assert_allclose(numbers(packed["radii"])[:, 0], chain.radii, atol=1e-4 * chain.radius)
+            assert [each == "1" for each in packed["occluded"]] == chain.occluded.tolist()
+        picture = cv2.imdecode(np.frombuffer(base64.b64decode(frame["picture"]), np.uint8), cv2.IMREAD_COLOR)
+        assert 100 < picture.shape[1] <= 720
+        full = cv2.imread(str(results.path / f"{frame['name']}.png"))
+        assert (frame["height"], frame["width"]) == full.shape[:2]
+        assert frame["seconds"] > 0
+
+
+def test_points_of_the_object_lie_on_its_chain_and_the_others_do_not(run):
+    (found, *_), held = open_results(run).detections(), data_of(report_page(open_results(run)))
+    cloud, axis = held["frames"][0]["cloud"], found.chains[0].nodes(2000)
+    points = numbers(cloud)
+    away = np.sqrt(((points[:, None] - axis[None]) ** 2).sum(axis=2)).min(axis=1)
+    assert 500 < cloud["own"] < len(points) <= 1600
+    assert away[: cloud["own"]].max() < 1.4 * found.chains[0].radius
+    assert away[cloud["own"] :].min() > 1.2 * found.chains[0].radius
+    assert len(base64.b64decode(cloud["rgb"])) == 2 * len(points)
+
+
+def test_a_capture_that_is_gone_leaves_the_chains(run, tmp_path):
+    place = copied(run, tmp_path / "copy", input={"path": str(tmp_path / "gone"), "format": "folder", "frames": 2})
+    held = data_of(report_page(open_results(place)))
+    assert "cannot be read any more" in held["clouds"]
+    assert not any(frame.get("cloud") for frame in held["frames"])
+    assert held["frames"][0]["chains"]
+
+
+def test_without_clouds_the_capture_is_not_asked(run):
+    held = data_of(report_page(open_results(run), clouds=False))
+    assert held["clouds"] == ""
+    assert not any(frame.get("cloud") for frame in held["frames"])
+
+
+def test_the_same_results_give_the_same_page(run):
+    assert report_page(open_results(run)) == report_page(open_results(run))
+
+
+def test_names_and_reasons_stay_text(run, tmp_path):
+    place = copied(run, tmp_path / "copy", input={"path": f"/there/{EVIL}", "format": "folder", "frames": 2})
+    page = report_page(open_results(place))
+    held = data_of(page)
+    assert held["frames"][-1]["error"] == WORSE
+    assert "<img src=x" not in page
+    assert page.count("<script") == page.count("</script>") == 4
+
+
+@pytest.mark.parametrize("most", [60_000, 10_000, 3_400])
+def test_a_thumbnail_takes_no_more_than_its_share(most):
+    rng = np.random.default_rng(0)
+    scene = cv2.resize(rng.integers(0, 255, (9, 16, 3), dtype=np.uint8), (1280, 720), interpolation=cv2.INTER_CUBIC)
+    noisy = np.clip(scene + rng.normal(0, 8, scene.shape), 0, 255).astype(np.uint8)
+    held, width, height = pack_picture(noisy, most)
+    data = base64.b64decode(held)
+    assert (width, height) == (1280, 720)
+    assert most / 6 < len(data) <= most
+    assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape[1] >= 110
+
+
+def test_nothing_found_and_no_frames(tmp_path):
+    place = tmp_path / "none"
+    place.mkdir()
+    (place / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "finished": True, "frames": []}))
+    assert data_of(report_page(open_results(place)))["frames"] == []
+
+
+def test_a_run_that_is_not_finished_is_refused(tmp_path):
+    with refuses("run-unfinished"):
+        report_page(Results(tmp_path, {"finished": False, "frames": []}, ()))
+
+
+def test_a_damaged_manifest_is_named(tmp_path):
+    with refuses("results-damaged", "manifest.json"):
+        report_page(Results(tmp_path, {"frames": [{"status": "ok"}]}, ()))
+
+
+def test_the_command(doo3d, run):
+    code, out, _ = doo3d("report", run, "-o", "page.html")
+    assert code == 0
+    assert re.fullmatch(r"2 frames, \d+\.\d MB -> page\.html\n", out)
+    page = Path("page.html").read_text(encoding="utf-8")
+    assert (Path.cwd() / data_of(page)["pictures"]).resolve() == run.resolve()
+    assert doo3d("report", run, "-o", "page.html")[0] == 2
+    assert doo3d("report", run, "-o", "page.html", "--force")[0] == 0
+    for wrong, code in (
+        ((Path("nowhere"), "-o", "a.html"), "results-missing"),
+        ((run, "-o", "no/a.html"), "out-folder-missing"),
+    ):
+        status, _, err = doo3d("report", *wrong)
+        assert (status, code_in(err)) == (2, code)
+        assert len(err.splitlines()) == 1
+
+
+@pytest.fixture(scope="module")
+def page(run, tmp_path_factory) -> Path:
+    place = tmp_path_factory.mktemp("page")
+    path = place / "report.html"
+    path.write_text(report_page(open_results(copied(run, place / "copy", times=20)), place), encoding="utf-8")
+    return path
+
+
+READY = "window.Plotly && document.querySelectorAll('#plots .js-plotly-plot .main-svg').length >= 3"
+IN_SPACE = "document.querySelector('#view')._fullLayout?.scene?._scene?.glplot"
+EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.getCamera().eye)"
+
+
+@needs_chromium
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("size", [(640, 480), (1920, 1080)])
+def test_it_opens_without_a_network_and_turns(page, size, dark):
+    with browser.Browser(size, dark) as seen:
+        seen.open(page)
+        seen.wait(READY)
+        assert seen.run("document.querySelectorAll('#frames li').length") == 41
+        assert seen.run("document.querySelector('#failed td:last-child').textContent") == WORSE
+        assert seen.run("document.querySelector('#frames span').textContent") == "bad"
+        assert seen.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
+        assert seen.run("document.querySelectorAll('img[src=x]').length") == 0
+        seen.run("document.querySelectorAll('#frames button')[1].click()")
+        seen.wait(IN_SPACE)
+        kinds = seen.run("document.querySelector('#view').data.map(trace => trace.type).join()")
+        assert kinds.count("mesh3d") == 3, "seen, hidden, seen"
+        assert seen.run("document.querySelector('#picture').naturalWidth") > 100
+        box = seen.run("JSON.stringify(document.querySelector('#view').getBoundingClientRect())")
+        box, before = json.loads(box), seen.run(EYE)
+        at = box["left"] + box["width"] / 2, box["top"] + box["height"] / 2
+        seen.drag(at, (at[0] + 120, at[1] + 40))
+        seen.wait(f"{EYE} !== '{before}'")
+        seen.run("document.querySelector('#next').click()")
+        seen.wait("document.querySelector('#one-title').textContent.includes('000001')")
+        seen.run("document.querySelector('#close').click()")
+        seen.run("document.querySelectorAll('#frames button')[0].click()")
+        assert seen.run("document.querySelector('#one-notes').textContent") == WORSE
+        assert seen.run("document.title") != "taken"
+        assert seen.problems == []
+        assert {address.split(":")[0] for address in seen.asked} <= {"file", "data", "blob"}
+        assert len([address for address in seen.asked if address.startswith("file:")]) == 1
+
+
+@needs_chromium
+def test_in_the_image(photos, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(open_results(photos)), encoding="utf-8")
+    with browser.Browser() as seen:
+        seen.open(path)
+        seen.run("document.querySelectorAll('#frames button')[0].click()")
+        seen.wait("document.querySelector('#view .main-svg .scatterlayer .trace')")
+        assert seen.run("document.querySelector('#view').layout.images.length") == 1
+        assert seen.problems == []
+
+
+@needs_chromium
+def test_many_frames_open_soon(run, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(open_results(copied(run, tmp_path / "copy", times=60)), clouds=False), encoding="utf-8")
+    assert path.stat().st_size < 20e6
+    with browser.Browser() as seen:
+        seen.open(path)
+        assert seen.run("document.querySelectorAll('#frames li').length") == 121
+        times = "performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd"
+        assert 0 < seen.run(times) < 6000, "ms, on a machine that may be busy"
+
+
+@needs_chromium
+def test_none_at_all(tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(Results(tmp_path, {"frames": []}, ())), encoding="utf-8")
+    with browser.Browser() as seen:
+        seen.open(path)
+        seen.wait("window.Plotly")
+        assert not seen.run("document.querySelector('#empty').hidden")
+        assert seen.problems == []
