@@ -23,6 +23,9 @@ from .stages.voxelize import voxelize
 from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
 from .visibility import Evidence
 
+MASK_EXTENSIONS = 3
+"""Times at most that the mask is extended and the chains are found anew."""
+
 
 @dataclass
 class Stages:
@@ -64,8 +67,8 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     foreground = segment(data, config.segment, mask, config.seed)
     clock("segment")
     stages = _walk(foreground, config, clock)
-    for _ in range(config.grow.rounds):
-        grown = grow(stages.chains, stages.foreground, config.grow)
+    for _ in range(MASK_EXTENSIONS):
+        grown = grow(stages.chains, stages.foreground, config.extend_mask)
         clock("grow")
         if grown is None:
             break
@@ -78,9 +81,9 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
 def _walk(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
     """From what is the object to its chains."""
     grid = voxelize(foreground, config.voxelize)
-    evidence = Evidence.of(foreground, config.evidence, grid.radius)
+    evidence = Evidence.of(foreground, config.visibility, grid.radius)
     clock("voxelize")
-    skeleton = thin(grid, config.thin)
+    skeleton = thin(grid)
     clock("thin")
     paths = traverse(skeleton, config.traverse)
     clock("traverse")

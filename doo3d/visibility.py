@@ -8,11 +8,15 @@ from enum import IntEnum
 
 import numpy as np
 
-from .config import EvidenceConfig
+from .config import VisibilityConfig
 from .geometry.polyline import steps
 from .types import Array, Bools, Camera, Floats, Foreground, Ints, Sight
 
 STEP, HIDES = 0.25, 0.6  # radii
+
+
+MARGIN_RADII = 1.2
+"""Radii; least distance behind a place of depth that shows free space: what lies on a table hides it, and is two radii thick."""
 
 
 class Seen(IntEnum):
@@ -46,14 +50,14 @@ class Evidence:
     through: bool = False
 
     @staticmethod
-    def of(foreground: Foreground, config: EvidenceConfig, radius: float) -> Evidence | None:
+    def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Evidence | None:
         """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
-        margin = max(config.margin, config.margin_radii * radius)
+        margin = max(config.margin, MARGIN_RADII * radius)
         if foreground.sights:
-            return ManyEvidence.together(foreground.sights, margin, config.through)
+            return ManyEvidence.together(foreground.sights, margin, config.own_object_counts_as_free)
         if foreground.mask is None:
             return None
-        return Evidence(foreground.depth, foreground.mask, foreground.camera, margin, config.through)
+        return Evidence(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
         """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `Seen`."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doo3d.config import EvidenceConfig
+from doo3d.config import VisibilityConfig
 from doo3d.types import Camera, Foreground
 from doo3d.visibility import Evidence, Seen
 
@@ -113,11 +113,11 @@ def test_lengths_of_many_are_those_of_each(evidence):
 
 
 def test_a_cloud_says_nothing():
-    assert Evidence.of(Foreground(np.zeros((3, 3))), EvidenceConfig(), 0.005) is None
+    assert Evidence.of(Foreground(np.zeros((3, 3))), VisibilityConfig(), 0.005) is None
 
 
 def test_the_margin_grows_with_the_object():
     frame = Foreground(np.zeros((1, 3)), mask=np.ones((30, 40), bool), depth=np.ones((30, 40), np.float32), camera=CAMERA)
-    thin, thick = (Evidence.of(frame, EvidenceConfig(), radius) for radius in (0.001, 0.05))
-    assert thin.margin >= EvidenceConfig().margin
+    thin, thick = (Evidence.of(frame, VisibilityConfig(), radius) for radius in (0.001, 0.05))
+    assert thin.margin >= VisibilityConfig().margin
     assert thick.margin >= 0.05

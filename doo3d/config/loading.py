@@ -13,6 +13,85 @@ from pydantic import BaseModel, ValidationError
 from ..errors import ConfigError, invalid_code, unread_code
 from .models import Config
 
+FORMER = {
+    "segment.max_ratio": "segment.max_width_ratio",
+    "segment.edge_tolerance": "segment.outlier_slope",
+    "voxelize.core": "voxelize.core_fraction",
+    "voxelize.rim": "voxelize.core_margin_px",
+    "voxelize.step": "voxelize.split_at_depth_step",
+    "merge.own": "merge.custom_costs",
+    "merge.keep_bending": "merge.curvature_persistence",
+    "merge.direction_length": "merge.tangent_window_radii",
+    "merge.open_weight": "merge.exposed_end_cost",
+    "merge.rings": "merge.allow_closed_chains",
+    "refine.rounds": "refine.iterations",
+    "refine.min_width": "refine.min_radius_ratio",
+    "grow": "extend_mask",
+    "grow.reach": "extend_mask.max_length",
+    "evidence": "visibility",
+    "evidence.margin": "visibility.margin",
+    "evidence.through": "visibility.own_object_counts_as_free",
+    "tracks": "tracking",
+    "tracks.lengths": "tracking.max_motion_lengths",
+}
+"""Names of settings in earlier versions, and what each is called now."""
+
+FIXED = {
+    "segment.plane_iterations": "200 draws",
+    "segment.ridge_filter": "sato",
+    "segment.ridge_sigmas": "2, 4 and 6 px",
+    "segment.ridge_pixels": "500000 px",
+    "segment.window": "2 px",
+    "segment.edge_noise": "3 times the depth noise",
+    "segment.edge_support": "7 neighbors",
+    "segment.holes": "2 px",
+    "segment.cloud_window": "2 point spacings",
+    "segment.cloud_support": "0.15",
+    "segment.smooth": "always on",
+    "segment.steady": "0.3 radii",
+    "voxelize.size_over_radius": "0.5; set voxelize.size",
+    "voxelize.size_over_spacing": "1.6; set voxelize.size",
+    "voxelize.close": "1 voxel",
+    "voxelize.max_voxels": "2 million",
+    "voxelize.min_component": "12 voxels",
+    "thin": "always Lee-Kashyap-Chu thinning",
+    "traverse.min_loop": "12 radii",
+    "traverse.smooth": "1 radius",
+    "traverse.min_bridge": "3 radii",
+    "traverse.max_trim": "15 radii",
+    "traverse.trim": "1 radius",
+    "traverse.separation": "2.2 radii",
+    "prune.width_over_voxel": "1.5; set prune.width",
+    "merge.open_reach": "2 radii",
+    "merge.border": "8 radii",
+    "merge.patience": "3 times max_cost",
+    "merge.remnant": "0.1",
+    "fill.radius": "half the gap at most",
+    "fill.max_deviation": "20 degrees",
+    "refine.spacing": "0.4 radii",
+    "refine.pool": "1 radius",
+    "refine.smooth": "1.2 radii",
+    "refine.depth_weight": "0.06",
+    "refine.depth_noise": "0.15 radii",
+    "refine.prior": "0.01",
+    "refine.reach": "2.2 radii",
+    "refine.extend": "6 radii",
+    "refine.stub": "8 radii",
+    "grow.rounds": "3",
+    "grow.hidden": "8 radii",
+    "grow.noise": "6 grey levels",
+    "grow.max_difference": "2.5 variances",
+    "grow.min_contrast": "1.5 variances",
+    "grow.adapt": "0.2",
+    "evidence.margin_radii": "1.2 radii",
+    "tracks.radii": "10 radii",
+    "tracks.keep": "30 frames",
+    "fusion.voxel": "the spacing of the points",
+    "fusion.cell": "4 voxels",
+    "fusion.max_sights": "24 views",
+}
+"""Settings of earlier versions that are constants now, and their values."""
+
 
 def preset_folder() -> Path:
     """Where the presets are: inside the installed package, or beside it in a checkout."""
@@ -121,6 +200,10 @@ def _sentence(item: Any) -> str:
     if item["type"] != "extra_forbidden":
         given = f", got {item['input']!r}" if item["type"] != "value_error" else ""
         return f"{key}: {item['msg'].removeprefix('Value error, ')}{given}" if key else item["msg"].removeprefix("Value error, ")
+    if key in FORMER:
+        return f"{key} is called {FORMER[key]} now"
+    if key in FIXED:
+        return f"{key} is no setting any more: it is {FIXED[key]}"
     keys = known_keys()
     near = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
         known for known in keys if known.split(".")[-1] == key.split(".")[-1]

@@ -1,4 +1,7 @@
-"""Everything that can be set: one frozen model per stage, presets, and how a file and overrides become a Config.
+"""The settings: one frozen model per stage, in two tiers.
+
+Basic settings are those a user sets for a camera and an object; expert settings are the paper's weights, what presets need,
+and what unusual sensors need. Everything else is a named constant, with its unit and reason, in the file of its stage.
 
 Lengths are metres in 3-D and pixels in 2-D; lengths that depend on the object are given in its radii or in
 voxels, so that they hold for a thread as for a hose.
@@ -6,10 +9,25 @@ voxels, so that they hold for a thread as for a hose.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic.fields import FieldInfo
+
+EXPERT = "expert"
+"""The tier of a setting in its `json_schema_extra`; settings without one are basic."""
+
+
+def expert(default: Any, description: str, **bounds: Any) -> Any:
+    """Return a pydantic field of the expert tier."""
+    return Field(default, description=description, json_schema_extra={"tier": EXPERT}, **bounds)
+
+
+def is_expert(field: FieldInfo) -> bool:
+    """Tell whether a field is of the expert tier."""
+    extra = field.json_schema_extra
+    return isinstance(extra, dict) and extra.get("tier") == EXPERT
 
 
 class Section(BaseModel):
@@ -40,79 +58,79 @@ class HsvRange(Section):
 
 
 class SegmentConfig(Section):
-    """Which pixels or points are the object."""
+    """Tell which pixels or points are the object."""
 
     method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge"] = Field(
         "auto",
-        description="How to tell the object. auto: the given mask; else hsv where ranges are set, background where a "
-        "reference is; else plane where the scene holds a broad surface, everything where it does not, and ridge in 2-D.",
+        description="Method that tells the object from the rest. auto takes the given mask; else hsv where ranges are set, "
+        "background where a reference is; else plane where the scene holds a broad surface, everything where it does not, and "
+        "ridge in 2-D. Set it when auto takes the wrong one.",
     )
-    ranges: tuple[HsvRange, ...] = Field((), description="hsv: the boxes that are the object, joined.")
+    ranges: tuple[HsvRange, ...] = Field(
+        (), description="Color ranges of the object for hsv, joined. OpenCV's 8-bit HSV. `doo3d tune` proposes them."
+    )
     reference: str | None = Field(
-        None, description="background: path of the reference depth (16-bit PNG) or colour image, without the object."
+        None,
+        description="Image of the scene without the object, for background. Path of a depth image (16-bit PNG) or a color image.",
     )
-    reference_depth_scale: float = Field(1000.0, gt=0, description="background: units per metre of a reference depth image.")
-    depth_difference: float = Field(
-        0.004, gt=0, description="background: m nearer than the reference to count as object; a few times the depth noise."
+    reference_depth_scale: float = expert(
+        1000.0, "Depth units of the reference depth image. Units per metre, over 0. Change it with the camera's units.", gt=0
     )
-    color_difference: float = Field(
-        30.0, gt=0, le=442, description="background: distance in 8-bit RGB from the reference to count as object."
+    depth_difference: float = expert(
+        0.004,
+        "Least distance in front of the reference that counts as object, for background. m, over 0. Set it to a few times "
+        "the depth noise.",
+        gt=0,
+    )
+    color_difference: float = expert(
+        30.0,
+        "Least color distance from the reference that counts as object, for background. 8-bit RGB, 0 to 442. Raise it under "
+        "flickering light.",
+        gt=0,
+        le=442,
     )
     plane_distance: float = Field(
-        0.003, gt=0, description="plane: m off the plane to count as standing off it; above the depth noise, below the radius."
+        0.003,
+        gt=0,
+        description="Least height above the supporting plane that counts as object, for plane. m, over 0. Keep it above "
+        "the depth "
+        "noise and below the object's radius.",
     )
-    plane_iterations: int = Field(200, ge=10, le=100_000, description="plane: RANSAC draws.")
-    ridge_filter: Literal["sato", "frangi"] = Field("sato", description="ridge: which of scikit-image's filters.")
-    ridge_sigmas: tuple[float, ...] = Field(
-        (2.0, 4.0, 6.0), min_length=1, description="ridge: px at the size of the filter, half-widths of the lines looked for."
-    )
-    ridge_pixels: int = Field(500_000, ge=1000, description="ridge: larger images are filtered at this many pixels.")
     max_width: float = Field(
         0.05,
         gt=0,
-        description="m; what is wider than this on all sides is not the object (a table, a gripper). "
-        "Not applied to masks that the caller gives, nor to everything.",
+        description="Remove regions that are wider than this in every direction, such as a table or a gripper. m, over "
+        "0. Raise it "
+        "for hoses thicker than this; masks that the caller gives and everything are not touched.",
     )
-    max_ratio: float = Field(
-        2.5, gt=1, description="what is wider on all sides than this many times the usual width goes too; likewise."
+    max_width_ratio: float = expert(
+        2.5,
+        "Remove regions that are wider in every direction than this multiple of the median width. Ratio, over 1. Raise it for "
+        "objects of very different widths; masks that the caller gives and everything are not touched.",
+        gt=1,
     )
-    min_depth: float = Field(0.02, gt=0, description="m; nearer readings are dropped, and an object nearer has a wrong unit.")
-    max_depth: float = Field(20.0, gt=0, description="m; farther readings are dropped, and an object farther has a wrong unit.")
-    window: int = Field(2, ge=1, le=10, description="pixels; half-width of the window in which depth readings are compared.")
-    edge_tolerance: float = Field(0.003, gt=0, description="m per pixel of distance; readings that differ by more do not agree.")
-    edge_noise: float = Field(
-        3.0, ge=0, description="times the usual difference of readings side by side that edge_tolerance is at least."
-    )
-    edge_support: int = Field(
-        7,
-        ge=0,
-        description="neighbours in the window that must agree with a depth reading, or half of those there are; "
-        "fewer = a flying point, which goes.",
-    )
-    holes: int = Field(
-        2,
-        ge=0,
-        description="pixels; the mask farther than this from a reading gets the depth between those round it; 0: none.",
-    )
-    cloud_window: float = Field(
-        2.0,
+    min_depth: float = Field(
+        0.02,
         gt=0,
-        le=10,
-        description="point spacings; neighbours in a cloud are those in three cells of this size on either axis.",
+        description="Ignore nearer readings; an object nearer than this has a wrong unit. m, over 0. Lower it for macro lenses.",
     )
-    cloud_support: float = Field(
-        0.15, ge=0, lt=1, description="share of the usual number of neighbours that a point of a cloud must have, or it goes."
-    )
-    smooth: bool = Field(
-        True, description="find the voxels from the mean of each reading and the neighbours that agree (not the axis)."
-    )
-    steady: float = Field(
-        0.3,
+    max_depth: float = Field(
+        20.0,
         gt=0,
-        description="radii; error of the smoothed depth at most: the window in which it is averaged grows with the noise.",
+        description="Ignore farther readings; an object farther than this has a wrong unit. m, over 0. Raise it outdoors.",
     )
-    min_component: int = Field(
-        30, ge=1, description="pixels; smaller connected pieces of the mask go, and smaller holes in it are closed."
+    outlier_slope: float = expert(
+        0.003,
+        "Largest depth step between neighboring readings of one surface. m per pixel of distance, over 0; raised to a "
+        "multiple of "
+        "the measured depth noise by itself. Raise it if strands that run away from the camera lose parts.",
+        gt=0,
+    )
+    min_component: int = expert(
+        30,
+        "Remove smaller connected pieces of the mask, and close smaller holes in it. Pixels, 1 or more. Lower it for far, thin "
+        "wires in small images.",
+        ge=1,
     )
 
     @model_validator(mode="after")
@@ -127,235 +145,311 @@ class SegmentConfig(Section):
 
 
 class VoxelizeConfig(Section):
-    """Points to a sparse voxel grid."""
+    """Turn points into a sparse voxel grid."""
 
-    size: float | None = Field(None, gt=0, description="m, edge of a voxel; null: chosen from point spacing and radius.")
-    radius: float | None = Field(None, gt=0, description="m, the object's radius if it is known; null: from the seen width.")
-    size_over_radius: float = Field(
-        0.5, gt=0.05, le=2, description="voxel edge in radii, when chosen; finer keeps near strands apart, coarser bridges holes."
+    radius: float | None = Field(
+        None,
+        gt=0,
+        description="Radius of the object if it is known. m (px in 2-D), over 0; null measures it. Set it if the "
+        "measured one is wrong.",
     )
-    size_over_spacing: float = Field(1.6, ge=0.5, le=10, description="voxel edge in point spacings at least, when chosen.")
-    core: float = Field(
+    size: float | None = expert(
+        None,
+        "Edge of a voxel. m, over 0; null chooses it from the radius and the point spacing. Lower it if neighboring "
+        "strands merge.",
+        gt=0,
+    )
+    core_fraction: float = expert(
         0.6,
+        "Use only the part of a strand's mask that is at least this fraction of the half-width away from its edge. 0 to "
+        "1; 0 uses "
+        "all of it. Raise it if strands side by side merge.",
         ge=0,
         lt=1,
-        description="of a strand in a mask, the part at least this share of its half-width from the edge is used.",
     )
-    rim: float = Field(0.0, ge=0, description="pixels; what is no more than this nearer to the edge than the middle is used too.")
-    step: float = Field(
-        0.0, ge=0, description="radii by which the depth steps down where a strand goes on beneath another; 0: not looked for."
+    core_margin_px: float = expert(
+        0.0,
+        "Also use pixels that are at most this much nearer to the edge than the middle of the strand is. Pixels, 0 or "
+        "more. Raise "
+        "it if thin strands break.",
+        ge=0,
     )
-    close: int = Field(1, ge=0, le=5, description="voxels by which holes are closed (dilate, then erode).")
-    max_voxels: int = Field(2_000_000, ge=100, description="occupied voxels at most; more are refused with the number.")
-    min_component: int = Field(12, ge=1, description="voxels of half a radius; smaller 26-connected pieces go.")
-
-
-class ThinConfig(Section):
-    """Voxels to a curve skeleton."""
-
-    method: Literal["directional"] = Field(
-        "directional", description="six-direction sequential thinning of simple points, curve ends kept (Lee, Kashyap, Chu 1994)."
+    split_at_depth_step: float = expert(
+        0.0,
+        "Split strands where the depth steps down by at least this much, as where one passes beneath another. Radii, 0 "
+        "or more; "
+        "0 turns it off. Set it to 1 for piles of stiff tubes.",
+        ge=0,
     )
 
 
 class TraverseConfig(Section):
-    """Skeleton to ordered paths."""
+    """Turn the skeleton into ordered paths."""
 
-    method: Literal["graph", "contours"] = Field(
+    method: Literal["graph", "contours"] = expert(
         "graph",
-        description="graph: every branch once; contours: round both sides of each skeleton, the paper's way, in 2-D only.",
+        "graph follows every branch of the skeleton once; contours follows both sides of each skeleton, as the paper does, in "
+        "2-D only. Change it only to reproduce the paper.",
     )
-    min_branch: float = Field(2.5, ge=0, description="radii; shorter branches with a free end are spurs and go.")
-    min_loop: float = Field(
-        12.0, ge=0, description="radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."
-    )
-    smooth: float = Field(1.0, ge=0, description="radii; half-width of the moving mean that takes the voxel steps out of a path.")
-    min_bridge: float = Field(3.0, ge=0, description="radii; two forks nearer to each other than this are one crossing.")
-    max_trim: float = Field(15.0, ge=0, description="radii cut at most from a path where it meets a junction.")
-    trim: float = Field(1.0, ge=0, description="radii cut at least from a path where it meets a junction, whose pull bends it.")
-    separation: float = Field(
-        2.2, ge=0, description="radii between paths at a junction up to which both are cut, for their surfaces still touch."
+    min_branch: float = Field(
+        2.5,
+        ge=0,
+        description="Remove shorter branches that have a free end: spurs of the thinning. Radii, 0 or more. Raise it "
+        "for hairy ropes.",
     )
 
 
 class FitConfig(Section):
-    """Paths to chains of equal segments: the paper's traversal algorithm."""
+    """Lay chains of equal segments along the paths: the paper's traversal algorithm (Algorithm 2)."""
 
-    segment_length: float = Field(0.01, gt=0, description="l_s, m (px in 2-D).")
-    max_turn: float = Field(60.0, gt=0, lt=180, description="degrees between segments; more ends the chain.")
+    segment_length: float = Field(
+        0.01, gt=0, description="Length of every segment, l_s. m (px in 2-D), over 0. Shorter follows tighter bends."
+    )
+    max_turn: float = Field(
+        60.0,
+        gt=0,
+        lt=180,
+        description="End a chain at a turn sharper than this. Degrees between segments, 0 to 180. Lower it for stiff objects.",
+    )
 
 
 class PruneConfig(Section):
-    """Overlapping segments."""
+    """Remove segments that overlap with others."""
 
-    width: float | None = Field(None, gt=0, description="m (px in 2-D), width of the cuboids; null: width_over_voxel voxels.")
-    width_over_voxel: float = Field(1.5, gt=0, le=10, description="width of the cuboids in voxels (pixels), when chosen.")
+    width: float | None = expert(
+        None,
+        "Width of the cuboids that are tested for overlap. m (px in 2-D), over 0; null takes 1.5 voxels. Set it only to "
+        "reproduce "
+        "the paper.",
+        gt=0,
+    )
+
+
+class Bending(NamedTuple):
+    """How much bending counts against a connection, and how much of its curvature an end is expected to keep."""
+
+    direction_weight: float
+    curvature_weight: float
+    curvature_persistence: float
+
+
+STIFFNESS: dict[str, Bending] = {
+    "thread": Bending(25.0, 25.0, 0.2),
+    "rope": Bending(50.0, 50.0, 0.5),
+    "cable": Bending(100.0, 100.0, 0.7),
+    "rod": Bending(200.0, 200.0, 0.9),
+}
+"""Weights per radian, and persistence. "cable" holds the paper's weights; docs/accuracy.md has each on every scene family."""
 
 
 class MergeConfig(Section):
-    """Which chain ends belong together: the paper's equations 1 to 5."""
+    """Decide which chain ends belong together: the paper's equations 1 to 5."""
 
-    chains: int | None = Field(None, ge=1, description="the wanted number of chains; null: decide from the data.")
-    distance_weight: float = Field(1.0, ge=0, description="w_e, per millimetre (per pixel in 2-D).")
-    direction_weight: float = Field(100.0, ge=0, description="w_d, per radian.")
-    curvature_weight: float = Field(100.0, ge=0, description="w_c, per radian.")
-    free_space_weight: float = Field(
-        20.0, ge=0, description="per millimetre of the gap that runs where the camera saw through; 0 = off."
+    chains: int | None = Field(
+        None, ge=1, description="Number of chains wanted. 1 or more; null decides from the data. Set it if you know the number."
     )
-    unknown_weight: float = Field(
-        2.0, ge=0, description="per millimetre of the gap of which nothing is known: no depth there, or a cloud without a camera."
+    stiffness: Literal["thread", "rope", "cable", "rod"] = Field(
+        "cable",
+        description="Stiffness of the object: how much a bend counts against a connection, and how far an end keeps its "
+        "curvature. "
+        "thread, rope, cable or rod. Choose the nearest; the three settings it stands for win where they are set.",
     )
-    open_weight: float = Field(
-        0.0, ge=0, description="per end beyond which nothing hides what would go on there, and nothing does; 0 = off."
+    max_cost: float = Field(
+        500.0,
+        gt=0,
+        description="Do not make connections that cost more. Cost units (1 per mm of gap, weights per radian), over 0; "
+        ".inf allows all. "
+        "Lower it if parts are joined that do not belong together.",
     )
-    open_reach: float = Field(2.0, gt=0, description="radii beyond an end that are looked at for that.")
-    own: dict[str, float] = Field({}, description="weights of costs of your own, by their names in doo3d.costs.OWN.")
-    keep_bending: float = Field(
-        0.7,
+    max_gap: float = Field(
+        0.25, gt=0, description="Do not join ends farther apart. m (px in 2-D), over 0. Raise it for wide occluders."
+    )
+    min_length: float = Field(
+        4.0,
+        ge=0,
+        description="Remove shorter chains when the number is decided from the data. Radii, 0 or more. Raise it if "
+        "clutter is found.",
+    )
+    allow_closed_chains: bool = Field(
+        False,
+        description="Join the two ends of one chain to a ring when nothing else is left to join. Set it for loops such as belts.",
+    )
+    strategy: Literal["greedy", "global"] = expert(
+        "global",
+        "greedy makes the cheapest connection first, as the paper does; global makes all connections at the least total cost "
+        "(maximum-weight matching). Change it only to reproduce the paper.",
+    )
+    distance_weight: float = expert(
+        1.0, "Cost of distance, w_e. Per mm (per px in 2-D), 0 or more. Raise it if connections are too long.", ge=0
+    )
+    direction_weight: float | None = expert(
+        None, "Cost of a change of direction, w_d. Per radian, 0 or more; null takes it from stiffness.", ge=0
+    )
+    curvature_weight: float | None = expert(
+        None, "Cost of a change of curvature, w_c. Per radian, 0 or more; null takes it from stiffness.", ge=0
+    )
+    curvature_persistence: float | None = expert(
+        None,
+        "Fraction of its curvature that an end is expected to keep across a gap. 0 to 1; 0 is the paper's, null takes "
+        "it from stiffness.",
         ge=0,
         le=1,
-        description="share of its curvature that an end is expected to keep on its way across a gap; 0: the paper.",
     )
-    border: float = Field(
-        8.0, ge=0, description="radii from the edge of the view within which an end leaves it; two such ends are not joined."
+    free_space_weight: float = expert(
+        20.0,
+        "Cost of a gap that runs through space the camera saw to be empty. Per mm (per px in 2-D), 0 or more; 0 turns "
+        "it off. Lower "
+        "it if masks or depth have many holes.",
+        ge=0,
     )
-    direction_length: float = Field(
-        10.0, ge=0, description="radii of chain over which the direction of an end is taken; 0: its last segment, as the paper."
+    unknown_weight: float = expert(
+        2.0,
+        "Cost of a gap through places without depth, or in a cloud without a camera. Per mm (per px in 2-D), 0 or more. "
+        "Lower it for "
+        "sensors with large holes.",
+        ge=0,
     )
-    max_cost: float = Field(500.0, gt=0, description="a connection dearer than this is not made; .inf = any is.")
-    patience: float = Field(
-        3.0, ge=1, description="times max_cost that a connection may cost where fewer chains are wanted than are left otherwise."
+    exposed_end_cost: float = expert(
+        0.0,
+        "Cost added for each end in plain view (no occluder ahead of it), since it is probably a real tip. Cost units, "
+        "0 or more; 0 "
+        "turns it off. Raise it for piles of tubes.",
+        ge=0,
     )
-    remnant: float = Field(
-        0.1, ge=0, le=1, description="share of the longest chain's length below which a chain is not joined at that cost."
+    tangent_window_radii: float = expert(
+        10.0,
+        "Length of chain over which the direction of an end is measured. Radii, 0 or more; 0 takes the last segment "
+        "alone, as the "
+        "paper does. Lower it for objects with tight bends.",
+        ge=0,
     )
-    max_gap: float = Field(0.25, gt=0, description="m (px in 2-D); ends farther apart are not joined.")
-    min_length: float = Field(4.0, ge=0, description="radii; when the number is left to the data, shorter chains go.")
-    strategy: Literal["greedy", "global"] = Field(
-        "global",
-        description="greedy: the paper's rule, the cheapest pair first; global: all connections together at the least cost.",
+    custom_costs: dict[str, float] = expert(
+        {}, "Weights of cost terms of your own, by their names in doo3d.stages.merge.costs.CUSTOM_COSTS."
     )
-    rings: bool = Field(False, description="the two ends of one chain may be joined, when nothing else is left to join.")
+
+    @property
+    def bending(self) -> Bending:
+        """The three settings of bending: as set, else as `stiffness` says."""
+        own = (self.direction_weight, self.curvature_weight, self.curvature_persistence)
+        return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))
 
 
 class FillConfig(Section):
-    """Gaps to tangent arcs and lines."""
+    """Close gaps with tangent arcs and lines."""
 
-    radius: float | None = Field(None, gt=0, description="m (px in 2-D), turn radius where it is free; null: see max_deviation.")
-    max_deviation: float = Field(
-        20.0, gt=0, lt=90, description="degrees between the line and the straight way across at most, when the radius is chosen."
-    )
-    side: Literal["outside", "inside"] = Field(
-        "outside", description="ends that both turn away: round the outside of the gap or through its inside."
+    side: Literal["outside", "inside"] = expert(
+        "outside",
+        "Where ends turn away from each other, lead the gap path round the outside of the gap or through its inside. "
+        "Change it for "
+        "objects that fold back on themselves.",
     )
 
 
 class RefineConfig(Section):
-    """Surface to axis, radius, equal segments."""
+    """Estimate the axis and the radius from the seen surface, and lay equal segments."""
 
-    rounds: int = Field(2, ge=0, le=10, description="times the axis is estimated from the surface; 0: stay on the surface.")
-    spacing: float = Field(0.4, gt=0, le=2, description="radii between the places where the axis is estimated.")
-    pool: float = Field(1.0, ge=0, description="radii on either side that the estimate at a place is taken from.")
-    smooth: float = Field(1.2, ge=0, description="radii; detail of the axis shorter than about 2 pi times this is smoothed.")
-    depth_weight: float = Field(
-        0.06,
-        gt=0,
-        le=1,
-        description="weight of the depth, which a stereo camera knows worse and in waves, beside 1 for sideways.",
+    iterations: int = expert(
+        2, "Times the axis is estimated from the surface. 0 to 10; 0 leaves the chain on the surface.", ge=0, le=10
     )
-    depth_noise: float = Field(
-        0.15, gt=0, description="radii; a depth known worse than this weighs less, by the square of how much worse."
+    min_radius_ratio: float = expert(
+        0.0,
+        "Remove chains thinner than this fraction of the thickest chain's radius: lines of the background. 0 to 1; 0 "
+        "turns it off. "
+        "Lower it for objects of different widths.",
+        ge=0,
+        lt=1,
     )
-    prior: float = Field(0.01, gt=0, le=1, description="weight of the filled path where nothing was seen, beside 1 where it was.")
-    reach: float = Field(2.2, gt=0, description="radii round the path within which surface points belong to it.")
-    extend: float = Field(6.0, ge=0, description="radii by which an end may be carried on to the last surface point.")
-    stub: float = Field(
-        8.0, ge=0, description="radii beyond a hidden end within which a bit of surface is taken for where it goes on; 0: none."
-    )
-    min_width: float = Field(
-        0.0, ge=0, lt=1, description="share of the thickest chain's radius; thinner chains are lines of the background, and go."
-    )
-    occluded: Literal["carried", "mapped", "both"] = Field(
+    occluded: Literal["from_gaps", "from_depth", "both"] = expert(
         "both",
-        description="which segments are occluded: carried from the gaps of at least segment_length that merging closed; "
-        "mapped: no surface point near; both: carried and confirmed by mapping.",
+        "Which segments are marked occluded. from_gaps: those in gaps of at least segment_length that merging closed; "
+        "from_depth: "
+        "those without a surface point near; both: those in gaps that the surface points confirm.",
     )
 
 
-class GrowConfig(Section):
-    """Strands beyond the mask, by their colours in the image (2-D)."""
+class CrossingsConfig(Section):
+    """Tell where strands cross in the view, and which is on top."""
 
-    reach: float = Field(
-        0.0, ge=0, le=1000, description="radii that a strand is followed beyond the end of the mask, at most; 0: none."
-    )
-    rounds: int = Field(3, ge=1, le=10, description="times at most that ends are followed and the chains found anew.")
-    hidden: float = Field(8.0, ge=0, description="radii of the way that may look different: another strand, a print, a glare.")
-    noise: float = Field(6.0, gt=0, description="grey levels by which the colours of one strand differ at least.")
-    max_difference: float = Field(
-        2.5, gt=0, description="squared difference of the strand ahead to the strand so far, in variances of the latter."
-    )
-    min_contrast: float = Field(1.5, ge=0, description="by how much more, at least, the background on either side has to differ.")
-    adapt: float = Field(0.2, ge=0, le=1, description="share of its colours that a strand takes over at a step of half a radius.")
-
-
-class EvidenceConfig(Section):
-    """What the camera says about a place."""
-
-    margin: float = Field(
-        0.004, gt=0, description="m; depth measured this much behind a place, at least, says that the camera saw through it."
-    )
-    margin_radii: float = Field(
-        1.2, ge=0, description="radii; and this much: what lies on a table hides it, and is two radii thick."
-    )
-    through: bool = Field(
-        False, description="where the object itself is seen behind a place, the camera saw through it, too; for tangles of tubes."
+    use_color: bool = Field(
+        True,
+        description="Let the color in the overlap tell which strand is on top, beside depth. Turn it off for printed or "
+        "striped "
+        "objects whose colors repeat.",
     )
 
 
-class TracksConfig(Section):
-    """Which chain is which from frame to frame."""
+class ExtendMaskConfig(Section):
+    """Follow strands beyond the mask by their colors in the image (2-D)."""
 
-    lengths: float = Field(0.1, gt=0, description="lengths of a chain by which it may move from frame to frame, in the mean.")
-    radii: float = Field(10.0, ge=0, description="radii; so far it may move in any case.")
-    keep: int = Field(30, ge=0, description="frames for which a chain that is not found is remembered where it was.")
+    max_length: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="Follow a strand up to this far beyond the end of the mask. Radii, 0 to 1000; 0 turns it off. Lower it if "
+        "chains run on into the background.",
+    )
+
+
+class VisibilityConfig(Section):
+    """Tell from the depth image whether a place is seen, hidden or free."""
+
+    margin: float = expert(
+        0.004,
+        "Count a place as free space where the depth lies at least this much behind it. m, over 0. Raise it for sensors "
+        "with more "
+        "depth noise.",
+        gt=0,
+    )
+    own_object_counts_as_free: bool = expert(
+        False, "Count a place as free space also where the surface behind it is the object itself. Set it for piles of tubes."
+    )
+
+
+class TrackingConfig(Section):
+    """Keep each chain's identity from frame to frame."""
+
+    max_motion_lengths: float = expert(
+        0.1,
+        "Largest mean motion of a chain from one frame to the next. Chain lengths, over 0. Raise it for fast motion or "
+        "few frames "
+        "per second.",
+        gt=0,
+    )
 
 
 class FusionConfig(Section):
-    """Many views of a thing at rest as one cloud (`--static`)."""
+    """Fuse many views of an object at rest into one cloud (`--fuse-views`)."""
 
-    voxel: float | None = Field(
-        None, gt=0, description="m, edge of the voxels in which points are averaged; null: how far apart a frame's points are."
-    )
-    min_views: int = Field(
+    min_views: int = expert(
         2,
+        "Frames that must show a place, where others see through it, to keep it. 1 or more; half of all frames where "
+        "they are few. "
+        "Raise it for noisy sensors.",
         ge=1,
-        description="frames that must have seen something near a voxel if others saw through it; half of all where they are few.",
     )
-    cell: float = Field(4.0, ge=1, description="voxels; what is as near as this is near.")
-    max_sights: int = Field(24, ge=2, description="frames, evenly over all, whose masks tell where the axis is.")
 
 
 class Config(Section):
     """The whole configuration, a section per stage."""
 
     mode: Literal["auto", "2d"] = Field(
-        "auto", description="auto: 3-D; 2d: in the image, lengths in pixels, depth forgotten where there is any."
+        "auto", description="auto works in 3-D; 2d in the image, with lengths in pixels and without depth. The presets set it."
     )
-    seed: int = Field(0, ge=0, description="of everything that draws random numbers.")
+    seed: int = Field(0, ge=0, description="Seed of everything that draws random numbers. 0 or more.")
     segment: SegmentConfig = SegmentConfig()
     voxelize: VoxelizeConfig = VoxelizeConfig()
-    thin: ThinConfig = ThinConfig()
     traverse: TraverseConfig = TraverseConfig()
     fit: FitConfig = FitConfig()
     prune: PruneConfig = PruneConfig()
     merge: MergeConfig = MergeConfig()
     fill: FillConfig = FillConfig()
     refine: RefineConfig = RefineConfig()
-    grow: GrowConfig = GrowConfig()
-    evidence: EvidenceConfig = EvidenceConfig()
-    tracks: TracksConfig = TracksConfig()
+    crossings: CrossingsConfig = CrossingsConfig()
+    extend_mask: ExtendMaskConfig = ExtendMaskConfig()
+    visibility: VisibilityConfig = VisibilityConfig()
+    tracking: TrackingConfig = TrackingConfig()
     fusion: FusionConfig = FusionConfig()
 
     def to_yaml(self) -> str:
-        """The effective configuration as YAML that load_config reads back to the same Config."""
+        """Return the effective configuration as YAML that load_config reads back to the same Config."""
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)

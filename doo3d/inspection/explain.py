@@ -93,7 +93,7 @@ def explain(data: Frame | Cloud | Image, stages: Stages, config: Config, mask: A
     """What became of a frame, from what `pipeline.walked` made of it with this config and mask."""
     pruned = pruned_segments(stages.fitted, stages.pruned)
     merges = _merges(stages, config)
-    told = _told(data, config, mask) if config.grow.reach == 0 else None
+    told = _told(data, config, mask) if config.extend_mask.max_length == 0 else None
     return Explanation((_segmented(stages, told), *_accounts(stages, config, pruned, merges)), merges, pruned)
 
 
@@ -120,7 +120,7 @@ def _segments(joints: Floats) -> Floats:
 def _merges(stages: Stages, config: Config) -> tuple[Merge, ...]:
     if not stages.pruned:
         return ()
-    evidence = Evidence.of(stages.foreground, config.evidence, stages.grid.radius)
+    evidence = Evidence.of(stages.foreground, config.visibility, stages.grid.radius)
     joined = join(stages.pruned, config.merge, stages.grid.radius, config.fill, evidence)
     kept = _in_result(stages)
     order = sorted(range(len(joined.links)), key=lambda i: joined.links[i][2])

@@ -153,7 +153,7 @@ def _tracker(capture: Capture, config: Config, folder: ResultsFolder) -> Tracker
         return None
     done = [name for name, line in folder.done.items() if line["status"] == OK]
     files = (folder.file(name, SUFFIXES["json"]) for name in done)
-    return Tracker.resumed((json.loads(file.read_text(encoding="utf-8")) for file in files), config.tracks)
+    return Tracker.resumed((json.loads(file.read_text(encoding="utf-8")) for file in files), config.tracking)
 
 
 def _frames(

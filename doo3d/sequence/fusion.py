@@ -28,6 +28,13 @@ MOVED, TURNED = 0.005, np.radians(1.0)
 """m and radians; a camera whose poses differ by less has not moved."""
 
 
+SUPPORT_RADIUS_VOXELS = 4.0
+"""Radius, in voxels, within which observations of different frames support each other."""
+
+MAX_VIEWS = 24
+"""Frames, evenly over all, whose masks tell where the axis is: more cost time and add little."""
+
+
 @dataclass
 class _Voxels:
     """Occupied voxels of an edge in m: keys (M,) ascending, the sums (M, C) of what was in each, and how many frames saw it."""
@@ -42,7 +49,7 @@ class _Voxels:
         places = np.floor(points / self.size).astype(np.int64) + HALF
         if (places < 0).any() or (places >= 2 * HALF).any():
             raise InputError(
-                f"it lies over {HALF * self.size:.3g} m from the world's origin: give a larger fusion.voxel",
+                f"it lies over {HALF * self.size:.3g} m from the world's origin: give poses in metres from an origin nearby",
                 code="voxels-too-many",
             )
         return np.asarray((places[:, 0] * 2 * HALF + places[:, 1]) * 2 * HALF + places[:, 2])
@@ -91,7 +98,7 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     """
     fine: _Voxels | None = None
     coarse: _Voxels | None = None
-    sights = _Sights(config.fusion.max_sights)
+    sights = _Sights(MAX_VIEWS)
     poses: list[Floats] = []
     notes: list[str] = []
     codes: set[str] = set()
@@ -111,8 +118,8 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
             codes.add(error.code)
             continue
         if fine is None or coarse is None:
-            size = config.fusion.voxel or point_spacing(found)
-            fine, coarse = _Voxels(size), _Voxels(config.fusion.cell * size)
+            size = point_spacing(found)
+            fine, coarse = _Voxels(size), _Voxels(SUPPORT_RADIUS_VOXELS * size)
         points = found.points @ pose[:3, :3].T + pose[:3, 3]
         one = np.ones((len(points), 1))
         fine.add(points, np.concatenate((one, points, _colors(found)), axis=1))
@@ -135,7 +142,7 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
         notes.append(f"{lost} frames without a pose are left out")
     check_moved(np.array(poses))
     least = min(config.fusion.min_views, (len(poses) + 1) // 2)
-    seen, shown = _kept(fine, coarse, least, sights.kept, config.evidence.margin)
+    seen, shown = _kept(fine, coarse, least, sights.kept, config.visibility.margin)
     places: Floats = np.array(poses)[:, :3, 3]
     central = places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]
     viewpoint = central if sights.kept else None

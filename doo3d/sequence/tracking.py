@@ -12,12 +12,19 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ..config import TracksConfig
+from ..config import TrackingConfig
 from ..errors import InputError
 from ..types import Chain, Connection, Crossing, Detection, Floats, Ints, Place
 
 NODES = 60
 """Steps of the longer of two chains at which they are compared."""
+
+
+MIN_MOTION_RADII = 10.0
+"""Radii by which a chain may move from one frame to the next in any case, however short it is."""
+
+MAX_AGE = 30
+"""Frames for which a chain that is not found is remembered where it was: a second of video."""
 
 
 class Match(NamedTuple):
@@ -51,13 +58,13 @@ class State:
     free: int = 0
 
 
-def follow(state: State, detection: Detection, config: TracksConfig | None = None) -> tuple[Detection, State]:
+def follow(state: State, detection: Detection, config: TrackingConfig | None = None) -> tuple[Detection, State]:
     """The detection with ids, its chains in the directions they had before, and the state for the next frame.
 
     Chains are assigned to remembered ones all together, so that what they are nearer by is most in total (the Hungarian
     method). The order of the chains stays; crossings and connections go with the segments they are at.
     """
-    config = config or TracksConfig()
+    config = config or TrackingConfig()
     matches = [[compare(seen.chain, chain, config) for chain in detection.chains] for seen in state.seen]
     gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(matches), len(detection.chains))
     pairs = {int(k): int(s) for s, k in zip(*linear_sum_assignment(-gain), strict=True) if gain[s, k] > 0}
@@ -70,7 +77,7 @@ def follow(state: State, detection: Detection, config: TracksConfig | None = Non
         chains.append(replace(chain, id=state.seen[pairs[k]].chain.id if known else next(free)))
         moved.append(segments)
     found = replace(detection, chains=tuple(chains), crossings=_carried(detection.crossings, moved))
-    return found, _after(State(state.seen, next(free)), found.chains, config.keep)
+    return found, _after(State(state.seen, next(free)), found.chains, MAX_AGE)
 
 
 def _after(state: State, chains: Iterable[Chain], keep: int) -> State:
@@ -80,10 +87,10 @@ def _after(state: State, chains: Iterable[Chain], keep: int) -> State:
     return State(tuple(seen[number] for number in sorted(number for number in seen if number is not None)), state.free)
 
 
-def compare(old: Chain, new: Chain, config: TracksConfig) -> Match:
+def compare(old: Chain, new: Chain, config: TrackingConfig) -> Match:
     """How `new` lies on `old`: NONE where it is farther away than a chain may move from frame to frame."""
     radius = float(np.nanmax((old.radius, new.radius, 0.0)))
-    reach = max(config.radii * radius, config.lengths * min(old.length, new.length))
+    reach = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
     low, high = (np.array([side(chain.joints, axis=0) for chain in (old, new)]) for side in (np.min, np.max))
     if (low.max(axis=0) - high.min(axis=0) > reach).any():
         return NONE
@@ -167,8 +174,8 @@ def _carried(crossings: tuple[Crossing, ...], moved: list[Ints]) -> tuple[Crossi
 class Tracker:
     """`follow` from frame to frame. A frame that failed is left out: the next one is compared with the one before it."""
 
-    def __init__(self, config: TracksConfig | None = None, state: State | None = None) -> None:
-        self._config = config or TracksConfig()
+    def __init__(self, config: TrackingConfig | None = None, state: State | None = None) -> None:
+        self._config = config or TrackingConfig()
         self._state = state or State()
 
     def update(self, detection: Detection) -> Detection:
@@ -181,7 +188,7 @@ class Tracker:
         return self._state
 
     @staticmethod
-    def resumed(documents: Iterable[Mapping[str, Any]], config: TracksConfig | None = None) -> Tracker:
+    def resumed(documents: Iterable[Mapping[str, Any]], config: TrackingConfig | None = None) -> Tracker:
         """A tracker as it was after the frames of these documents (schema doo3d/detection/1), given in their order.
 
         All frames so far, for ids are never used twice; those long ago are only asked for their ids. Chains without an id are
@@ -191,8 +198,8 @@ class Tracker:
         ------
         InputError : a document is not what was written.
         """
-        config = config or TracksConfig()
-        last: deque[Mapping[str, Any]] = deque(maxlen=config.keep + 1)
+        config = config or TrackingConfig()
+        last: deque[Mapping[str, Any]] = deque(maxlen=MAX_AGE + 1)
         free = 0
         try:
             for document in documents:
@@ -200,7 +207,7 @@ class Tracker:
                 free = max([free, *(chain["id"] + 1 for chain in document["chains"] if chain.get("id") is not None)])
             state = State(free=free)
             for document in last:
-                state = _after(state, [_chain(chain) for chain in document["chains"]], config.keep)
+                state = _after(state, [_chain(chain) for chain in document["chains"]], MAX_AGE)
         except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
             raise InputError(
                 f"the results so far are broken ({error!r}): start anew with --fresh", code="results-damaged"

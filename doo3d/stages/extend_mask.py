@@ -10,7 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..config import GrowConfig
+from ..config import ExtendMaskConfig
 from ..types import Array, Bools, Chain, Floats, Foreground
 
 INSIDE = np.linspace(-0.7, 0.7, 5)  # radii from the middle, where the strand's colours are read
@@ -24,13 +24,29 @@ SUBPIXEL = 4  # bits of cv2's drawing
 CONTRAST_WEIGHT, CONTRAST_ENOUGH, TURN_WEIGHT, SHIFT_WEIGHT = 0.5, 6.0, 0.36, 0.05  # among ways that all look right
 
 
-def grow(chains: list[Chain], foreground: Foreground, config: GrowConfig) -> Bools | None:
+MAX_HIDDEN = 8.0
+"""Radii of the strand that may look different: another strand on top, a print, a glare."""
+
+COLOR_NOISE = 6.0
+"""Grey levels of 255 by which the colors of one strand differ anyway."""
+
+MAX_COLOR_DISTANCE = 2.5
+"""Squared color distance of the strand ahead from the strand so far, at most, in variances of the latter."""
+
+MIN_CONTRAST = 1.5
+"""Squared color distance by which the background on either side must differ more than that."""
+
+COLOR_ADAPTATION = 0.2
+"""Fraction of the colors ahead that a strand takes over at a step of half a radius."""
+
+
+def grow(chains: list[Chain], foreground: Foreground, config: ExtendMaskConfig) -> Bools | None:
     """The mask (H, W) of an image with the stretches of strands that it misses; None where there are none.
 
     chains : as found in it, px, radii known. An end at the image's border has nowhere to go on to.
     """
     mask, color = foreground.mask, foreground.color
-    if not config.reach or mask is None or color is None or foreground.points.shape[1] != 2:
+    if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
         return None
     smooth = cv2.GaussianBlur(color, (3, 3), 0)
     grown, found = mask.astype(np.uint8), False
@@ -47,7 +63,7 @@ def grow(chains: list[Chain], foreground: Foreground, config: GrowConfig) -> Boo
     return grown > 0 if found else None
 
 
-def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: GrowConfig) -> Floats:
+def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
     """(P, 2) px, the way on from the last of the joints (N, 2), which comes first; P = 1 where there is none.
 
     image : (H, W, 3). What hides the strand is jumped, up to `hidden` radii; it ends in what the mask has already.
@@ -55,10 +71,10 @@ def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: Gro
     tail = _tail(joints, TAIL * radius)
     course = tail[-1] - _tail(tail, COURSE * radius)[0]
     angle, place = float(np.arctan2(course[1], course[0])), tail[-1]
-    colors, spread = _colors(image, tail, radius, config.noise)
-    step, scan = STEP * radius, int(config.hidden / STEP) + 1
+    colors, spread = _colors(image, tail, radius, COLOR_NOISE)
+    step, scan = STEP * radius, int(MAX_HIDDEN / STEP) + 1
     way, gone, blocked = [place], 0.0, True
-    while gone < config.reach * radius:
+    while gone < config.max_length * radius:
         angles = angle + TURNS[:, None, None]
         along = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
         aside = np.stack((-along[..., 1], along[..., 0]), axis=-1)
@@ -75,14 +91,14 @@ def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: Gro
             best = cost.reshape(-1, count).argmin(axis=0)
             each = np.arange(count)
             strange, clear = difference.reshape(-1, count)[best, each], contrast.reshape(-1, count)[best, each]
-            seen = np.flatnonzero((strange <= config.max_difference) & (clear >= strange + config.min_contrast))
+            seen = np.flatnonzero((strange <= MAX_COLOR_DISTANCE) & (clear >= strange + MIN_CONTRAST))
             blocked = not len(seen)
             if not blocked:
                 break
         if blocked:
             break
         turn, shift = np.unravel_index(best[seen[0]], cost.shape[:2])
-        colors = colors + config.adapt * (inside[turn, shift, seen[0]] - colors)
+        colors = colors + COLOR_ADAPTATION * (inside[turn, shift, seen[0]] - colors)
         place, angle = places[turn, shift, seen[0]], angle + float(TURNS[turn])
         way.append(place)
         gone += float(looks[seen[0], 0])

@@ -28,9 +28,7 @@ def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
     for i, (piece, heading) in enumerate(zip(following, assembly.headings, strict=True)):
         start, end = points[-1][-1], piece[0]
         gap = float(np.linalg.norm(end - start))
-        way = tangent_path(
-            start, heading[0], end, heading[1], length / 20, config.radius, config.max_deviation, config.side == "inside"
-        )
+        way = tangent_path(start, heading[0], end, heading[1], length / 20, inside=config.side == "inside")
         joints = walk(way, length)[0][1:]
         if len(joints) and np.linalg.norm(joints[-1] - end) < 1e-9 * length:
             joints = joints[:-1]

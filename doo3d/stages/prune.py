@@ -10,6 +10,9 @@ from ..errors import require
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
 
+WIDTH_OVER_VOXEL = 1.5
+"""Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
+
 
 def prune(chains: list[Chain], config: PruneConfig, voxel: float) -> list[Chain]:
     """Chains without overlaps; a chain that loses an inner segment falls in two, one that loses all vanishes.
@@ -18,7 +21,7 @@ def prune(chains: list[Chain], config: PruneConfig, voxel: float) -> list[Chain]
     """
     if not chains:
         return []
-    width = config.width or config.width_over_voxel * voxel
+    width = config.width or WIDTH_OVER_VOXEL * voxel
     owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
     starts = np.concatenate([chain.joints[:-1] for chain in chains])
     ends = np.concatenate([chain.joints[1:] for chain in chains])

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..config import ThinConfig
 from ..kernels import zhang_suen
 from ..kernels.thinning import skeletonize
 from ..types import Skeleton, VoxelGrid
 
 
-def thin(grid: VoxelGrid, config: ThinConfig) -> Skeleton:
+def thin(grid: VoxelGrid) -> Skeleton:
     """The voxels of the curve skeleton, each at the centroid of its points; in 2-D pixels, by Zhang and Suen's rule."""
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids, grid.size, grid.radius)

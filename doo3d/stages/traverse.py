@@ -24,6 +24,22 @@ from ..types import Floats, Ints, Path, Skeleton
 FREE = -1
 
 
+MIN_LOOP = 12.0
+"""Radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."""
+
+SMOOTHING_RADII = 1.0
+"""Radii; half-width of the moving mean that takes the voxel steps out of a path."""
+
+JUNCTION_MERGE_DISTANCE = 3.0
+"""Radii; two forks nearer to each other than this are one crossing: strands at over 40 degrees thin to such a pair."""
+
+JUNCTION_TRIM_MIN, JUNCTION_TRIM_MAX = 1.0, 15.0
+"""Radii cut at least and at most from a path where it meets a junction, whose pull bends it."""
+
+JUNCTION_CLEARANCE = 2.2
+"""Radii between paths at a junction up to which both are cut, since there their surfaces still touch."""
+
+
 @dataclass(eq=False)
 class _Branch:
     """A run of points (P, D) without those of its nodes; `a` and `b` are nodes or FREE."""
@@ -107,8 +123,8 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
         return _contours(skeleton, config)
     graph, rings = _build(skeleton)
     _simplify(graph, config, skeleton.radius)
-    half = round(config.smooth * skeleton.radius / skeleton.size)
-    least = config.min_loop * skeleton.radius
+    half = round(SMOOTHING_RADII * skeleton.radius / skeleton.size)
+    least = MIN_LOOP * skeleton.radius
     rings += [graph.whole(branch)[:-1] for branch in graph.branches if _is_ring(graph, branch)]
     paths = [Path(moving_mean(ring, half, closed=True), closed=True) for ring in rings if steps(ring, True).sum() >= least]
     ways = [(branch, graph.whole(branch)) for branch in graph.branches]
@@ -194,7 +210,7 @@ def _simplify(graph: _Graph, config: TraverseConfig, radius: float) -> None:
             for node in {victim.a, victim.b} - {FREE}:
                 graph.dissolve(node)
             continue
-        bridges = [b for b in graph.branches if FREE != b.a != b.b != FREE and b.length < config.min_bridge * radius]
+        bridges = [b for b in graph.branches if FREE != b.a != b.b != FREE and b.length < JUNCTION_MERGE_DISTANCE * radius]
         if not bridges:
             return
         graph.contract(min(bridges, key=lambda branch: branch.length))
@@ -208,10 +224,10 @@ def _droppable(graph: _Graph, config: TraverseConfig, radius: float) -> list[_Br
         if (branch.a == FREE) != (branch.b == FREE):
             drop = branch.length < config.min_branch * radius
         elif branch.a == branch.b:
-            drop = branch.a != FREE and branch.length < config.min_loop * radius and len(graph.at(branch.a)) > 2
+            drop = branch.a != FREE and branch.length < MIN_LOOP * radius and len(graph.at(branch.a)) > 2
         else:
             twin = shortest.setdefault((min(branch.a, branch.b), max(branch.a, branch.b)), branch)
-            drop = twin is not branch and twin.length + branch.length < config.min_loop * radius
+            drop = twin is not branch and twin.length + branch.length < MIN_LOOP * radius
         if drop:
             result.append(branch)
     return result
@@ -228,14 +244,14 @@ def _trim(branch: _Branch, points: Floats, ways: _Ways, config: TraverseConfig, 
     cut = [0.0, 0.0]
     for end, node in enumerate((branch.a, branch.b)):
         if node == FREE:
-            cut[end] = min(config.trim * radius, 0.2 * float(along[-1]))
+            cut[end] = min(JUNCTION_TRIM_MIN * radius, 0.2 * float(along[-1]))
             continue
         inwards = points if end == 0 else points[::-1]
         away = along if end == 0 else along[-1] - along[::-1]
-        reach = int(np.searchsorted(away, config.max_trim * radius)) + 1
+        reach = int(np.searchsorted(away, JUNCTION_TRIM_MAX * radius)) + 1
         others = _others(branch, ways, node, end, reach)
-        clear = float(away[first_clear(np.ascontiguousarray(inwards[:reach]), others, config.separation * radius)])
-        cut[end] = max(config.trim * radius, min(clear, 0.4 * float(along[-1])))
+        clear = float(away[first_clear(np.ascontiguousarray(inwards[:reach]), others, JUNCTION_CLEARANCE * radius)])
+        cut[end] = max(JUNCTION_TRIM_MIN * radius, min(clear, 0.4 * float(along[-1])))
     if cut[0] + cut[1] >= along[-1]:
         return points[:0]
     low, high = cut[0], float(along[-1]) - cut[1]

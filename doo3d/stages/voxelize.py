@@ -23,6 +23,22 @@ LEAST = 3
 DEVIATION, SURE = 1.4826, 3.0  # standard deviations per median absolute deviation; so many of them are no noise
 
 
+SIZE_OVER_RADIUS = 0.5
+"""Edge of a voxel in radii: finer keeps strands side by side apart, coarser bridges holes."""
+
+SIZE_OVER_SPACING = 1.6
+"""Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
+
+CLOSING_ITERATIONS = 1
+"""Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
+
+MAX_VOXELS = 2_000_000
+"""Occupied voxels (pixels in 2-D) at most, for memory: thinning takes about 150 bytes each."""
+
+MIN_COMPONENT = 12
+"""Voxels of half a radius; smaller 26-connected pieces are removed."""
+
+
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """The occupied voxels with the centroids of their points; pieces of fewer than `min_component` voxels dropped.
 
@@ -40,28 +56,32 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
     apart = point_spacing(foreground)
     radius = config.radius or seen_radius(foreground, apart)
-    size = config.size or max(config.size_over_radius * radius, config.size_over_spacing * apart)
-    margin = config.close + 1
+    size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart)
+    margin = CLOSING_ITERATIONS + 1
     if foreground.steady is not None:
         points = foreground.steady
-    if config.core and foreground.pixels is not None and foreground.mask is not None:
-        mask = foreground.mask & ~behind(foreground, config.step * radius, radius / apart) if config.step else foreground.mask
-        points = points[in_core(mask, foreground.pixels, config.core, radius / apart, config.rim)]
+    if config.core_fraction and foreground.pixels is not None and foreground.mask is not None:
+        mask = (
+            foreground.mask & ~behind(foreground, config.split_at_depth_step * radius, radius / apart)
+            if config.split_at_depth_step
+            else foreground.mask
+        )
+        points = points[in_core(mask, foreground.pixels, config.core_fraction, radius / apart, config.core_margin_px)]
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
     cells = pack(points, origin, size, margin)
     if isinstance(cells, float):
         raise InputError(_too_large(cells, KEY_LIMIT, size), code="voxels-too-many")
-    if len(cells.keys) > config.max_voxels:
-        raise InputError(_too_large(len(cells.keys), config.max_voxels, size), code="voxels-too-many")
-    grid = close(cells.keys, cells.shape, config.close)
+    if len(cells.keys) > MAX_VOXELS:
+        raise InputError(_too_large(len(cells.keys), MAX_VOXELS, size), code="voxels-too-many")
+    grid = close(cells.keys, cells.shape, CLOSING_ITERATIONS)
     at = np.searchsorted(grid, cells.keys)
     coords = unpack(grid, cells.shape)
     counts = np.zeros(len(grid), dtype=np.int64)
     counts[at] = np.bincount(cells.cell)
     centroids = origin + (coords + 0.5) * size
     centroids[at] = cells.sums(points) / counts[at, None]
-    coarser = min(1.0, config.size_over_radius * radius / size)
-    least = min(config.min_component, max(LEAST, math.ceil(config.min_component * coarser**2)))
+    coarser = min(1.0, SIZE_OVER_RADIUS * radius / size)
+    least = min(MIN_COMPONENT, max(LEAST, math.ceil(MIN_COMPONENT * coarser**2)))
     return _finish(coords, centroids, counts, size, origin, radius, least)
 
 
@@ -120,9 +140,9 @@ def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> Voxe
     pixels = foreground.points.astype(np.int64) if foreground.pixels is None else foreground.pixels
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
-    if len(pixels) > config.max_voxels:
+    if len(pixels) > MAX_VOXELS:
         raise InputError(
-            f"the mask has {len(pixels)} pixels, the limit is {config.max_voxels}: scale the image down", code="voxels-too-many"
+            f"the mask has {len(pixels)} pixels, the limit is {MAX_VOXELS}: scale the image down", code="voxels-too-many"
         )
     radius = config.radius or max(mask_radius(mask), 0.5)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
@@ -132,7 +152,7 @@ def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> Voxe
 def _too_large(count: float, limit: float, size: float) -> str:
     return (
         f"the grid would hold {count:.4g} voxels of {size:.3g} m, the limit is {limit:.4g}: "
-        "set a larger voxelize.size, raise voxelize.max_voxels, or segment more narrowly"
+        "set a larger voxelize.size, or segment more narrowly"
     )
 
 

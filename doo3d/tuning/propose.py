@@ -15,6 +15,7 @@ from ..geometry.mask import mask_radius
 from ..stages.segment import segment
 from ..stages.segment.methods import method
 from ..stages.segment.methods.hsv import in_ranges
+from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING
 from ..types import Array, Bools, Cloud, Frame, Image
 from .hsv_range import fit_range, whole
 from .thin_object import Thin, at_pick, by_itself, thin_part
@@ -225,7 +226,7 @@ def _voxel(mask: Bools, radius: float, apart: float, config: Config, unit: str) 
         return None, "in 2-D the pixels are the grid"
     pixels = mask_radius(mask)
     narrow = float(np.min([thin_part(mask).half or pixels, pixels]))
-    by_radius, by_spacing = config.voxelize.size_over_radius * radius, config.voxelize.size_over_spacing * apart
+    by_radius, by_spacing = SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart
     if pixels > UNEVEN * narrow:
         size = round(max(by_radius * narrow / pixels, by_spacing), 5)
         return size, "strands lie side by side in the mask: by the width of single ones, which its own width does not tell"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
-from doo3d.config import TracksConfig
+from doo3d.config import TrackingConfig
 from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import densify
 from doo3d.outputs.detection_json import dumps
@@ -106,7 +106,7 @@ def test_of_two_pieces_the_longer_keeps_the_id(dim):
 
 
 def test_what_was_lost_comes_back_where_it_was_and_only_so_long():
-    tracker, config = Tracker(), TracksConfig()
+    tracker, config = Tracker(), TrackingConfig()
     tracker.update(found(wave(3), wave(3, (0, 0.6))))
     for _ in range(config.keep - 1):
         assert ids(tracker.update(found(wave(3)))) == [0]
@@ -203,7 +203,7 @@ def test_the_same_from_a_run_that_was_broken_off():
 
 
 def test_ids_of_long_ago_are_not_used_again():
-    config = TracksConfig().model_copy(update={"keep": 1})
+    config = TrackingConfig().model_copy(update={"keep": 1})
     whole = Tracker(config)
     frames = [found(wave(3, (0, 0.9 * step))) for step in range(4)] + [found()] * 3
     texts = [dumps(whole.update(frame).to_dict()) for frame in frames]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import doo3d
-from doo3d.config import GrowConfig
+from doo3d.config import ExtendMaskConfig
 from doo3d.stages.extend_mask import grow
 from doo3d.types import Chain, Foreground
 
 WIDTH, HEIGHT, RADIUS = 300, 160, 5
-CONFIG = GrowConfig(reach=100)
+CONFIG = ExtendMaskConfig(reach=100)
 U = np.arange(-20.0, WIDTH + 20)
 LINE = np.column_stack((U, 80 + 30 * np.sin(U / 60)))
 
@@ -61,7 +61,7 @@ def test_a_strand_goes_on_to_the_border():
 
 def test_only_as_far_as_wanted_and_as_it_goes():
     whole = strand()
-    near = grow([chain()], foreground(photograph(whole), before(whole, 140)), GrowConfig(reach=10))
+    near = grow([chain()], foreground(photograph(whole), before(whole, 140)), ExtendMaskConfig(reach=10))
     assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
     ended = before(whole, 200)
     found = grow([chain()], foreground(photograph(ended), before(whole, 140)), CONFIG)
@@ -72,7 +72,7 @@ def test_what_is_whole_stays():
     ended = before(strand(), 140)
     assert grow([chain()], foreground(photograph(ended), ended), CONFIG) is None
     assert grow([], foreground(photograph(ended), ended), CONFIG) is None
-    assert grow([chain()], foreground(photograph(strand()), ended), GrowConfig()) is None  # not wanted
+    assert grow([chain()], foreground(photograph(strand()), ended), ExtendMaskConfig()) is None  # not wanted
 
 
 def test_a_background_of_its_colour_is_not_the_strand():

@@ -11,10 +11,15 @@ from ...config import MergeConfig
 from ...kernels.matching import matching
 from ...types import Floats
 from .confidence import Link
+from .costs import FORCED_COST_FACTOR
 
 Pair = tuple[int, int]
 Price = Callable[[list[Pair]], list[float]]
 """What pairs cost beside what is known of all of them."""
+
+
+FORCED_MIN_LENGTH_RATIO = 0.1
+"""Fraction of the longest chain's length below which a chain is not joined by force: it is clutter rather than a part."""
 
 
 def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
@@ -41,7 +46,7 @@ def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
             used |= {a, b}
             links.append((a, b, price))
             group = [one if g == other else g for g in group]
-    return links + [ring for ring in rings if config.rings and not used & set(ring[:2])]
+    return links + [ring for ring in rings if config.allow_closed_chains and not used & set(ring[:2])]
 
 
 def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
@@ -65,7 +70,7 @@ def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
             prices[b, a] = prices[a, b]
         if any(added):
             continue
-        ring = _ring(pairs) if not config.rings else None
+        ring = _ring(pairs) if not config.allow_closed_chains else None
         if ring is None:
             break
         a, b = max(ring, key=lambda pair: float(prices[pair]))
@@ -89,8 +94,8 @@ def insist(links: list[Link], cost: Floats, sizes: list[int], extra: Price, conf
     more: list[Link] = []
     while len(set(group)) > (config.chains or 1):
         size = {g: sum(s for s, of in zip(sizes, group, strict=True) if of == g) for g in set(group)}
-        large = {g for g in size if size[g] >= config.remnant * max(size.values())}
-        best = (config.max_cost * config.patience, -1, -1)
+        large = {g for g in size if size[g] >= FORCED_MIN_LENGTH_RATIO * max(size.values())}
+        best = (config.max_cost * FORCED_COST_FACTOR, -1, -1)
         for price, a, b in pairs:
             if price >= best[0]:
                 break

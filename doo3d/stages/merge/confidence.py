@@ -36,7 +36,7 @@ def alternatives(
         places = points[one][:, None] + SAMPLES[:, None] * step[:, None]
         said = evidence.classify(places.reshape(-1, points.shape[1])).reshape(len(one), -1)
         free, unknown = ((np.isin(said, kinds)).mean(axis=1) for kinds in ((Seen.FREE, Seen.OUTSIDE), (Seen.NO_DEPTH,)))
-    unknown = np.where((length < config.direction_length * radius) & (free == 0), 0.0, unknown)
+    unknown = np.where((length < config.tangent_window_radii * radius) & (free == 0), 0.0, unknown)
     total[one, other] += unit_cost * length * (config.free_space_weight * free + config.unknown_weight * unknown)
     return total
 

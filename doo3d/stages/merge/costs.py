@@ -20,6 +20,10 @@ OWN: dict[str, OwnCost] = {}
 """Costs of the user's own, from the ends' points (E, D) and directions (E, D) to (E, E); `merge.own` gives their weights."""
 
 
+FORCED_COST_FACTOR = 3.0
+"""Multiple of `max_cost` that a connection may cost where fewer chains are wanted than are left otherwise."""
+
+
 def own(name: str) -> OwnCost:
     """The cost of the user's own that is called so.
 

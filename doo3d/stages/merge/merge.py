@@ -18,6 +18,12 @@ from . import costs
 from .assignment import STRATEGIES, Pair, insist
 from .confidence import Link, alternatives, sureness
 
+IMAGE_BORDER_RADII = 8.0
+"""Radii from the edge of the view within which an end leaves it; two such ends are not joined."""
+
+EXPOSED_END_LOOKAHEAD = 2.0
+"""Radii beyond an end that are looked at for an occluder."""
+
 
 @dataclass(frozen=True)
 class Ends:
@@ -72,7 +78,7 @@ def join(chains: list[Chain], config: MergeConfig, radius: float, fill: FillConf
     terms = _terms(ends, config, radius, evidence)
     cost = _pair_costs(ends, terms, chains, config)
     if evidence is not None and config.free_space_weight:
-        leaving = evidence.leaves(ends.points, ends.directions, config.border * radius)
+        leaving = evidence.leaves(ends.points, ends.directions, IMAGE_BORDER_RADII * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
     if "open" in terms:
         cost += terms["open"]
@@ -83,7 +89,7 @@ def join(chains: list[Chain], config: MergeConfig, radius: float, fill: FillConf
     if config.chains is not None:
         links += insist(links, cost, [len(chain.joints) - 1 for chain in chains], extra, config)
     others = alternatives(cost, ends.points, ends.unit_cost, radius, config, evidence)
-    return Joined(ends, terms, cost, links, others, sureness(links, others, config.max_cost, config.rings), ways)
+    return Joined(ends, terms, cost, links, others, sureness(links, others, config.max_cost, config.allow_closed_chains), ways)
 
 
 def _length(assembly: Assembly) -> float:
@@ -93,7 +99,7 @@ def _length(assembly: Assembly) -> float:
 def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> Ends:
     bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
     joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
-    directions, curvatures = courses(joints, bounds, float(config.direction_length * radius))
+    directions, curvatures = courses(joints, bounds, float(config.tangent_window_radii * radius))
     points = joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()]
     return Ends(points, directions, curvatures, 1000.0 if points.shape[1] == 3 else 1.0)
 
@@ -104,13 +110,13 @@ def _terms(ends: Ends, config: MergeConfig, radius: float, evidence: Evidence | 
     towards = _expected(ends, distance, config, radius)
     terms = {
         "distance": config.distance_weight * ends.unit_cost * distance,
-        "direction": config.direction_weight * costs.direction(towards),
-        "curvature": config.curvature_weight * costs.curvature(ends.points, towards),
+        "direction": config.bending.direction_weight * costs.direction(towards),
+        "curvature": config.bending.curvature_weight * costs.curvature(ends.points, towards),
     }
-    terms |= {name: weight * costs.own(name)(ends.points, ends.directions) for name, weight in config.own.items()}
-    if evidence is not None and config.open_weight:
-        free = evidence.open(ends.points, ends.directions, radius, config.open_reach * radius)
-        terms["open"] = config.open_weight * costs.either(free)
+    terms |= {name: weight * costs.own(name)(ends.points, ends.directions) for name, weight in config.custom_costs.items()}
+    if evidence is not None and config.exposed_end_cost:
+        free = evidence.open(ends.points, ends.directions, radius, EXPOSED_END_LOOKAHEAD * radius)
+        terms["open"] = config.exposed_end_cost * costs.either(free)
     return terms
 
 
@@ -121,13 +127,13 @@ def _pair_costs(ends: Ends, terms: dict[str, Floats], chains: list[Chain], confi
         if name != "open":
             total += term
     distance = costs.euclidean(ends.points)
-    limit = config.max_cost * (1 if config.chains is None else config.patience)
+    limit = config.max_cost * (1 if config.chains is None else costs.FORCED_COST_FACTOR)
     total[(distance > config.max_gap) | (total > limit)] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf
     closed = np.repeat([chain.closed for chain in chains], 2)
     total[closed] = np.inf
     total[:, closed] = np.inf
-    if not config.rings:
+    if not config.allow_closed_chains:
         index = np.arange(0, len(total), 2)
         total[index, index + 1] = np.inf
     return np.asarray(total)
@@ -148,13 +154,13 @@ def _ways(
     A short gap costs nothing where the straight way across it is not free.
     """
     one, other = ends.points[np.array(pairs)].swapaxes(0, 1)
-    asked = np.linalg.norm(other - one, axis=1) >= config.direction_length * radius
+    asked = np.linalg.norm(other - one, axis=1) >= config.tangent_window_radii * radius
     if evidence is not None:
         asked |= evidence.lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
     ways = [
         tangent_path(
             ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
-            fill.radius, fill.max_deviation, fill.side == "inside",
+            inside=fill.side == "inside",
         )
         for (a, b), ask in zip(pairs, asked, strict=True) if ask
     ]  # fmt: skip
@@ -171,10 +177,10 @@ def _expected(ends: Ends, distance: Floats, config: MergeConfig, radius: float) 
     On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
     object bends more sharply than two of its radii, and no curvature is known well enough to go on for long.
     """
-    half = np.minimum(distance, config.direction_length * radius)[:, :, None] / 2
+    half = np.minimum(distance, config.tangent_window_radii * radius)[:, :, None] / 2
     strength = np.linalg.norm(ends.curvatures, axis=1, keepdims=True)
     bend = ends.curvatures * np.minimum(1.0, 1 / np.maximum(2 * radius * strength, 1e-12))
-    return unit(ends.directions[:, None] + config.keep_bending * half * bend[:, None])
+    return unit(ends.directions[:, None] + config.bending.curvature_persistence * half * bend[:, None])
 
 
 def _assemble(chains: list[Chain], ends: Ends, links: list[Link], sure: list[float]) -> list[Assembly]:

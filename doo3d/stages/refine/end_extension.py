@@ -21,6 +21,10 @@ FILLED = 0.25  # share of its area that must have been read
 COVERED = 0.3  # share of the gap in front of which something must have been seen
 
 
+MAX_FRAGMENT_GAP = 8.0
+"""Radii beyond a hidden end within which a visible fragment of surface is attached to it."""
+
+
 @dataclass(frozen=True)
 class _Stub:
     """What an end goes on to: the end's path and whether it is the path's first, where the stub begins and ends (D,) m, which of
@@ -42,7 +46,7 @@ def carried_on(
 
     stations : laid along the paths. points : (N, 3) m, the surface.
     """
-    if evidence is None or evidence.depth is None or not config.stub:
+    if evidence is None or evidence.depth is None:
         return paths
     some = thinned(points)
     radius = float(stations.radius[0])
@@ -70,7 +74,7 @@ def _stub(
     heading = unit(tip - stations.inside(end, inwards, BASE * radius))
     along = (free - tip) @ heading
     aside = np.linalg.norm(free - tip - along[:, None] * heading, axis=1)
-    ok = left & (along > radius / 2) & (along < config.stub * radius) & (aside < ASIDE * radius + SPREAD * along)
+    ok = left & (along > radius / 2) & (along < MAX_FRAGMENT_GAP * radius) & (aside < ASIDE * radius + SPREAD * along)
     index = np.flatnonzero(ok)
     if len(index) < 4:
         return None

@@ -33,6 +33,22 @@ IN_A_GAP = 0.3
 """How far to believe a measurement at a station that lies in a gap, beside 1 elsewhere: it may be of something in front."""
 
 
+MAX_SURFACE_DISTANCE = 2.2
+"""Radii round the path within which surface points belong to it."""
+
+SMOOTHING_RADII = 1.2
+"""Radii; details of the axis shorter than about 2 pi times this are smoothed."""
+
+PATH_WEIGHT = 0.01
+"""Weight of the filled path where nothing was seen, beside 1 where the surface was seen."""
+
+DEPTH_WEIGHT = 0.06
+"""Weight of depth, which a stereo camera measures with errors in waves along a strand, beside 1 for sideways."""
+
+DEPTH_NOISE_RADII = 0.15
+"""Radii; depth that is less exact than this weighs less, by the square of how much."""
+
+
 @dataclass(frozen=True)
 class _Estimate:
     """Where the axis is by one measurement, (S, D), and the weights of that, (S, D, D)."""
@@ -52,7 +68,7 @@ def with_viewpoint(foreground: Foreground, stations: Stations, config: RefineCon
     if foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
     frames = frames_towards(stations.places, stations.tangents(), None)
-    section = sections(thinned(foreground.points), stations.places, frames, config.reach * stations.radius)
+    section = sections(thinned(foreground.points), stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
     origin = np.zeros(3)
     seen_from_origin = faces(section, stations.path, stations.places, frames, stations.half, origin)
     return replace(foreground, viewpoint=origin) if seen_from_origin else foreground
@@ -71,11 +87,11 @@ def to_axis(stations: Stations, config: RefineConfig, foreground: Foreground) ->
         found = _from_shell(stations, frames, config, thinned(foreground.points))
     else:
         found = _from_circles(stations, frames, config, thinned(foreground.points))
-    weight = found.weight + config.prior * np.eye(stations.places.shape[1])
+    weight = found.weight + PATH_WEIGHT * np.eye(stations.places.shape[1])
     for p, closed in enumerate(stations.closed):
         part = stations.of(p)
         spacing = float(np.median(steps(stations.places[part])))
-        strength = (config.smooth * float(stations.radius[part.start]) / max(spacing, 1e-9)) ** 4
+        strength = (SMOOTHING_RADII * float(stations.radius[part.start]) / max(spacing, 1e-9)) ** 4
         stations.places[part] = _smoothed(found.target[part], weight[part], strength, closed)
 
 
@@ -90,7 +106,7 @@ def _smoothed(values: Floats, weight: Floats, strength: float, closed: bool) -> 
 def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
     """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
     assert foreground.mask is not None
-    reach = config.reach * stations.radius
+    reach = MAX_SURFACE_DISTANCE * stations.radius
     pixels = mask_pixels(foreground.mask) if foreground.camera is not None else foreground.points
     seen = silhouette(stations.places, frames, stations.path, pixels, foreground.camera, reach, stations.half)
     _set_radius(stations, seen.radius, ~stations.filled & (seen.radius > 0))
@@ -106,14 +122,14 @@ def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foregro
 
 def _depth(stations: Stations, moved: Floats, frames: Frames, config: RefineConfig, points: Floats) -> tuple[Floats, Floats]:
     """How far behind places in the middle of the silhouette the axis lies, m, and the weight of that: (S,) and (S,)."""
-    section = sections(points, moved, frames, config.reach * stations.radius)
+    section = sections(points, moved, frames, MAX_SURFACE_DISTANCE * stations.radius)
     depth, count = axis_depth(section, stations.path, stations.radius, stations.half)
     usual = _usual(count)
     weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
-    weight *= np.where(stations.filled, IN_A_GAP, 1.0) * config.depth_weight
+    weight *= np.where(stations.filled, IN_A_GAP, 1.0) * DEPTH_WEIGHT
     depth = np.where(weight > 0, depth, 0.0)
     noise = unrest(moved + depth[:, None] * frames.away, frames.away, (weight > 0) & ~stations.filled, stations)
-    return depth, weight * min(1.0, config.depth_noise / max(noise, 1e-9)) ** 2
+    return depth, weight * min(1.0, DEPTH_NOISE_RADII / max(noise, 1e-9)) ** 2
 
 
 def unrest(places: Floats, away: Floats, known: Bools, stations: Stations) -> float:
@@ -132,7 +148,7 @@ def unrest(places: Floats, away: Floats, known: Bools, stations: Stations) -> fl
 
 def _from_shell(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
     """Sideways from the middle of the points, in depth from them; the radius from their spread: clouds of one view."""
-    section = sections(points, stations.places, frames, config.reach * stations.radius)
+    section = sections(points, stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
     middle, radii, count = shell(section, stations.path, stations.half)
     usable = np.isfinite(radii) & ~stations.filled
     _set_radius(stations, radii, usable)
@@ -147,29 +163,33 @@ def _from_shell(stations: Stations, frames: Frames, config: RefineConfig, points
 
 def _from_circles(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
     """Both ways from the circle through the cross-section, for clouds of many views."""
-    section = sections(points, stations.places, frames, config.reach * stations.radius)
+    section = sections(points, stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
     _, radii, _ = circles(section, stations.path, None, stations.half)
     usable = np.isfinite(radii) & ~stations.filled & (radii < 3 * stations.radius) & (radii > stations.radius / 3)
     _set_radius(stations, radii, usable)
     stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
     center, _, count = circles(section, stations.path, stations.radius, stations.half)
     weight = np.minimum(1.0, count / _usual(count)) * (count >= 5) * np.where(stations.filled, IN_A_GAP, 1.0)
-    weight *= np.linalg.norm(center, axis=1) < config.reach * stations.radius
+    weight *= np.linalg.norm(center, axis=1) < MAX_SURFACE_DISTANCE * stations.radius
     offset = center[:, :1] * frames.lateral + center[:, 1:] * frames.away
     return _Estimate.along(frames, stations.places + np.where(weight[:, None] > 0, offset, 0.0), weight, weight)
 
 
 def _from_sights(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
     """Sideways from the masks of all views, which together tell depth too; the circle as far as depth is to be believed."""
-    looks = [look for sight in foreground.sights if (look := look_at(stations, frames.tangent, sight, config.reach)) is not None]
+    looks = [
+        look
+        for sight in foreground.sights
+        if (look := look_at(stations, frames.tangent, sight, MAX_SURFACE_DISTANCE)) is not None
+    ]
     radii = median_radius(looks, len(stations.places))
     usable = np.isfinite(radii) & ~stations.filled
     _set_radius(stations, radii, usable)
     stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
-    section = sections(thinned(foreground.points), stations.places, frames, config.reach * stations.radius)
+    section = sections(thinned(foreground.points), stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
     center, _, count = circles(section, stations.path, stations.radius, stations.half)
-    believed = config.depth_weight * np.minimum(1.0, count / _usual(count)) * (count >= 5)
-    believed *= np.linalg.norm(center, axis=1) < config.reach * stations.radius
+    believed = DEPTH_WEIGHT * np.minimum(1.0, count / _usual(count)) * (count >= 5)
+    believed *= np.linalg.norm(center, axis=1) < MAX_SURFACE_DISTANCE * stations.radius
     across = np.einsum("si,sj->sij", frames.lateral, frames.lateral) + np.einsum("si,sj->sij", frames.away, frames.away)
     weight = believed[:, None, None] * across
     pull = believed[:, None] * (center[:, :1] * frames.lateral + center[:, 1:] * frames.away)

@@ -37,7 +37,7 @@ def refine(
     if longer is not paths:
         paths, stations = longer, lay(longer, grid.radius, config, segment_length)
     foreground = with_viewpoint(foreground, stations, config)
-    for _ in range(config.rounds):
+    for _ in range(config.iterations):
         to_axis(stations, config, foreground)
     surface = thinned(grid.centroids)
     chains = []
@@ -47,7 +47,7 @@ def refine(
             chain = _chain(joints, stations, p, config, segment_length, surface, grid.size, evidence)
             chains.append(replace(chain, connections=_connections(paths[p], chain, stations.places[stations.of(p)])))
     thickest = max((chain.radius for chain in chains), default=0.0)
-    chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_width * thickest]
+    chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
     return sorted(chains, key=lambda chain: -chain.length)
 
 
@@ -95,9 +95,9 @@ def _chain(
     radius = float(stations.radius[part.start])
     middle = (joints[1:] + joints[:-1]) / 2
     occluded = np.ones(len(middle), dtype=bool)
-    if config.occluded != "mapped":
+    if config.occluded != "from_depth":
         occluded = stations.filled[part][nearest(middle, stations.places[part], length, False)[1]]
-    if config.occluded != "carried" and occluded.any():
+    if config.occluded != "from_gaps" and occluded.any():
         unseen = np.isinf(nearest(middle[occluded], surface, 1.5 * radius + grain, True)[0])
         if evidence is not None:
             unseen &= ~evidence.masked(middle[occluded])

@@ -11,6 +11,15 @@ from ...geometry.polyline import arc_length, resample, tangents, unit
 from ...kernels.nearest import beside, nearest
 from ...types import Bools, Floats, Ints, Path
 
+SAMPLE_SPACING_RADII = 0.4
+"""Radii between the samples at which the axis is estimated."""
+
+WINDOW_RADII = 1.0
+"""Radii on either side of a sample from which its estimate is taken."""
+
+MAX_END_EXTENSION = 6.0
+"""Radii by which an end may be extended to the last surface point."""
+
 
 @dataclass
 class Stations:
@@ -50,7 +59,7 @@ class Stations:
 
 def lay(paths: list[Path], radius: float, config: RefineConfig, segment_length: float) -> Stations:
     """Stations along paths of an object of this radius, at equal arc length on each."""
-    spacing = min(config.spacing * radius, segment_length / 2)
+    spacing = min(SAMPLE_SPACING_RADII * radius, segment_length / 2)
     places, numbers, filled = [], [], []
     for p, path in enumerate(paths):
         points = np.concatenate((path.points, path.points[:1])) if path.closed else path.points
@@ -62,7 +71,7 @@ def lay(paths: list[Path], radius: float, config: RefineConfig, segment_length: 
         filled.append(path.filled[edge] if path.filled is not None else np.zeros(count, dtype=bool))
         numbers.append(np.full(count, p))
     size = sum(len(part) for part in places)
-    half = round(config.pool * radius / spacing)
+    half = round(WINDOW_RADII * radius / spacing)
     return Stations(
         np.concatenate(places), np.concatenate(numbers), np.concatenate(filled), [path.closed for path in paths],
         np.full(size, radius), half, spacing,
@@ -89,7 +98,7 @@ def ahead(stations: Stations, end: int, inwards: int, config: RefineConfig, poin
     """
     tip, radius = stations.places[end], float(stations.radius[end])
     heading = unit(tip - stations.inside(end, inwards, 2 * radius))
-    reach = config.extend * radius
+    reach = MAX_END_EXTENSION * radius
     low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
     near, along, aside = beside(points[low:high], tip, heading, reach, 1.6 * radius)
     if not len(near):

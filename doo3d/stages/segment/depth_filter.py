@@ -22,6 +22,10 @@ MOST = 20
 """px; half the widest window."""
 
 
+MAX_DEPTH_ERROR_RADII = 0.3
+"""Radii; largest error of the averaged depth: less than half a voxel, so that noise breaks no strand apart."""
+
+
 def roughness(depth: Array, mask: Bools) -> float:
     """How far readings beside each other in the mask (H, W) usually are apart, m: the median along the rows of depth (H, W) m.
 
@@ -42,8 +46,8 @@ def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) 
     """
     radius = mask_radius(mask, frame.depth, frame.camera.fx)
     seen = frame.depth[mask]
-    if not (config.smooth and radius and error):
+    if not (radius and error):
         return 0
     width = 2 * radius * frame.camera.fx / float(np.median(seen[seen > 0]))
-    readings = ALIKE * (1.2 * error / (config.steady * radius)) ** 2
+    readings = ALIKE * (1.2 * error / (MAX_DEPTH_ERROR_RADII * radius)) ** 2
     return min(MOST, math.ceil(readings / width / 2))

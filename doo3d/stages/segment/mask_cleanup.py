@@ -19,7 +19,7 @@ def drop_wide(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
     part, scale = mask[box], scale[box]
     inside = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     usual = ridge_radius(inside, scale)
-    limit = min(config.max_width / 2, config.max_ratio * usual) if usual else config.max_width / 2
+    limit = min(config.max_width / 2, config.max_width_ratio * usual) if usual else config.max_width / 2
     core = inside * scale > limit
     if not core.any():
         return mask

@@ -18,6 +18,25 @@ from .point_filter import lone, neighbourhood
 LINES = "segment: no mask and no colours are given, so lines of any colour are the object, shadows too; see doo3d tune"
 
 
+OUTLIER_WINDOW_PX = 2
+"""px; half-width of the window in which a depth reading is compared with its neighbors: 5 x 5, less than a thin cable."""
+
+OUTLIER_NOISE_FACTOR = 3.0
+"""Times the measured depth noise that `outlier_slope` is at least: three deviations."""
+
+OUTLIER_MIN_NEIGHBORS = 7
+"""Neighbors of the 24 in the window that must agree with a reading, or half of those there are; fewer make a flying point."""
+
+INPAINT_MIN_HOLE_PX = 2
+"""px; the mask farther than this from a reading gets depth from the readings round it; smaller holes are the closing's."""
+
+CLOUD_WINDOW = 2.0
+"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud."""
+
+CLOUD_MIN_SUPPORT = 0.15
+"""Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
+
+
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
     """The points of the object.
 
@@ -49,25 +68,25 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     _check_depth(data, config, found)
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     error = roughness(data.depth, found)
-    tolerance = max(config.edge_tolerance, config.edge_noise * error)
-    support, among, depth = agreement(data.depth, found, v, u, config.window, tolerance)
-    solid = support >= np.minimum(config.edge_support, among / 2)
+    tolerance = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * error)
+    support, among, depth = agreement(data.depth, found, v, u, OUTLIER_WINDOW_PX, tolerance)
+    solid = support >= np.minimum(OUTLIER_MIN_NEIGHBORS, among / 2)
     half = steady_half(error, found, data, config)
-    if half > config.window:
+    if half > OUTLIER_WINDOW_PX:
         depth[solid] = steadied(data.depth, found, v[solid], u[solid], half, FAR * error)
     pixels = np.column_stack((u[solid], v[solid]))
     read, steady = data.depth[v[solid], u[solid]].astype(float), depth[solid]
-    if way != "everything" and config.holes:
+    if way != "everything":
         silent = found & (data.depth <= 0)
         silent[v[solid], u[solid]] = True
-        holes, between = bridged(silent, pixels, steady, config.holes, tolerance)
+        holes, between = bridged(silent, pixels, steady, INPAINT_MIN_HOLE_PX, tolerance)
         pixels = np.concatenate((pixels, holes))
         order = np.lexsort((pixels[:, 0], pixels[:, 1]))
         pixels = pixels[order]
         read, steady = np.append(read, between)[order], np.append(steady, between)[order]
     return Foreground(
         points=data.camera.unproject(pixels, read),
-        steady=data.camera.unproject(pixels, steady) if config.smooth else None,
+        steady=data.camera.unproject(pixels, steady),
         pixels=pixels,
         mask=found,
         depth=data.depth,
@@ -149,11 +168,11 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         raise InputError("the mask is empty: no point of it says object", code="mask-empty")
     kept = points[found]
     kept = kept[~lone(kept)]
-    support, mean = neighbourhood(kept, config.cloud_window)
-    solid = support >= config.cloud_support * np.median(support) if len(kept) else np.zeros(0, dtype=bool)
+    support, mean = neighbourhood(kept, CLOUD_WINDOW)
+    solid = support >= CLOUD_MIN_SUPPORT * np.median(support) if len(kept) else np.zeros(0, dtype=bool)
     return Foreground(
         points=kept[solid],
-        steady=mean[solid] if config.smooth else None,
+        steady=mean[solid],
         viewpoint=cloud.viewpoint,
         notes=() if len(kept) else (_nothing(way),),
         sights=cloud.sights,

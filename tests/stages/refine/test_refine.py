@@ -7,7 +7,7 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, in_order, line, off, ring, surface, wave
 from scipy.spatial import cKDTree
 
-from doo3d.config import Config, EvidenceConfig, RefineConfig, SegmentConfig, VoxelizeConfig
+from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
 from doo3d.geometry.polyline import arc_length, densify, steps
 from doo3d.stages.refine.refine import refine
 from doo3d.stages.segment import segment
@@ -47,7 +47,7 @@ def rough(axis, radius, foreground, jitter=0.25):
 def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, foreground=None):
     foreground = foreground or scene(axis, radius, view)
     grid = voxelize(foreground, VoxelizeConfig(radius=radius))
-    evidence = Evidence.of(foreground, EvidenceConfig(), radius)
+    evidence = Evidence.of(foreground, VisibilityConfig(), radius)
     path = Path(rough(axis, radius, foreground), closed, filled)
     return refine([path], config or RefineConfig(), step, foreground, grid, evidence)
 
@@ -246,7 +246,7 @@ def test_longest_first():
     foreground = segment(frame, SegmentConfig(), mask)
     grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
     paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
-    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Evidence.of(foreground, EvidenceConfig(), 0.004))
+    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Evidence.of(foreground, VisibilityConfig(), 0.004))
     assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
 
 

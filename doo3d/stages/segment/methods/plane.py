@@ -17,6 +17,10 @@ SURE, LIKELY = 3.5, 2.0
 """Deviations of the plane's noise."""
 
 
+RANSAC_DRAWS = 200
+"""A plane that a third of the readings lie on is missed by all draws with a probability of 5e-4."""
+
+
 def fit_plane(points: Floats, distance: float, iterations: int, seed: int) -> tuple[Floats, float, float]:
     """The plane with the most points within `distance` m (RANSAC, then least squares on its inliers).
 
@@ -86,7 +90,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     points = subsample(data)
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
-    normal, offset, noise = fit_plane(points, config.plane_distance, config.plane_iterations, seed)
+    normal, offset, noise = fit_plane(points, config.plane_distance, RANSAC_DRAWS, seed)
     above = height(data, normal, offset)
     sure = np.asarray(above > max(config.plane_distance, SURE * noise))
     if isinstance(data, Cloud):

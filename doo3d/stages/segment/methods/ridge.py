@@ -9,6 +9,12 @@ from ....config import SegmentConfig
 from ....errors import InputError, require
 from ....types import Bools, Cloud, Frame, Image
 
+FILTER_PIXELS = 500_000
+"""px; larger images are filtered at this many pixels: the filter takes 1 s per million."""
+
+SIGMAS = (2.0, 4.0, 6.0)
+"""px at the size of the filter; half-widths of the lines that are looked for."""
+
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Pixels where scikit-image's Sato or Frangi filter answers strongly, by Otsu's threshold, dark or bright.
@@ -26,11 +32,11 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     filters = require("skimage.filters", "ridge")
     grey = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
     full = grey.shape
-    shrink = max(1.0, (grey.size / config.ridge_pixels) ** 0.5)
+    shrink = max(1.0, (grey.size / FILTER_PIXELS) ** 0.5)
     if shrink > 1:
         grey = cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
-    answer = getattr(filters, config.ridge_filter)
-    found = [np.nan_to_num(answer(grey, sigmas=config.ridge_sigmas, black_ridges=black)) for black in (False, True)]
+    answer = filters.sato
+    found = [np.nan_to_num(answer(grey, sigmas=SIGMAS, black_ridges=black)) for black in (False, True)]
     best = max(found, key=lambda image: float(np.percentile(image, 99.5)))
     if best.max() <= 0:
         return np.zeros(full, dtype=bool)
