@@ -143,11 +143,11 @@ def detect(
     from .runs.threads import single_thread
 
     single_thread()
-    from .inputs import Reading, open_capture
+    from .inputs import ReadOptions, open_capture
     from .inputs.frame_selection import Selection, selected
 
     effective = config_of(config, overrides)
-    reading = Reading.of(read or [])
+    reading = ReadOptions.of(read or [])
     opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
     if static:
@@ -214,13 +214,13 @@ def compare(
     Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
     """
     from .config import load_config, parse_overrides
-    from .inputs import Reading, open_capture
+    from .inputs import ReadOptions, open_capture
     from .inputs.frame_selection import Selection, selected
 
     effective = config_of(config, overrides)
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
-    opened = open_capture(capture, masks=mask, reading=Reading.of(read or []))
+    opened = open_capture(capture, masks=mask, reading=ReadOptions.of(read or []))
     opened = selected(opened, Selection(every, start, end, frames))
     from .compare import compare_capture
 

@@ -10,7 +10,7 @@ import numpy as np
 from .config import Config
 from .errors import InputError
 from .stages.crossings import find_crossings
-from .stages.extend_mask import grow
+from .stages.extend_mask import extend_mask
 from .stages.fill import fill
 from .stages.fit import fit
 from .stages.merge import merge
@@ -21,7 +21,7 @@ from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
 from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
-from .visibility import Evidence
+from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
 """Times at most that the mask is extended and the chains are found anew."""
@@ -66,22 +66,22 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     clock = _Clock()
     foreground = segment(data, config.segment, mask, config.seed)
     clock("segment")
-    stages = _walk(foreground, config, clock)
+    stages = run_from_foreground(foreground, config, clock)
     for _ in range(MASK_EXTENSIONS):
-        grown = grow(stages.chains, stages.foreground, config.extend_mask)
-        clock("grow")
+        grown = extend_mask(stages.chains, stages.foreground, config.extend_mask)
+        clock("extend_mask")
         if grown is None:
             break
         foreground = segment(data, config.segment, grown, config.seed)
         clock("segment")
-        stages = _walk(foreground, config, clock)
+        stages = run_from_foreground(foreground, config, clock)
     return stages
 
 
-def _walk(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
+def run_from_foreground(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
     """From what is the object to its chains."""
     grid = voxelize(foreground, config.voxelize)
-    evidence = Evidence.of(foreground, config.visibility, grid.radius)
+    visibility = Visibility.of(foreground, config.visibility, grid.radius)
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
@@ -91,11 +91,11 @@ def _walk(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
     clock("fit")
     pruned = prune(fitted, config.prune, grid.size)
     clock("prune")
-    merged = merge(pruned, config.merge, grid.radius, config.fill, evidence)
+    merged = merge(pruned, config.merge, grid.radius, config.fill, visibility)
     clock("merge")
     filled = fill(merged, config.fill)
     clock("fill")
-    chains = refine(filled, config.refine, config.fit.segment_length, foreground, grid, evidence)
+    chains = refine(filled, config.refine, config.fit.segment_length, foreground, grid, visibility)
     clock("refine")
     crossings = find_crossings(chains, foreground, config.refine)
     clock("crossings")
@@ -120,7 +120,7 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     InputError : the data cannot be used; the message says what, where and what to do.
     """
     config = config or Config()
-    data, stages = walked(data, config, mask)
+    data, stages = run_with_stages(data, config, mask)
     return Detection(
         chains=tuple(stages.chains),
         mode="2d" if isinstance(data, Image) else "3d",
@@ -133,17 +133,17 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     )
 
 
-def walked(
+def run_with_stages(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Frame | Cloud | Image, Stages]:
     """The data as the mode of the config wants it, and what every stage made of it; arguments and errors as of `detect`."""
-    data = in_mode(data, config)
+    data = as_mode_data(data, config)
     if isinstance(data, Cloud) and mask is not None:
         mask = _finite_rows(data, mask)
     return data, run_stages(data, config, mask)
 
 
-def in_mode(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
+def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
     """The data as the mode of the config wants it."""
     if isinstance(data, np.ndarray):
         data = Image(data)

@@ -21,7 +21,7 @@ Floats = NDArray[np.floating[Any]]
 Ints = NDArray[np.integer[Any]]
 Bools = NDArray[np.bool_]
 
-SCHEMA = "doo3d/detection/1"
+SCHEMA = "doo3d/detection/2"
 COORDINATES = {
     "camera": "camera optical frame: x right, y down, z forward",
     "cloud": "the frame of the cloud as given",
@@ -177,7 +177,7 @@ class Image:
 
 
 @dataclass(frozen=True)
-class Sight:
+class CameraView:
     """What one camera saw of the object in a cloud that was made of many views.
 
     camera : its intrinsics. pose : (4, 4), its optical frame in the frame of the cloud. mask : (H, W) bool, the object's pixels.
@@ -201,7 +201,7 @@ class Cloud:
     colors : (N, 3) uint8 RGB, or None.
     viewpoint : (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
     name, timestamp : as the capture calls it; seconds.
-    sights : of a cloud made of many views, what some of them saw of the object.
+    views : of a cloud made of many views, what some of them saw of the object.
     segmented : all points are the object. coordinates : the frame they are in, a key of COORDINATES.
     notes : what the user should know of how it was made.
 
@@ -213,7 +213,7 @@ class Cloud:
     viewpoint: Array | None = None
     name: str = "cloud"
     timestamp: float | None = None
-    sights: tuple[Sight, ...] = ()
+    views: tuple[CameraView, ...] = ()
     segmented: bool = False
     coordinates: str = "cloud"
     notes: tuple[str, ...] = ()
@@ -250,7 +250,7 @@ class Foreground:
     """What surely is the object.
 
     points : (N, D) m (pixels in 2-D), one per seen surface point, as measured.
-    steady : (N, D) m, the same with their noise averaged away, at the price of detail; None where they are the same.
+    filtered : (N, D) m, the same with their noise averaged away, at the price of detail; None where they are the same.
     pixels : (N, 2) int, the (u, v) each point was seen at; None for clouds.
     mask : (H, W) bool, the pixels of the object, with depth or without; None for clouds.
     depth : (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
@@ -258,11 +258,11 @@ class Foreground:
     camera : None where there is none.
     viewpoint : (3,) m, where the sensor stood; None where unknown or in 2-D.
     notes : what the segmentation has to say to the user.
-    sights : of a cloud made of many views, what some of them saw of the object.
+    views : of a cloud made of many views, what some of them saw of the object.
     """
 
     points: Floats
-    steady: Floats | None = None
+    filtered: Floats | None = None
     pixels: Ints | None = None
     mask: Bools | None = None
     depth: Array | None = None
@@ -270,10 +270,10 @@ class Foreground:
     camera: Camera | None = None
     viewpoint: Floats | None = None
     notes: tuple[str, ...] = ()
-    sights: tuple[Sight, ...] = ()
+    views: tuple[CameraView, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("points", "steady", "pixels", "mask", "depth", "color", "viewpoint"):
+        for name in ("points", "filtered", "pixels", "mask", "depth", "color", "viewpoint"):
             _set(self, **{name: getattr(self, name)})
 
 
@@ -337,7 +337,7 @@ class Assembly:
     pieces : the joints of each piece, (N + 1, D) m, from the start of the object to its end.
     headings : per gap the unit directions (2, D) that leave the piece before it and the piece after it, both into the
     gap; one more than gaps between pieces where the object is a ring. costs : what each connection cost.
-    segment_length : m. closed : the last piece is joined to the first. sure : 0 to 1, how sure each connection is; none:
+    segment_length : m. closed : the last piece is joined to the first. confidence : 0 to 1, how sure each connection is; none:
     they all are.
     """
 
@@ -346,18 +346,18 @@ class Assembly:
     costs: tuple[float, ...]
     segment_length: float
     closed: bool = False
-    sure: tuple[float, ...] = ()
+    confidence: tuple[float, ...] = ()
 
 
 class Connection(NamedTuple):
     """Where merging joined two pieces to one chain, and how sure it is that they belong together.
 
-    segment : the segment of the chain that lies there. sure : 0 to 1, the connection's cost against the next best
+    segment : the segment of the chain that lies there. confidence : 0 to 1, the connection's cost against the next best
     alternative: 0 where another would have cost no more, 1 where all others cost as much more as is ever paid.
     """
 
     segment: int
-    sure: float
+    confidence: float
 
 
 @dataclass(frozen=True)
@@ -406,9 +406,9 @@ class Chain:
         return (len(self.joints) - 1) * self.segment_length
 
     @property
-    def sure(self) -> float:
+    def confidence(self) -> float:
         """0 to 1: how sure the least sure of its connections is; 1 where there are none."""
-        return min((connection.sure for connection in self.connections), default=1.0)
+        return min((connection.confidence for connection in self.connections), default=1.0)
 
     def nodes(self, count: int) -> Floats:
         """(count, D): points at equal arc length from the first joint to the last, as trackers want them.
@@ -436,11 +436,11 @@ class Chain:
             "occluded": self.occluded.tolist(),
             "closed": self.closed,
             "connections": [connection._asdict() for connection in self.connections],
-            "sure": self.sure,
+            "confidence": self.confidence,
         }
 
 
-class Place(NamedTuple):
+class SegmentRef(NamedTuple):
     """A segment of one of a detection's chains: the number of the chain, and that of the segment in it."""
 
     chain: int
@@ -452,13 +452,13 @@ class Crossing:
     """Two strands, of one chain or of two, that cross in the view.
 
     upper, lower : where; the upper strand is the nearer to the camera, and hides the lower. point : (D,) m (px in 2-D), on
-    the upper strand's axis. sure : 0 to 1, how sure it is which of them is the upper; 0 where nothing tells.
+    the upper strand's axis. confidence : 0 to 1, how sure it is which of them is the upper; 0 where nothing tells.
     """
 
-    upper: Place
-    lower: Place
+    upper: SegmentRef
+    lower: SegmentRef
     point: Floats
-    sure: float = 1.0
+    confidence: float = 1.0
 
     def __post_init__(self) -> None:
         _set(self, point=np.asarray(self.point, dtype=float))
@@ -466,7 +466,7 @@ class Crossing:
     def to_dict(self) -> dict[str, Any]:
         """What the JSON file holds of a crossing."""
         upper, lower = self.upper._asdict(), self.lower._asdict()
-        return {"upper": upper, "lower": lower, "point": self.point.tolist(), "sure": self.sure}
+        return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
 
 
 @dataclass(frozen=True)
@@ -488,12 +488,12 @@ class Detection:
     crossings: tuple[Crossing, ...] = ()
 
     @property
-    def sure(self) -> float:
+    def confidence(self) -> float:
         """0 to 1: how sure the least sure connection of all chains is; 1 where there are none."""
-        return min((chain.sure for chain in self.chains), default=1.0)
+        return min((chain.confidence for chain in self.chains), default=1.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """What the JSON file holds (schema doo3d/detection/1): plain lists, strings and numbers."""
+        """What the JSON file holds (schema doo3d/detection/2): plain lists, strings and numbers."""
         return {
             "schema": SCHEMA,
             "frame": self.frame,
@@ -503,7 +503,7 @@ class Detection:
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
-            "sure": self.sure,
+            "confidence": self.confidence,
             "seconds": dict(self.seconds),
             "notes": list(self.notes),
         }

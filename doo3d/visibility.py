@@ -10,7 +10,7 @@ import numpy as np
 
 from .config import VisibilityConfig
 from .geometry.polyline import steps
-from .types import Array, Bools, Camera, Floats, Foreground, Ints, Sight
+from .types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 
 STEP, HIDES = 0.25, 0.6  # radii
 
@@ -19,7 +19,7 @@ MARGIN_RADII = 1.2
 """Radii; least distance behind a place of depth that shows free space: what lies on a table hides it, and is two radii thick."""
 
 
-class Seen(IntEnum):
+class PointVisibility(IntEnum):
     """What the depth image says about a point."""
 
     OUTSIDE = 0
@@ -37,7 +37,7 @@ class Seen(IntEnum):
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Visibility:
     """A depth image, (H, W) m with 0 = none, the object's mask (H, W) bool, and the camera that took them.
 
     In 2-D there are only the mask and points in pixels, and what is outside the mask counts as seen through.
@@ -50,37 +50,37 @@ class Evidence:
     through: bool = False
 
     @staticmethod
-    def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Evidence | None:
+    def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Visibility | None:
         """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
         margin = max(config.margin, MARGIN_RADII * radius)
-        if foreground.sights:
-            return ManyEvidence.together(foreground.sights, margin, config.own_object_counts_as_free)
+        if foreground.views:
+            return MultiViewVisibility.together(foreground.views, margin, config.own_object_counts_as_free)
         if foreground.mask is None:
             return None
-        return Evidence(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
+        return Visibility(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
-        """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `Seen`."""
+        """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `PointVisibility`."""
         pixels = self.camera.project(points) if self.camera is not None else points
         height, width = self.mask.shape
         inside = np.asarray(np.isfinite(pixels).all(axis=1))
         inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (width - 0.5, height - 0.5))).all(axis=1)
-        result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
+        result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
         u, v = np.rint(pixels[inside]).astype(np.int64).T
         if self.depth is None:
-            result[inside] = np.where(self.mask[v, u], int(Seen.SURFACE), int(Seen.FREE))
+            result[inside] = np.where(self.mask[v, u], int(PointVisibility.SURFACE), int(PointVisibility.FREE))
             return result
         measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
-        said = np.where(masked, int(Seen.SURFACE), int(Seen.HIDDEN))
-        said[measured < z - self.margin] = int(Seen.HIDDEN)
-        said[(measured > z + self.margin) & (self.through | ~masked)] = int(Seen.FREE)
-        said[measured <= 0] = np.where(masked, int(Seen.MASKED), int(Seen.NO_DEPTH))[measured <= 0]
+        said = np.where(masked, int(PointVisibility.SURFACE), int(PointVisibility.HIDDEN))
+        said[measured < z - self.margin] = int(PointVisibility.HIDDEN)
+        said[(measured > z + self.margin) & (self.through | ~masked)] = int(PointVisibility.FREE)
+        said[measured <= 0] = np.where(masked, int(PointVisibility.MASKED), int(PointVisibility.NO_DEPTH))[measured <= 0]
         result[inside] = said
         return result
 
     def leaves(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Which of the ends (E, D), going on by `reach` in their directions (E, D), leave the view: (E,) bool."""
-        return np.asarray(self.classify(ends + reach * directions) == Seen.OUTSIDE)
+        return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
     def open(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
         """Beyond which of the ends (E, D), within `reach` m in their directions (E, D), the camera sees through before
@@ -92,15 +92,15 @@ class Evidence:
             return np.zeros(len(ends), dtype=bool)
         ways = ends[:, None] + np.arange(STEP * radius, reach * (1 + 1e-9), STEP * radius)[:, None] * directions[:, None]
         points = ways.reshape(-1, ends.shape[1])
-        free = replace(self, through=True).classify(points) == Seen.FREE
-        hidden = replace(self, margin=HIDES * radius).classify(points) == Seen.HIDDEN
+        free = replace(self, through=True).classify(points) == PointVisibility.FREE
+        hidden = replace(self, margin=HIDES * radius).classify(points) == PointVisibility.HIDDEN
         free, hidden = free.reshape(ways.shape[:2]), hidden.reshape(ways.shape[:2])
         first = np.where(free.any(axis=1), free.argmax(axis=1), ways.shape[1])
         return np.asarray(first < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ways.shape[1]))
 
     def masked(self, points: Floats) -> Bools:
         """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""
-        return np.asarray(self.classify(points) == Seen.MASKED)
+        return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
     def lengths(self, paths: Sequence[Floats]) -> Floats:
         """How much of each path (P, D), m (px in 2-D), runs where the camera saw through or out of its view, and how much where
@@ -113,34 +113,34 @@ class Evidence:
         step = steps(points)
         step[after[:-1] - 1] = 0
         told = np.zeros((len(points), 2))
-        told[:-1, 0] = np.where((said == Seen.FREE) | (said == Seen.OUTSIDE), step, 0)
-        told[:-1, 1] = np.where(said == Seen.NO_DEPTH, step, 0)
+        told[:-1, 0] = np.where((said == PointVisibility.FREE) | (said == PointVisibility.OUTSIDE), step, 0)
+        told[:-1, 1] = np.where(said == PointVisibility.NO_DEPTH, step, 0)
         return np.asarray(np.add.reduceat(told, np.append(0, after[:-1])))
 
 
 @dataclass(frozen=True)
-class ManyEvidence(Evidence):
+class MultiViewVisibility(Visibility):
     """What many cameras say about a cloud that was made of their views: each with its pose (4, 4)."""
 
-    each: tuple[tuple[Evidence, Floats], ...] = ()
+    each: tuple[tuple[Visibility, Floats], ...] = ()
 
     @staticmethod
-    def together(sights: Sequence[Sight], margin: float, through: bool) -> ManyEvidence:
-        """Of all sights."""
-        each = tuple((Evidence(sight.depth, sight.mask, sight.camera, margin, through), sight.pose) for sight in sights)
-        return ManyEvidence(None, np.zeros((0, 0), dtype=bool), None, margin, through, each)
+    def together(views: Sequence[CameraView], margin: float, through: bool) -> MultiViewVisibility:
+        """Of all views."""
+        each = tuple((Visibility(view.depth, view.mask, view.camera, margin, through), view.pose) for view in views)
+        return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, through, each)
 
     def classify(self, points: Floats) -> Ints:
-        """What they say together about points (N, 3) m in the frame of the cloud: (N,) of `Seen`.
+        """What they say together about points (N, 3) m in the frame of the cloud: (N,) of `PointVisibility`.
 
         FREE where more of them saw through a place than saw the object there; else the most telling of what else is said.
         """
         said = self._said(points)
-        result = np.full(len(points), int(Seen.OUTSIDE), dtype=np.int64)
-        for seen in (Seen.NO_DEPTH, Seen.HIDDEN, Seen.MASKED, Seen.SURFACE):
+        result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
+        for seen in (PointVisibility.NO_DEPTH, PointVisibility.HIDDEN, PointVisibility.MASKED, PointVisibility.SURFACE):
             result[(said == seen).any(axis=0)] = int(seen)
         free, taken = _votes(said)
-        result[free > taken] = int(Seen.FREE)
+        result[free > taken] = int(PointVisibility.FREE)
         return result
 
     def denied(self, points: Floats) -> Bools:
@@ -154,4 +154,6 @@ class ManyEvidence(Evidence):
 
 def _votes(said: Ints) -> tuple[Ints, Ints]:
     """How many of what each says (E, N) are FREE, and how many the object: (N,) and (N,)."""
-    return (said == Seen.FREE).sum(axis=0), ((said == Seen.SURFACE) | (said == Seen.MASKED)).sum(axis=0)
+    return (said == PointVisibility.FREE).sum(axis=0), ((said == PointVisibility.SURFACE) | (said == PointVisibility.MASKED)).sum(
+        axis=0
+    )

@@ -20,8 +20,8 @@ LAYERS = [
     {"kernels"},
     {"geometry"},
     {
-        *("arcs", "axis", "cells", "costs", "crossings", "evidence", "holes", "linking", "meetings", "overlaps"),
-        *("segmenters", "segments", "sights", "silhouette", "stations", "stubs", "sureness", "surface", "tracks"),
+        *("arcs", "axis", "cells", "costs", "crossings", "visibility", "holes", "linking", "meetings", "overlaps"),
+        *("segmenters", "segments", "views", "silhouette", "stations", "stubs", "sureness", "surface", "tracks"),
     },
     {"stages"},
     {"pipeline"},

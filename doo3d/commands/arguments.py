@@ -13,7 +13,7 @@ from ..errors import InputError
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import Capture, Entry
+    from ..inputs import Capture, FrameRef
 
 Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d presets) or a YAML file.")]
 Overrides = Annotated[
@@ -77,7 +77,7 @@ FrameOption = Annotated[
 ]
 
 
-def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> Entry:
+def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> FrameRef:
     """The frame that is called so, or has that number; the first without.
 
     Raises
@@ -128,7 +128,7 @@ def free(path: Path, force: bool) -> None:
         raise InputError(f"{path}: the folder {path.parent} does not exist", code="out-folder-missing")
 
 
-def watching(frames: Sequence[T]) -> Iterable[T]:
+def with_progress(frames: Sequence[T]) -> Iterable[T]:
     """The frames one after the other, with a bar on stderr where that is a terminal."""
     if len(frames) < 2 or not sys.stderr.isatty():
         return frames

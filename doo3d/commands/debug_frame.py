@@ -9,11 +9,11 @@ import typer
 
 from ..errors import InputError
 from .arguments import frame_of, save
-from .explain import lines, walked
+from .explain import lines, run_with_stages
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import Capture, Entry
+    from ..inputs import Capture, FrameRef
 
 
 StagesOption = Annotated[
@@ -24,7 +24,7 @@ StagesOption = Annotated[
 ]
 
 
-def staged(capture: Capture, wanted: list[str] | None) -> list[Entry]:
+def staged(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
     """The frames whose stages are asked for.
 
     Raises
@@ -34,7 +34,7 @@ def staged(capture: Capture, wanted: list[str] | None) -> list[Entry]:
     return [frame_of(capture, name, "--stages") for name in wanted or []]
 
 
-def keep_stages(out: Path, entries: list[Entry], config: Config) -> None:
+def keep_stages(out: Path, entries: list[FrameRef], config: Config) -> None:
     """Write the stages of the frames, each into a folder of its name in OUT/stages.
 
     Raises
@@ -46,7 +46,7 @@ def keep_stages(out: Path, entries: list[Entry], config: Config) -> None:
         typer.echo(f"{len(write_stages(folder, entry, config))} files of its stages -> {folder}")
 
 
-def write_stages(folder: Path, entry: Entry, config: Config) -> list[Path]:
+def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
     """Write every stage's product of a frame as PLY and PNG into the folder, and `explanation.json` and `.txt` beside them.
 
     Raises
@@ -62,7 +62,7 @@ def write_stages(folder: Path, entry: Entry, config: Config) -> list[Path]:
     from ..viz.stage_products import draw_product
     from ..viz.view import flat_view, view_of
 
-    data, stages, mask = walked(entry, config)
+    data, stages, mask = run_with_stages(entry, config)
     found = explain(data, stages, config, mask)
     view = flat_view(data.color) if isinstance(data, Image) else view_of(data)
     try:

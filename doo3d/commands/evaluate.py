@@ -117,9 +117,9 @@ def capture(
     """
     _single_thread()
     from ..evaluation.benchmark import cases
-    from ..inputs import Reading
+    from ..inputs import ReadOptions
 
-    chosen = cases.capture_cases(capture, truth, masks=mask, reading=Reading.of(read or []))
+    chosen = cases.capture_cases(capture, truth, masks=mask, reading=ReadOptions.of(read or []))
     settings = {"capture": str(capture), "truth": truth and str(truth), "masks": mask and str(mask), "read": read or []}
     _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
 

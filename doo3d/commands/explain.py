@@ -13,7 +13,7 @@ from .progress import say_compiling
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import Entry
+    from ..inputs import FrameRef
     from ..inspection.explain import Choice, Explanation
     from ..pipeline import Stages
     from ..types import Bools, Cloud, Frame, Image
@@ -38,17 +38,17 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..inputs import Reading, open_capture
+    from ..inputs import ReadOptions, open_capture
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask, Reading.of(read or []))
+    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.of(read or []))
     entry = frame_of(opened, frame)
     if document is not None:
         new_file(document, force)
     say_compiling()
     from ..inspection.explain import explain as account
 
-    data, stages, given = walked(entry, effective)
+    data, stages, given = run_with_stages(entry, effective)
     found = account(data, stages, effective, given)
     if document is not None:
         from ..outputs.detection_json import dumps
@@ -57,14 +57,14 @@ def explain(
     typer.echo("\n".join([f"frame {entry.name}", *lines(found)]))
 
 
-def walked(entry: Entry, config: Config) -> tuple[Frame | Cloud | Image, Stages, Bools | None]:
+def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages, Bools | None]:
     """A frame, what every stage made of it, as detection goes through it, and the capture's mask where that was used.
 
     Raises
     ------
     InputError : the frame cannot be read or used.
     """
-    from ..pipeline import walked as walk
+    from ..pipeline import run_with_stages as walk
     from ..runs.frame import chosen_mask
 
     shot = entry.load()
@@ -82,7 +82,7 @@ def lines(found: Explanation) -> Iterator[str]:
         yield "merges, in order:"
     for i, merge in enumerate(found.merges):
         kept = "" if merge.kept else "   (in a chain that was dropped)"
-        yield f"{i + 1:>4}  {_choice(merge.chosen)}   sure {merge.sure:.2f}{kept}"
+        yield f"{i + 1:>4}  {_choice(merge.chosen)}   sure {merge.confidence:.2f}{kept}"
         other = merge.runner_up
         yield f"{'':>4}  next best: {_choice(other) if other else 'none that is allowed'}"
 

@@ -14,7 +14,7 @@ from ..errors import InputError
 from .arguments import EndOption, EveryOption, FramesOption, MaskOption, ReadOption, StartOption
 
 if TYPE_CHECKING:
-    from ..inputs.capture import Shot
+    from ..inputs.capture import FrameData
     from ..inputs.inspection import Look, Summary
     from ..viz.contact_sheet import Tile
 
@@ -47,18 +47,18 @@ def info(
 
     Nothing is written but the sheet. Exit code 0: all frames that were looked at can be read; 1: some cannot; 2: none.
     """
-    from ..inputs import Reading, format_class, open_capture
+    from ..inputs import ReadOptions, format_class, open_capture
     from ..inputs.frame_selection import Selection, selected
     from ..inputs.inspection import summarise
 
-    opened = selected(open_capture(capture, masks=mask, reading=Reading.of(read or [])), Selection(every, start, end, frames))
+    opened = selected(open_capture(capture, masks=mask, reading=ReadOptions.of(read or [])), Selection(every, start, end, frames))
     if sheet:
         _check_place(sheet, capture)
     from ..viz import contact_sheet as drawing
 
     tiles: list[Tile] = []
 
-    def see(look: Look, shot: Shot | None) -> None:
+    def see(look: Look, shot: FrameData | None) -> None:
         numbered = look.name.isdecimal() and int(look.name) == look.index
         caption = look.name if numbered else f"{look.index}: {look.name}"
         caption += "" if look.timestamp is None else f"   {look.timestamp:.3f} s"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, save, watching
+from .arguments import Results, free, save, with_progress
 
 
 def report(
@@ -31,6 +31,6 @@ def report(
 
     opened = open_results(results)
     free(out, force)
-    page = report_page(opened, out.absolute().parent, clouds, watching)
+    page = report_page(opened, out.absolute().parent, clouds, with_progress)
     save(out, page)
     typer.echo(f"{len(opened.manifest['frames'])} frames, {len(page.encode()) / 1e6:.1f} MB -> {out}")

@@ -47,10 +47,10 @@ def tune(
       doo3d tune photo.jpg --pick 412,230 --pick 600,118
     """
     from ..config import load_config, parse_overrides
-    from ..inputs import FLAT, Reading, open_capture
+    from ..inputs import FLAT, ReadOptions, open_capture
 
     given = config_of(config, overrides) if config else None
-    opened = open_capture(capture, given is not None and given.mode == "2d", None, Reading.of(read or []))
+    opened = open_capture(capture, given is not None and given.mode == "2d", None, ReadOptions.of(read or []))
     used = given or load_config(PRESETS[opened.format in FLAT], parse_overrides(overrides or []))
     entry = frame_of(opened, frame)
     picture = out.with_suffix(".png")

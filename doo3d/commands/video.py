@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, watching
+from .arguments import Results, free, with_progress
 
 
 def video(
@@ -35,7 +35,7 @@ def video(
 
     opened = open_results(results)
     free(out, force)
-    made = write_video(opened, out, fps, codec, skip_failed, watching)
+    made = write_video(opened, out, fps, codec, skip_failed, with_progress)
     failed = f" ({made.failed} failed, {'left out' if skip_failed else 'shown as such'})" if made.failed else ""
     frames = f"{made.frames} frame{'' if made.frames == 1 else 's'}"
     typer.echo(f"{frames}{failed}, {made.fps:g} per second, {made.size[0]}x{made.size[1]} -> {out}")

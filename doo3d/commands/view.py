@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, watching
+from .arguments import Results, free, with_progress
 from .progress import say_compiling
 
 
@@ -42,7 +42,7 @@ def view(
     viewing = Viewing(opened, save)
     if stages:
         say_compiling()
-    for name in watching(names):
+    for name in with_progress(names):
         viewing.show(name, stages)
     if viewing.said:
         typer.echo(f"note: {viewing.said}", err=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import DooError, InputError
-from ..inputs import FLAT, Capture, Entry
+from ..inputs import FLAT, Capture, FrameRef
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.detection_json import dumps
 from ..runs.frame import UNEXPECTED, chosen_mask, unexpected
@@ -93,7 +93,7 @@ def compare_capture(
     return records
 
 
-def _one(entry: Entry, config: Config, flat_config: Config, out: Path) -> Record:
+def _one(entry: FrameRef, config: Config, flat_config: Config, out: Path) -> Record:
     try:
         shot = entry.load()
         if not isinstance(shot.data, Frame):

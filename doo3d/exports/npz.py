@@ -47,7 +47,7 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         "radius": np.array([chain.radius for chain in chains], dtype=float),
         "segment_length": np.array([chain.segment_length for chain in chains], dtype=float),
         "closed": np.array([chain.closed for chain in chains], dtype=bool),
-        "sure": np.array([chain.sure for chain in chains], dtype=float),
+        "confidence": np.array([chain.confidence for chain in chains], dtype=float),
     }
 
 

@@ -35,7 +35,7 @@ class Cells:
         return np.column_stack([np.bincount(self.cell, weights=column, minlength=len(self.keys)) for column in values.T])
 
 
-def pack(points: Floats, origin: Floats, size: float, margin: int) -> Cells | float:
+def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) -> Cells | float:
     """Points (N, D) in cells of `size` from `origin`, in a box with `margin` free cells beyond the last; or, where the box is
     too large for 64-bit keys, the number of its cells.
     """

@@ -10,13 +10,13 @@ import importlib
 from pathlib import Path
 
 from ..errors import InputError
-from .capture import Capture, CaptureFormat, Entry, Shot
+from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_masks import MaskedCapture
 from .formats.trajectory import PosedCapture
-from .read_options import DEFAULT, Reading
+from .read_options import DEFAULT, ReadOptions
 from .support.images import is_image
 
-__all__ = ["FLAT", "FORMATS", "Capture", "Entry", "Reading", "Shot", "format_class", "open_capture"]
+__all__ = ["FLAT", "FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
 FORMATS: dict[str, str | CaptureFormat] = {
     "bag": "bag.reader:BagCapture",
@@ -45,7 +45,9 @@ def format_class(name: str) -> CaptureFormat:
     return found
 
 
-def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None = None, reading: Reading = DEFAULT) -> Capture:
+def open_capture(
+    path: str | Path, flat: bool = False, masks: str | Path | None = None, reading: ReadOptions = DEFAULT
+) -> Capture:
     """What is at `path`, as a sequence of frames that load when asked.
 
     Parameters
@@ -64,7 +66,7 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
         for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
-            if (found := format_class(name)).recognises(path) or (name == "pairs" and _camera_is_said(path, reading)):
+            if (found := format_class(name)).can_read(path) or (name == "pairs" and _camera_is_said(path, reading)):
                 capture = found(path, reading)
                 if reading.trajectory is not None:
                     capture = PosedCapture(capture, reading.trajectory, reading.tolerance)
@@ -74,7 +76,7 @@ def open_capture(path: str | Path, flat: bool = False, masks: str | Path | None 
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
 
 
-def _camera_is_said(path: Path, reading: Reading) -> bool:
+def _camera_is_said(path: Path, reading: ReadOptions) -> bool:
     """Whether `path` is an image of whose camera the user says enough to take it for depth."""
     return reading.camera is not None and path.is_file() and is_image(path)
 
@@ -89,7 +91,7 @@ def _unknown(path: Path) -> InputError:
     inside = sorted(path.iterdir())
     if not inside:
         return InputError(f"{path}: this folder is empty. {known}", code="folder-empty")
-    captures = [item.name for item in inside if any(format_class(name).recognises(item) for name in FORMATS)]
+    captures = [item.name for item in inside if any(format_class(name).can_read(item) for name in FORMATS)]
     if not captures:
         return InputError(f"{path}: this folder holds nothing of a known format. {known}", code="format-unknown")
     shown = ", ".join(captures[:5]) + (f" and {len(captures) - 5} more" if len(captures) > 5 else "")

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import ClassVar, Protocol
 
 from ..types import Bools, Cloud, Floats, Frame, Image
-from .read_options import DEFAULT, Reading
+from .read_options import DEFAULT, ReadOptions
 
 
 @dataclass(frozen=True)
-class Shot:
+class FrameData:
     """One moment of a capture.
 
     data : Frame or Cloud; Image for the 2-D mode.
@@ -26,7 +26,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FrameRef:
     """A place in a capture, cheap to hold; its data is read by `load` and not kept.
 
     name : what the results of this frame are called, unique in its capture.
@@ -36,10 +36,10 @@ class Entry:
 
     name: str
     source: Path
-    loader: Callable[[], Shot]
+    loader: Callable[[], FrameData]
     timestamp: float | None = None
 
-    def load(self) -> Shot:
+    def load(self) -> FrameData:
         """Read the shot from disk.
 
         Raises
@@ -58,7 +58,7 @@ class Capture(Protocol):
 
     format: str
     path: Path
-    frames: Sequence[Entry]
+    frames: Sequence[FrameRef]
 
 
 class CaptureFormat(Protocol):
@@ -69,6 +69,6 @@ class CaptureFormat(Protocol):
 
     what: ClassVar[str]
 
-    def recognises(self, path: Path) -> bool: ...
+    def can_read(self, path: Path) -> bool: ...
 
-    def __call__(self, path: Path, reading: Reading = DEFAULT) -> Capture: ...
+    def __call__(self, path: Path, reading: ReadOptions = DEFAULT) -> Capture: ...

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..types import Cloud, Frame
-from .capture import Capture, Entry, Shot
+from .capture import Capture, FrameData, FrameRef
 from .support.images import PHOTO_SUFFIXES, read_mask
 from .support.listing import images_in, paired
 
@@ -32,12 +32,12 @@ class MaskedCapture:
                 )
         else:
             files = {_only(capture, masks).name: masks}
-        self.frames: Sequence[Entry] = [
+        self.frames: Sequence[FrameRef] = [
             replace(entry, loader=partial(_load, entry, files.get(entry.name), masks)) for entry in capture.frames
         ]
 
 
-def _only(capture: Capture, masks: Path) -> Entry:
+def _only(capture: Capture, masks: Path) -> FrameRef:
     if not masks.exists():
         raise InputError(f"{masks} does not exist", code="file-missing")
     if len(capture.frames) != 1:
@@ -47,7 +47,7 @@ def _only(capture: Capture, masks: Path) -> Entry:
     return capture.frames[0]
 
 
-def _load(entry: Entry, file: Path | None, masks: Path) -> Shot:
+def _load(entry: FrameRef, file: Path | None, masks: Path) -> FrameData:
     if file is None:
         raise InputError(f"{masks}: there is no mask {entry.name}", code="mask-missing")
     shot = entry.load()

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Bools, Floats
-from .capture import Capture, Entry
+from .capture import Capture, FrameRef
 
 _MARK = re.compile(r"(-?)(\d+(?:\.\d+)?|\.\d+)(s?)")
 _TOKEN = r"-?(?:\d+\.?\d*|\.\d+)s?"
@@ -96,7 +96,7 @@ class SelectedCapture:
         self.indices = np.flatnonzero(chosen)[:: selection.every].tolist()
         if not self.indices:
             raise InputError(f"{capture.path}: {self.selection} leaves no frame; {places.there()}", code="selection-empty")
-        self.frames: Sequence[Entry] = [capture.frames[i] for i in self.indices]
+        self.frames: Sequence[FrameRef] = [capture.frames[i] for i in self.indices]
 
 
 def selected(capture: Capture, selection: Selection) -> Capture:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Camera, Cloud, Floats, Frame
-from .capture import Capture, Entry, Shot
+from .capture import Capture, FrameData, FrameRef
 
 SCHEMA = "doo3d/info/1"
 PERCENTILES = (1, 50, 99)  # of the depth: single readings are off by any amount
@@ -114,7 +114,7 @@ class Summary:
         }
 
 
-def summarise(capture: Capture, samples: int, see: Callable[[Look, Shot | None], None] = lambda look, shot: None) -> Summary:
+def summarise(capture: Capture, samples: int, see: Callable[[Look, FrameData | None], None] = lambda look, shot: None) -> Summary:
     """Look at up to `samples` frames of a capture, evenly from the first to the last, one in memory at a time.
 
     see : called with each look and its shot, None where it cannot be read.
@@ -140,7 +140,7 @@ def summarise(capture: Capture, samples: int, see: Callable[[Look, Shot | None],
     )
 
 
-def _look(index: int, entry: Entry) -> tuple[Look, Shot | None]:
+def _look(index: int, entry: FrameRef) -> tuple[Look, FrameData | None]:
     try:
         shot = entry.load()
     except InputError as error:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..errors import InputError, invalid_code
 
 
-class Reading(BaseModel):
+class ReadOptions(BaseModel):
     """What the user says about a capture. Everything may be left to what the capture says, or to its format's convention."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -29,7 +29,7 @@ class Reading(BaseModel):
     )
 
     @staticmethod
-    def of(pairs: list[str]) -> Reading:
+    def of(pairs: list[str]) -> ReadOptions:
         """From KEY=VALUE pairs, values as YAML.
 
         Raises
@@ -49,12 +49,12 @@ class Reading(BaseModel):
             except yaml.YAMLError as error:
                 raise InputError(f"--read {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
         try:
-            return Reading(**values)
+            return ReadOptions(**values)
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))
-            known = f"; there are {', '.join(Reading.model_fields)}" if first["type"] == "extra_forbidden" else ""
+            known = f"; there are {', '.join(ReadOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
             raise InputError(f"--read {key}: {first['msg']}{known}", code=invalid_code([first["type"]])) from None
 
 
-DEFAULT = Reading()
+DEFAULT = ReadOptions()

@@ -14,7 +14,7 @@ from ..runs.threads import single_thread as single_thread
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import Shot
+    from ..inputs import FrameData
 
 WARM_UP = 3  # runs that are not counted: compiling, caches
 DEFAULT_SCENE = ("crossing", 0)
@@ -44,7 +44,7 @@ class Timing:
         return [head, f"{'ms':<12}{'median':>10}{'95 %':>10}", *table[:-1], "-" * 32, table[-1], *memory]
 
 
-def measure(name: str, shot: Shot, config: Config, runs: int) -> Timing:
+def measure(name: str, shot: FrameData, config: Config, runs: int) -> Timing:
     """Detect in one shot `runs` times after the warm-up.
 
     Raises
@@ -89,11 +89,11 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
     return [measure(name, shot, config, runs) for name, shot in shots]
 
 
-def _rendered() -> Shot:
+def _rendered() -> FrameData:
     """The default scene's frame, rendered by a process of its own so that this one's memory is the detector's alone."""
     import numpy as np
 
-    from ..inputs import Shot
+    from ..inputs import FrameData
     from ..types import Camera, Frame
 
     with tempfile.TemporaryDirectory() as folder:
@@ -106,7 +106,7 @@ def _rendered() -> Shot:
         with path.open("rb") as file, np.load(file) as arrays:
             fx, fy, cx, cy = arrays["camera"].tolist()
             height, width = arrays["depth"].shape
-            return Shot(Frame(arrays["color"], arrays["depth"], Camera(fx, fy, cx, cy, width, height)))
+            return FrameData(Frame(arrays["color"], arrays["depth"], Camera(fx, fy, cx, cy, width, height)))
 
 
 def _render(path: Path) -> None:

@@ -16,7 +16,7 @@ from ..pipeline import Stages
 from ..stages.merge.merge import Joined, join
 from ..stages.segment.methods import SEGMENTERS, method
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
-from ..visibility import Evidence
+from ..visibility import Visibility
 
 SCHEMA = "doo3d/explanation/1"
 
@@ -47,13 +47,13 @@ class Merge:
 
     chosen: Choice
     runner_up: Choice | None
-    sure: float
+    confidence: float
     kept: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """What the JSON holds."""
         other = self.runner_up.to_dict() if self.runner_up else None
-        return {"chosen": self.chosen.to_dict(), "runner_up": other, "sure": self.sure, "kept": self.kept}
+        return {"chosen": self.chosen.to_dict(), "runner_up": other, "confidence": self.confidence, "kept": self.kept}
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Explanation:
 
 
 def explain(data: Frame | Cloud | Image, stages: Stages, config: Config, mask: Array | None = None) -> Explanation:
-    """What became of a frame, from what `pipeline.walked` made of it with this config and mask."""
+    """What became of a frame, from what `pipeline.run_with_stages` made of it with this config and mask."""
     pruned = pruned_segments(stages.fitted, stages.pruned)
     merges = _merges(stages, config)
     told = _told(data, config, mask) if config.extend_mask.max_length == 0 else None
@@ -120,12 +120,12 @@ def _segments(joints: Floats) -> Floats:
 def _merges(stages: Stages, config: Config) -> tuple[Merge, ...]:
     if not stages.pruned:
         return ()
-    evidence = Evidence.of(stages.foreground, config.visibility, stages.grid.radius)
-    joined = join(stages.pruned, config.merge, stages.grid.radius, config.fill, evidence)
+    visibility = Visibility.of(stages.foreground, config.visibility, stages.grid.radius)
+    joined = join(stages.pruned, config.merge, stages.grid.radius, config.fill, visibility)
     kept = _in_result(stages)
     order = sorted(range(len(joined.links)), key=lambda i: joined.links[i][2])
     return tuple(
-        Merge(_choice(joined, (a, b)), _runner_up(joined, (a, b)), joined.sure[i], bool(kept[a // 2]))
+        Merge(_choice(joined, (a, b)), _runner_up(joined, (a, b)), joined.confidence[i], bool(kept[a // 2]))
         for i in order
         for a, b, _ in [joined.links[i]]
     )

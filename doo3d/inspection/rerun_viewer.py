@@ -10,10 +10,10 @@ import numpy as np
 
 from ..config import Config, load_config
 from ..errors import DooError, InputError, require
-from ..inputs import Entry, Reading, open_capture
+from ..inputs import FrameRef, ReadOptions, open_capture
 from ..outputs.run_folder import CONFIG
 from ..outputs.run_reader import Results, read_detection
-from ..pipeline import in_mode, walked
+from ..pipeline import as_mode_data, run_with_stages
 from ..runs.frame import chosen_mask
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..viz import draw
@@ -74,12 +74,12 @@ class Viewing:
         self._frame(name, detection, stages)
         self.stream.flush()
 
-    def _opened(self) -> dict[str, Entry]:
+    def _opened(self) -> dict[str, FrameRef]:
         """The frames of the capture, where it is still there; else `said` has the reason."""
         source = self.results.manifest.get("input", {})
         try:
             flat = self.config is not None and self.config.mode == "2d"
-            reading = Reading(**source.get("reading", {}))
+            reading = ReadOptions(**source.get("reading", {}))
             capture = open_capture(source["path"], flat, source.get("masks"), reading)
             if capture.format != source.get("format"):
                 raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
@@ -115,9 +115,9 @@ class Viewing:
             return None, ""
         shot = self.entries[name].load()
         if not stages:
-            return in_mode(shot.data, self.config), ""
+            return as_mode_data(shot.data, self.config), ""
         mask = chosen_mask(shot, self.config)
-        data, made = walked(shot.data, self.config, mask)
+        data, made = run_with_stages(shot.data, self.config, mask)
         found = explain(data, made, self.config, mask)
         for product in products(made, found):
             self._product(product)

@@ -44,7 +44,7 @@ def merge_table(explanation: Explanation) -> str:
         other = merge.runner_up
         best = f"{other.ends[0]} - {other.ends[1]}: {other.cost:.1f}" if other else "none"
         ends = " - ".join(merge.chosen.ends)
-        rows.append(f"| {i + 1} | {ends} | {merge.chosen.cost:.1f} | {terms} | {best} | {merge.sure:.2f} |")
+        rows.append(f"| {i + 1} | {ends} | {merge.chosen.cost:.1f} | {terms} | {best} | {merge.confidence:.2f} |")
     return "\n".join(rows)
 
 
@@ -82,7 +82,10 @@ def _pruned(chains: list[Chain], gone: Floats) -> Product:
 def _merges(stages: Stages, explanation: Explanation) -> Product:
     """The pieces in grey, and the connections over them, numbered."""
     links = [merge.chosen.points for merge in explanation.merges]
-    shades = [np.rint(m.sure * np.array(SURE) + (1 - m.sure) * np.array(UNSURE)).astype(int).tolist() for m in explanation.merges]
+    shades = [
+        np.rint(m.confidence * np.array(SURE) + (1 - m.confidence) * np.array(UNSURE)).astype(int).tolist()
+        for m in explanation.merges
+    ]
     pieces = [chain.joints for chain in stages.pruned]
     product = _lines("7-merges", [*pieces, *links], [*([DIM] * len(pieces)), *shades])
     first = sum(len(piece) for piece in pieces)

@@ -133,7 +133,7 @@ def without_spurs(image, rows, columns, least):  # type: ignore[no-untyped-def]
     image : (H, W) uint8, 1 on the skeleton, 0 in a margin of a pixel. rows, columns : (K,) int64, its pixels. least : px,
     the length of a line that stays. A line between two tips stays, however short it is.
     """
-    walked = np.empty((2, len(rows)), np.int64)
+    run_with_stages = np.empty((2, len(rows)), np.int64)
     spur = np.empty((2, len(rows)), np.int64)
     while True:
         shortest, size = float(least), 0
@@ -143,7 +143,7 @@ def without_spurs(image, rows, columns, least):  # type: ignore[no-untyped-def]
                 continue
             length, steps, meets = 0.0, 0, False
             while length < shortest:
-                walked[0, steps], walked[1, steps] = row, column
+                run_with_stages[0, steps], run_with_stages[1, steps] = row, column
                 image[row, column] = 0
                 steps += 1
                 best = -1
@@ -156,16 +156,16 @@ def without_spurs(image, rows, columns, least):  # type: ignore[no-untyped-def]
                     break
                 length += 1.0 if best % 2 else 2.0**0.5
                 row, column = row + _RING[best, 0], column + _RING[best, 1]
-                image[walked[0, steps - 1], walked[1, steps - 1]] = 1
+                image[run_with_stages[0, steps - 1], run_with_stages[1, steps - 1]] = 1
                 meets = _rises(image, row, column) > 2
-                image[walked[0, steps - 1], walked[1, steps - 1]] = 0
+                image[run_with_stages[0, steps - 1], run_with_stages[1, steps - 1]] = 0
                 if meets:
                     break
             for k in range(steps):
-                image[walked[0, k], walked[1, k]] = 1
+                image[run_with_stages[0, k], run_with_stages[1, k]] = 1
             if meets and length < shortest:
                 shortest, size = length, steps
-                spur[:, :steps] = walked[:, :steps]
+                spur[:, :steps] = run_with_stages[:, :steps]
         if not size:
             return
         for k in range(size):

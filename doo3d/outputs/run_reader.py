@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..types import COORDINATES, SCHEMA, Chain, Connection, Crossing, Detection, Place
+from ..types import COORDINATES, SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
 from .detection_json import read_object
 from .run_folder import MANIFEST
 
@@ -100,11 +100,11 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         radii=np.array([float("nan") if each is None else each for each in values.get("radii", ())], dtype=float),
         occluded=np.array(values["occluded"], dtype=bool),
         closed=bool(values["closed"]),
-        connections=tuple(Connection(int(item["segment"]), float(item["sure"])) for item in values.get("connections", ())),
+        connections=tuple(Connection(int(item["segment"]), float(item["confidence"])) for item in values.get("connections", ())),
         id=values.get("id"),
     )
 
 
 def _crossing(values: dict[str, Any]) -> Crossing:
-    upper, lower = (Place(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
-    return Crossing(upper, lower, np.array(values["point"], dtype=float), float(values["sure"]))
+    upper, lower = (SegmentRef(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
+    return Crossing(upper, lower, np.array(values["point"], dtype=float), float(values["confidence"]))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import InputError, require
-from .executor import Job, LostError
+from .executor import Future, WorkerLost
 from .threads import ONE_THREAD, single_thread
 
 _AHEAD = 4  # frames under way per worker: one that takes long does not keep the others waiting, and memory stays small
@@ -93,7 +93,7 @@ class _Task:
 
 @dataclass(eq=False)
 class Cluster:
-    """A client of dask.distributed as a crew."""
+    """A client of dask.distributed as a executor."""
 
     client: Any
     workers: int
@@ -102,7 +102,7 @@ class Cluster:
     def __post_init__(self) -> None:
         self.window = _AHEAD * self.workers
 
-    def submit(self, function: Callable[..., Any], *args: Any, near: Job | None = None) -> Job:
+    def submit(self, function: Callable[..., Any], *args: Any, near: Future | None = None) -> Future:
         """Hand out work; what is near a job goes first, so that what waits for it is soon let go."""
         place = near.place if isinstance(near, _Task) else None
         task = _Task(self, function, args, self._start(function, args, place), place)
@@ -127,7 +127,7 @@ class Cluster:
         try:
             return self._wait(task)
         except killed:
-            raise LostError(_LOST) from None
+            raise WorkerLost(_LOST) from None
 
     def _restart(self, task: _Task) -> None:
         task.future, task.place = self._start(task.function, task.args), None

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 
-class LostError(Exception):
+class WorkerLost(Exception):
     """The work cannot be done: whoever does it dies. The message is a sentence, and `code` that of the frame's error."""
 
     code = "worker-lost"
 
 
-class Job(Protocol):
+class Future(Protocol):
     """Work that was handed out."""
 
     def result(self) -> Any:
@@ -20,17 +20,17 @@ class Job(Protocol):
 
         Raises
         ------
-        LostError : its worker died, again and again. InputError : there are no workers any more.
+        WorkerLost : its worker died, again and again. InputError : there are no workers any more.
         """
         ...
 
 
-class Crew(Protocol):
+class Executor(Protocol):
     """workers : how many frames are worked on at once. window : how many may be under way, from reading to writing."""
 
     workers: int
     window: int
 
-    def submit(self, function: Callable[..., Any], *args: Any, near: Job | None = None) -> Job:
+    def submit(self, function: Callable[..., Any], *args: Any, near: Future | None = None) -> Future:
         """Hand out work; `near` names a job, already done, that left something where it was done."""
         ...

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..config import Config
 from ..errors import DooError
-from ..inputs import Entry, Shot
+from ..inputs import FrameData, FrameRef
 from ..outputs import encoded
 from ..pipeline import detect
 from ..types import Bools, Cloud, Detection, Frame, Image
@@ -52,7 +52,7 @@ class FrameRecord:
     stages: dict[str, float] = field(default_factory=dict)
 
     @staticmethod
-    def of(entry: Entry, error: str | None = None, code: str | None = None) -> FrameRecord:
+    def of(entry: FrameRef, error: str | None = None, code: str | None = None) -> FrameRecord:
         """Of a frame of which nothing has come."""
         return FrameRecord(entry.name, str(entry.source), entry.timestamp, FAILED, error=error, code=code)
 
@@ -96,10 +96,10 @@ class Found:
 
     record: FrameRecord
     detection: Detection | None = None
-    ticket: str = ""
+    cache_key: str = ""
 
 
-def find(entry: Entry, config: Config) -> Found:
+def detect_frame(entry: FrameRef, config: Config) -> Found:
     """Read one frame and detect in it.
 
     What goes wrong, expected or not, is in the record: it is this frame's matter only.
@@ -112,16 +112,16 @@ def find(entry: Entry, config: Config) -> Found:
         detection = replace(detect(shot.data, config, chosen_mask(shot, config)), frame=entry.name, timestamp=entry.timestamp)
     except Exception as error:
         return Found(replace(record, error=reason(error), code=code_of(error), seconds=time.perf_counter() - start))
-    ticket = secrets.token_hex(8)
-    _waiting[ticket] = shot.data
+    cache_key = secrets.token_hex(8)
+    _waiting[cache_key] = shot.data
     while len(_waiting) > _KEPT:
         _waiting.popitem(last=False)
     stages = {"read": read, **detection.seconds}
     record = replace(record, status=OK, seconds=time.perf_counter() - start, notes=detection.notes, stages=stages)
-    return Found(record, replace(detection, seconds={}), ticket)
+    return Found(record, replace(detection, seconds={}), cache_key)
 
 
-def draw(entry: Entry, found: Found) -> tuple[FrameRecord, dict[str, bytes] | None]:
+def render_frame(entry: FrameRef, found: Found) -> tuple[FrameRecord, dict[str, bytes] | None]:
     """The frame's files, suffix to content, and its record; None for the files where they cannot be made.
 
     The detection in `found` may have been changed since `find`. Where the data no longer waits it is read again.
@@ -129,7 +129,7 @@ def draw(entry: Entry, found: Found) -> tuple[FrameRecord, dict[str, bytes] | No
     assert found.detection is not None
     start = time.perf_counter()
     try:
-        data = _waiting.pop(found.ticket, None) or entry.load().data
+        data = _waiting.pop(found.cache_key, None) or entry.load().data
         files = encoded(found.detection, data)
     except Exception as error:
         failed = FrameRecord.of(entry, reason(error), code_of(error))
@@ -149,7 +149,7 @@ def draw(entry: Entry, found: Found) -> tuple[FrameRecord, dict[str, bytes] | No
     return record, files
 
 
-def chosen_mask(shot: Shot, config: Config) -> Bools | None:
+def chosen_mask(shot: FrameData, config: Config) -> Bools | None:
     """The capture's own mask, unless the config names another way to tell the object."""
     return shot.mask if config.segment.method in ("auto", "mask") else None
 

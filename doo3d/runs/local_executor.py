@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError
-from .executor import Crew, Job
+from .executor import Executor, Future
 
 
 @dataclass(frozen=True)
@@ -20,18 +20,18 @@ class _Deferred:
         return self.function(*self.args)
 
 
-class Here:
+class SerialExecutor:
     """This process, one frame after the other."""
 
     workers, window = 1, 1
 
-    def submit(self, function: Callable[..., Any], *args: Any, near: Job | None = None) -> Job:
+    def submit(self, function: Callable[..., Any], *args: Any, near: Future | None = None) -> Future:
         """It is done when its result is asked for."""
         return _Deferred(function, args)
 
 
 @contextmanager
-def crew(workers: int = 0, scheduler: str | None = None) -> Iterator[Crew]:
+def executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
     """This process where `workers` is 0; else so many processes of this machine, or the workers of a running scheduler.
 
     Raises
@@ -44,7 +44,7 @@ def crew(workers: int = 0, scheduler: str | None = None) -> Iterator[Crew]:
             code="options-conflict",
         )
     if not workers and not scheduler:
-        yield Here()
+        yield SerialExecutor()
         return
     from .dask_executor import local, remote
 

@@ -18,14 +18,14 @@ import numpy as np
 
 from ..config import Config
 from ..errors import InputError
-from ..inputs import FLAT, Capture, Entry, Reading
+from ..inputs import FLAT, Capture, FrameRef, ReadOptions
 from ..inputs.support.fingerprint import fingerprint
 from ..outputs import SUFFIXES
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
-from .executor import Crew, Job, LostError
-from .frame import FAILED, OK, Found, FrameRecord, draw, find
-from .local_executor import Here, crew
+from .executor import Executor, Future, WorkerLost
+from .frame import FAILED, OK, Found, FrameRecord, detect_frame, render_frame
+from .local_executor import SerialExecutor, executor
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def run(
     out: str | Path,
     config: Config,
     *,
-    reading: Reading | None = None,
+    reading: ReadOptions | None = None,
     workers: int = 0,
     scheduler: str | None = None,
     fresh: bool = False,
@@ -118,7 +118,7 @@ def run(
         resumed(list(records.values()))
     left = [entry for entry in capture.frames if entry.name not in records]
     tracker = _tracker(capture, config, folder)
-    with crew(workers, scheduler) if left else nullcontext(Here()) as team:
+    with executor(workers, scheduler) if left else nullcontext(SerialExecutor()) as team:
         for record, files in _frames(left, config, team, tracker):
             folder.add(record.name, record.to_journal(), files)
             records[record.name] = replace(record, stages={})  # what is held of all frames is to be small
@@ -132,7 +132,7 @@ def run(
     return summary
 
 
-def _source(capture: Capture, reading: Reading | None) -> dict[str, Any]:
+def _source(capture: Capture, reading: ReadOptions | None) -> dict[str, Any]:
     """What tells this run's input from another's, for the manifest."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
     places = [capture.path, *(entry.source for entry in capture.frames)]
@@ -157,40 +157,42 @@ def _tracker(capture: Capture, config: Config, folder: ResultsFolder) -> Tracker
 
 
 def _frames(
-    entries: Sequence[Entry], config: Config, team: Crew, tracker: Tracker | None
+    entries: Sequence[FrameRef], config: Config, team: Executor, tracker: Tracker | None
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """The record and the files of each frame, in order; no more frames are under way than the team's window."""
     upcoming = iter(entries)
-    finding: deque[tuple[Entry, Job]] = deque()
-    drawing: deque[tuple[Entry, Found, Job | None]] = deque()
+    finding: deque[tuple[FrameRef, Future]] = deque()
+    drawing: deque[tuple[FrameRef, Found, Future | None]] = deque()
     while True:
         while len(finding) + len(drawing) < team.window and (entry := next(upcoming, None)) is not None:
-            finding.append((entry, team.submit(find, entry, config)))
+            finding.append((entry, team.submit(detect_frame, entry, config)))
         if finding and len(drawing) < team.workers:
             entry, job = finding.popleft()
             found = _found(entry, job)
             if found.detection is not None and tracker is not None:
                 found = replace(found, detection=tracker.update(found.detection))
-            drawing.append((entry, found, team.submit(draw, entry, found, near=job) if found.detection is not None else None))
+            drawing.append(
+                (entry, found, team.submit(render_frame, entry, found, near=job) if found.detection is not None else None)
+            )
         elif drawing:
             yield _drawn(*drawing.popleft())
         else:
             return
 
 
-def _found(entry: Entry, job: Job) -> Found:
+def _found(entry: FrameRef, job: Future) -> Found:
     try:
         found: Found = job.result()
         return found
-    except LostError as error:
+    except WorkerLost as error:
         return Found(FrameRecord.of(entry, str(error), error.code))
 
 
-def _drawn(entry: Entry, found: Found, job: Job | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
+def _drawn(entry: FrameRef, found: Found, job: Future | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
     if job is None:
         return found.record, None
     try:
         record, files = job.result()
         return record, files
-    except LostError as error:
+    except WorkerLost as error:
         return FrameRecord.of(entry, str(error), error.code), None

@@ -13,11 +13,11 @@ from ..config import Config
 from ..errors import DooError, InputError
 from ..geometry.radius import point_spacing
 from ..geometry.sparse_grid import distinct
-from ..inputs import Capture, Entry, Shot
+from ..inputs import Capture, FrameData, FrameRef
 from ..runs.frame import chosen_mask
 from ..stages.segment import segment
-from ..types import Array, Cloud, Floats, Foreground, Frame, Image, Ints, Sight
-from ..visibility import ManyEvidence
+from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image, Ints
+from ..visibility import MultiViewVisibility
 
 NAME = "static"
 
@@ -68,24 +68,24 @@ class _Voxels:
 
 
 @dataclass
-class _Sights:
-    """Some of all sights, evenly: every one, then every second, every fourth, so that there are never more than `most`."""
+class _Views:
+    """Some of all views, evenly: every one, then every second, every fourth, so that there are never more than `most`."""
 
     most: int
     every: int = 1
     count: int = 0
-    kept: list[Sight] = field(default_factory=list)
+    kept: list[CameraView] = field(default_factory=list)
 
-    def add(self, sight: Sight) -> None:
+    def add(self, view: CameraView) -> None:
         if self.count % self.every == 0:
             if len(self.kept) == self.most:
                 self.kept, self.every = self.kept[::2], 2 * self.every
             if self.count % self.every == 0:
-                self.kept.append(sight)
+                self.kept.append(view)
         self.count += 1
 
 
-def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
+def fuse(entries: Iterable[FrameRef], config: Config) -> Cloud:
     """The object in all frames as one cloud in the world frame of the poses, each voxel the mean of what was seen in it.
 
     Every frame is told from the rest as the config says, or by the capture's masks. What fewer than `fusion.min_views` frames
@@ -98,7 +98,7 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
     """
     fine: _Voxels | None = None
     coarse: _Voxels | None = None
-    sights = _Sights(MAX_VIEWS)
+    views = _Views(MAX_VIEWS)
     poses: list[Floats] = []
     notes: list[str] = []
     codes: set[str] = set()
@@ -126,7 +126,7 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
         coarse.add(points, one)
         poses.append(pose)
         if found.camera is not None and found.mask is not None and found.depth is not None:
-            sights.add(Sight(found.camera, pose, found.mask, found.depth))
+            views.add(CameraView(found.camera, pose, found.mask, found.depth))
     if lost and not poses:
         raise InputError(
             "no frame says where its camera was, which fusing them needs: a capture with poses (TUM, BOP, a bag with tf), or "
@@ -142,12 +142,12 @@ def fuse(entries: Iterable[Entry], config: Config) -> Cloud:
         notes.append(f"{lost} frames without a pose are left out")
     check_moved(np.array(poses))
     least = min(config.fusion.min_views, (len(poses) + 1) // 2)
-    seen, shown = _kept(fine, coarse, least, sights.kept, config.visibility.margin)
+    seen, shown = _kept(fine, coarse, least, views.kept, config.visibility.margin)
     places: Floats = np.array(poses)[:, :3, 3]
     central = places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]
-    viewpoint = central if sights.kept else None
+    viewpoint = central if views.kept else None
     said = (f"{len(poses)} frames are fused", *notes)
-    return Cloud(seen, shown, viewpoint, NAME, None, tuple(sights.kept), True, "world", said)
+    return Cloud(seen, shown, viewpoint, NAME, None, tuple(views.kept), True, "world", said)
 
 
 def check_moved(poses: Floats) -> None:
@@ -170,7 +170,7 @@ def _checked(pose: Floats) -> Floats:
     return pose
 
 
-def _with_depth(shot: Shot) -> Frame | Cloud:
+def _with_depth(shot: FrameData) -> Frame | Cloud:
     if isinstance(shot.data, Image):
         raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
     return shot.data
@@ -183,17 +183,17 @@ def _colors(found: Foreground) -> Floats:
     return found.color[found.pixels[:, 1], found.pixels[:, 0]].astype(float)
 
 
-def _kept(fine: _Voxels, coarse: _Voxels, least: int, sights: list[Sight], margin: float) -> tuple[Floats, Array | None]:
+def _kept(fine: _Voxels, coarse: _Voxels, least: int, views: list[CameraView], margin: float) -> tuple[Floats, Array | None]:
     """The means of the voxels, points (N, 3) m and colours (N, 3) uint8, without what other frames contradict.
 
-    A voxel near which fewer than `least` frames saw something goes where as many of the sights saw through it, or where there
-    are no sights to ask.
+    A voxel near which fewer than `least` frames saw something goes where as many of the views saw through it, or where there
+    are no views to ask.
     """
     mean = fine.sums[:, 1:] / fine.sums[:, :1]
     points, colors = mean[:, :3], mean[:, 3:]
     kept = coarse.frames[np.searchsorted(coarse.keys, coarse.of(points))] >= least
-    if sights and not kept.all():
-        kept[~kept] = ~ManyEvidence.together(sights, margin, True).denied(points[~kept])
+    if views and not kept.all():
+        kept[~kept] = ~MultiViewVisibility.together(views, margin, True).denied(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
         raise InputError(
@@ -219,8 +219,8 @@ class StaticCapture:
         self.path, self.format = capture.path, f"{capture.format}, fused"
         self.masks: Path | None = getattr(capture, "masks", None)
         self.selection: str | None = getattr(capture, "selection", None)
-        self.frames: Sequence[Entry] = [Entry(NAME, capture.path, partial(_load, tuple(capture.frames), config))]
+        self.frames: Sequence[FrameRef] = [FrameRef(NAME, capture.path, partial(_load, tuple(capture.frames), config))]
 
 
-def _load(entries: tuple[Entry, ...], config: Config) -> Shot:
-    return Shot(fuse(entries, config))
+def _load(entries: tuple[FrameRef, ...], config: Config) -> FrameData:
+    return FrameData(fuse(entries, config))

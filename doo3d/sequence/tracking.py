@@ -14,7 +14,7 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..errors import InputError
-from ..types import Chain, Connection, Crossing, Detection, Floats, Ints, Place
+from ..types import Chain, Connection, Crossing, Detection, Floats, Ints, SegmentRef
 
 NODES = 60
 """Steps of the longer of two chains at which they are compared."""
@@ -43,7 +43,7 @@ NONE = Match(np.inf)
 
 
 @dataclass(frozen=True)
-class Seen:
+class LastSeen:
     """A chain where it was last, and how many frames ago that was: 0 for the last one."""
 
     chain: Chain
@@ -54,7 +54,7 @@ class Seen:
 class State:
     """The chains that are remembered, by their ids, and the next id that is free."""
 
-    seen: tuple[Seen, ...] = ()
+    seen: tuple[LastSeen, ...] = ()
     free: int = 0
 
 
@@ -73,7 +73,7 @@ def follow(state: State, detection: Detection, config: TrackingConfig | None = N
     for k, chain in enumerate(detection.chains):
         known = k in pairs
         match = matches[pairs[k]][k] if known else Match(0.0)
-        chain, segments = turned(chain, match.backwards, match.start)
+        chain, segments = reversed_chain(chain, match.backwards, match.start)
         chains.append(replace(chain, id=state.seen[pairs[k]].chain.id if known else next(free)))
         moved.append(segments)
     found = replace(detection, chains=tuple(chains), crossings=_carried(detection.crossings, moved))
@@ -82,8 +82,8 @@ def follow(state: State, detection: Detection, config: TrackingConfig | None = N
 
 def _after(state: State, chains: Iterable[Chain], keep: int) -> State:
     """The state when one more frame has shown these chains."""
-    seen = {item.chain.id: Seen(item.chain, item.age + 1) for item in state.seen if item.age < keep}
-    seen |= {chain.id: Seen(chain) for chain in chains if chain.id is not None}
+    seen = {item.chain.id: LastSeen(item.chain, item.age + 1) for item in state.seen if item.age < keep}
+    seen |= {chain.id: LastSeen(chain) for chain in chains if chain.id is not None}
     return State(tuple(seen[number] for number in sorted(number for number in seen if number is not None)), state.free)
 
 
@@ -142,7 +142,7 @@ def _nodes(chain: Chain, step: float) -> Floats:
     return chain.nodes(max(2, round(chain.length / step) + 1))
 
 
-def turned(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain, Ints]:
+def reversed_chain(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain, Ints]:
     """The chain from its other end, where backwards, and a ring from the joint `start` (counted after that); and for each of its
     segments, (N,), the place that it has then.
     """
@@ -156,7 +156,7 @@ def turned(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain, Ints]:
         joint = np.append(index + backwards, index[0] + backwards) % count
     else:
         joint = np.arange(count + 1)[::-1]
-    connections = tuple(sorted(Connection(int(segments[segment]), sure) for segment, sure in chain.connections))
+    connections = tuple(sorted(Connection(int(segments[segment]), confidence) for segment, confidence in chain.connections))
     radii, occluded = chain.radii[joint], chain.occluded[index]
     return replace(chain, joints=chain.joints[joint], radii=radii, occluded=occluded, connections=connections), segments
 
@@ -164,8 +164,8 @@ def turned(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain, Ints]:
 def _carried(crossings: tuple[Crossing, ...], moved: list[Ints]) -> tuple[Crossing, ...]:
     """Crossings at the places their segments have now, in the order of the chains and along them."""
 
-    def now(place: Place) -> Place:
-        return Place(place.chain, int(moved[place.chain][place.segment]))
+    def now(place: SegmentRef) -> SegmentRef:
+        return SegmentRef(place.chain, int(moved[place.chain][place.segment]))
 
     found = [replace(crossing, upper=now(crossing.upper), lower=now(crossing.lower)) for crossing in crossings]
     return tuple(sorted(found, key=lambda crossing: sorted((crossing.upper, crossing.lower))))

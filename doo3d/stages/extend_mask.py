@@ -40,7 +40,7 @@ COLOR_ADAPTATION = 0.2
 """Fraction of the colors ahead that a strand takes over at a step of half a radius."""
 
 
-def grow(chains: list[Chain], foreground: Foreground, config: ExtendMaskConfig) -> Bools | None:
+def extend_mask(chains: list[Chain], foreground: Foreground, config: ExtendMaskConfig) -> Bools | None:
     """The mask (H, W) of an image with the stretches of strands that it misses; None where there are none.
 
     chains : as found in it, px, radii known. An end at the image's border has nowhere to go on to.

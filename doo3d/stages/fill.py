@@ -38,5 +38,5 @@ def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
         filled.append(np.full(len(joints) + 1, gap >= length))
         if not last:
             filled.append(np.zeros(len(piece) - 1, dtype=bool))
-    joins = tuple(zip(middles, assembly.sure, strict=False))
+    joins = tuple(zip(middles, assembly.confidence, strict=False))
     return Path(np.concatenate([part for part in points if len(part)]), assembly.closed, np.concatenate(filled), joins)

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..geometry.closing import close
 from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.radius import point_spacing, seen_radius
-from ..geometry.sparse_grid import KEY_LIMIT, pack, unpack
+from ..geometry.sparse_grid import KEY_LIMIT, unpack, voxelize_points
 from ..kernels.skeleton_graph import components
 from ..kernels.thinning import neighbours
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
@@ -42,7 +42,7 @@ MIN_COMPONENT = 12
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """The occupied voxels with the centroids of their points; pieces of fewer than `min_component` voxels dropped.
 
-    A point is taken to be at its steady place, where there is one.
+    A point is taken to be at its filtered place, where there is one.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     radius = config.radius or seen_radius(foreground, apart)
     size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart)
     margin = CLOSING_ITERATIONS + 1
-    if foreground.steady is not None:
-        points = foreground.steady
+    if foreground.filtered is not None:
+        points = foreground.filtered
     if config.core_fraction and foreground.pixels is not None and foreground.mask is not None:
         mask = (
             foreground.mask & ~behind(foreground, config.split_at_depth_step * radius, radius / apart)
@@ -68,7 +68,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         )
         points = points[in_core(mask, foreground.pixels, config.core_fraction, radius / apart, config.core_margin_px)]
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
-    cells = pack(points, origin, size, margin)
+    cells = voxelize_points(points, origin, size, margin)
     if isinstance(cells, float):
         raise InputError(_too_large(cells, KEY_LIMIT, size), code="voxels-too-many")
     if len(cells.keys) > MAX_VOXELS:
@@ -115,15 +115,15 @@ def behind(foreground: Foreground, step: float, radius: float) -> Bools:
         return shown
     box = bounding_box(foreground.mask)
     u, v = foreground.pixels[:, 0] - box[1].start, foreground.pixels[:, 1] - box[0].start
-    steady = foreground.points if foreground.steady is None else foreground.steady
+    filtered = foreground.points if foreground.filtered is None else foreground.filtered
     z = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
-    z[v, u] = steady[:, 2]
+    z[v, u] = filtered[:, 2]
     held = np.isfinite(z)
     half = max(1, math.ceil(radius / 2))
     near, nearer, far = (
         _least(values, reach)[v, u] for values, reach in ((z, half), (z, 2 * half), (np.where(held, -z, z), half))
     )
-    noise = DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - steady[:, 2])))
+    noise = DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - filtered[:, 2])))
     own = z[v, u]
     goes_on = np.maximum(-far - own, near - nearer)
     shown[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - near > step + SURE * noise + goes_on

@@ -172,7 +172,7 @@ def bridges(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[
         start, stop = next((start, stop) for start, stop in _stretches(near) if start <= at < stop)
         chosen[start:stop] = True
         if not upper.hidden[at]:
-            pieces.append((crossing.upper.chain, chosen, crossing.sure > 0, float(upper.away[at])))
+            pieces.append((crossing.upper.chain, chosen, crossing.confidence > 0, float(upper.away[at])))
     return [(index, chosen, known) for index, chosen, known, _ in sorted(pieces, key=lambda piece: -piece[3])]
 
 

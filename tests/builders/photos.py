@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from doo3d.evaluation.photos.datasets import Entry, Photo
+from doo3d.evaluation.photos.datasets import Photo, PhotoRef
 from doo3d.evaluation.photos.score import drawn_pixels
 from doo3d.kernels.equal_chords import walk
 from doo3d.types import Chain
@@ -39,7 +39,7 @@ def painted(labels):
 
 def entry(chains, subset="S1", name="img0"):
     labels = labelled(chains)
-    return Entry(subset, name, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
+    return PhotoRef(subset, name, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
 
 
 def save(path, image):

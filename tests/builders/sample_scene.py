@@ -12,7 +12,7 @@ import numpy as np
 import doo3d
 from builders.errors import refuses
 from builders.paths import SAMPLES
-from doo3d.inputs import Reading, Shot, open_capture
+from doo3d.inputs import FrameData, ReadOptions, open_capture
 
 SAMPLE = SAMPLES / "crossing"
 LENGTH = 1.08  # m, of the cable
@@ -60,7 +60,7 @@ def units(scale: float) -> np.ndarray:
     return np.rint(scene().depth * scale).astype(np.uint16)
 
 
-def check(shot: Shot, step: float, pinhole: tuple[float, ...] | None = None, color: float = 0) -> None:
+def check(shot: FrameData, step: float, pinhole: tuple[float, ...] | None = None, color: float = 0) -> None:
     """The shot is the scene: depth within half a step (m), colour within so much, and these intrinsics."""
     assert isinstance(shot.data, doo3d.Frame)
     assert np.abs(shot.data.depth - scene().depth).max() <= step / 2 + 1e-6
@@ -70,16 +70,16 @@ def check(shot: Shot, step: float, pinhole: tuple[float, ...] | None = None, col
     assert (camera.width, camera.height) == (640, 480)
 
 
-def found(shot: Shot, near: float = 0.03) -> None:
+def found(shot: FrameData, near: float = 0.03) -> None:
     """In the shot the cable is found, in one piece and as long as it is, by so much (m)."""
     chains = doo3d.detect(shot.data, doo3d.load_config("default"), mask=shot.mask).chains
     assert len(chains) == 1
     assert abs(chains[0].length - LENGTH) < near
 
 
-def refused(path: Path, code: str, *parts: str, index: int | None = None, reading: Reading | None = None) -> None:
+def refused(path: Path, code: str, *parts: str, index: int | None = None, reading: ReadOptions | None = None) -> None:
     """Opening is refused with this code, in a sentence with these parts; with an index it is the frame that is refused."""
-    reading = reading or Reading()
+    reading = reading or ReadOptions()
     if index is None:
         with refuses(code, *parts):
             open_capture(path, reading=reading)

@@ -33,7 +33,7 @@ def test_npz_bit_for_bit(tmp_path, frames):
         assert occluded[i].tolist() == chain.occluded.tolist()
         assert file["ids"][i] == (-1 if chain.id is None else chain.id)
         assert (file["radius"][i], file["segment_length"][i]) == (chain.radius, chain.segment_length)
-        assert (file["closed"][i], file["sure"][i]) == (chain.closed, chain.sure)
+        assert (file["closed"][i], file["confidence"][i]) == (chain.closed, chain.confidence)
     assert str(file["units"]) == ("px" if frames[0].mode == "2d" else "m")
 
 

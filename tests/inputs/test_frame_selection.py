@@ -8,7 +8,7 @@ import pytest
 from builders.errors import refuses
 
 from doo3d.inputs import open_capture
-from doo3d.inputs.capture import Entry
+from doo3d.inputs.capture import FrameRef
 from doo3d.inputs.frame_selection import Selection, selected
 
 
@@ -19,7 +19,7 @@ class Recording:
     path = Path("recording")
 
     def __init__(self, count=10, stamps=True):
-        self.frames = [Entry(f"{i + 100}", self.path, lambda: None, 1.7e9 + 0.1 * i if stamps else None) for i in range(count)]
+        self.frames = [FrameRef(f"{i + 100}", self.path, lambda: None, 1.7e9 + 0.1 * i if stamps else None) for i in range(count)]
 
 
 def chosen(count=10, **selection) -> list[int]:

@@ -9,7 +9,7 @@ import pytest
 
 from doo3d.errors import InputError
 from doo3d.inputs import open_capture
-from doo3d.inputs.capture import Entry, Shot
+from doo3d.inputs.capture import FrameData, FrameRef
 from doo3d.inputs.frame_selection import Selection, selected
 from doo3d.inputs.inspection import summarise
 from doo3d.types import Camera, Cloud, Frame
@@ -23,7 +23,7 @@ class Made:
     def __init__(self, shots, stamps=None):
         stamps = stamps or [None] * len(shots)
         pairs = enumerate(zip(shots, stamps, strict=True))
-        self.frames = [Entry(f"f{i}", self.path, lambda shot=shot: give(shot), stamp) for i, (shot, stamp) in pairs]
+        self.frames = [FrameRef(f"f{i}", self.path, lambda shot=shot: give(shot), stamp) for i, (shot, stamp) in pairs]
 
 
 def give(shot):
@@ -34,7 +34,7 @@ def give(shot):
 
 def frame(depth, fx=100.0, cx=20.0):
     depth = np.broadcast_to(np.asarray(depth, dtype=np.float32), (30, 40))
-    return Shot(Frame(None, depth, Camera(fx, fx, cx, 15, 40, 30)))
+    return FrameData(Frame(None, depth, Camera(fx, fx, cx, 15, 40, 30)))
 
 
 def test_what_a_folder_holds(capture):
@@ -65,7 +65,7 @@ def test_depth_and_what_is_missing():
         ([frame(0.0)], r"no frame that was looked at has any depth"),
         ([frame(0.5, fx=4.0)], r"focal length of 4 px for 40 px of width"),
         ([frame(0.5, cx=39.0)], r"principal point \(39, 15\) lies far from the middle of 40x30"),
-        ([Shot(Cloud(np.eye(3) * 400))], r"f0 is 692\.8 m across: are its coordinates metres"),
+        ([FrameData(Cloud(np.eye(3) * 400))], r"f0 is 692\.8 m across: are its coordinates metres"),
         ([frame(0.5), InputError("gone", code="file-missing")], r"1 of the 2 frames that were looked at cannot be read"),
     ],
 )
@@ -95,11 +95,11 @@ def test_one_shot_in_memory_at_a_time():
     class Loud(Made):
         def __init__(self, count):
             super().__init__([frame(0.5)] * count)
-            self.frames = [Entry(e.name, e.source, lambda e=e: order.append(e.name) or e.loader()) for e in self.frames]
+            self.frames = [FrameRef(e.name, e.source, lambda e=e: order.append(e.name) or e.loader()) for e in self.frames]
 
     found = summarise(Loud(3), 3, lambda look, shot: order.append(shot.data.depth.shape))
     assert order == ["f0", (30, 40), "f1", (30, 40), "f2", (30, 40)]
-    assert not any(isinstance(value, Shot | Frame) for look in found.looks for value in vars(look).values())
+    assert not any(isinstance(value, FrameData | Frame) for look in found.looks for value in vars(look).values())
 
 
 def test_a_capture_without_frames():

@@ -3,18 +3,18 @@ from pathlib import Path
 import pytest
 from builders.errors import refuses
 
-from doo3d.inputs import Reading
+from doo3d.inputs import ReadOptions
 
 
 def test_values_are_yaml():
-    given = Reading.of(
+    given = ReadOptions.of(
         ["depth_topic=/camera/depth", "depth_scale=5000", "camera=[525, 525, 319.5, 239.5]", "trajectory=poses.txt"]
     )
     assert given.depth_topic == "/camera/depth"
     assert given.depth_scale == 5000
     assert given.camera == (525, 525, 319.5, 239.5)
     assert given.trajectory == Path("poses.txt")
-    assert Reading.of([]) == Reading()
+    assert ReadOptions.of([]) == ReadOptions()
 
 
 @pytest.mark.parametrize(
@@ -29,4 +29,4 @@ def test_values_are_yaml():
 )
 def test_what_cannot_be_is_said(pair, code, part):
     with refuses(code, part):
-        Reading.of([pair])
+        ReadOptions.of([pair])

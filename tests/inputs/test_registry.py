@@ -13,7 +13,7 @@ def test_every_registered_class_is_there():
     from doo3d.inputs import format_class
 
     for name in FORMATS:
-        assert callable(format_class(name).recognises)
+        assert callable(format_class(name).can_read)
 
 
 def test_a_path_that_is_not_there(tmp_path):

@@ -13,7 +13,7 @@ from builders.paths import SAMPLES
 from doo3d.config import load_config
 from doo3d.inputs import open_capture
 from doo3d.inspection.explain import explain, pruned_segments
-from doo3d.pipeline import walked
+from doo3d.pipeline import run_with_stages
 from doo3d.types import Chain
 
 
@@ -22,7 +22,7 @@ def explained(request):
     name, preset = request.param
     config = load_config(preset)
     shot = open_capture(SAMPLES / name).frames[0].load()
-    data, stages = walked(shot.data, config, shot.mask)
+    data, stages = run_with_stages(shot.data, config, shot.mask)
     return explain(data, stages, config, shot.mask), stages
 
 
@@ -30,8 +30,8 @@ def test_the_merges_are_those_of_the_result(explained):
     found, stages = explained
     costs = sorted(cost for assembly in stages.merged for cost in assembly.costs)
     assert [merge.chosen.cost for merge in found.merges if merge.kept] == pytest.approx(costs)
-    sure = {round(value, 9) for assembly in stages.merged for value in assembly.sure}
-    assert {round(merge.sure, 9) for merge in found.merges if merge.kept} == sure
+    sure = {round(value, 9) for assembly in stages.merged for value in assembly.confidence}
+    assert {round(merge.confidence, 9) for merge in found.merges if merge.kept} == sure
 
 
 def test_terms_add_up_and_merges_are_in_order(explained):
@@ -79,7 +79,7 @@ def test_what_was_pruned():
 def test_chains_that_merging_drops_are_named():
     config = load_config("default", {"merge.chains": 1})
     shot = open_capture(SAMPLES / "two_cables").frames[0].load()
-    data, stages = walked(shot.data, config, shot.mask)
+    data, stages = run_with_stages(shot.data, config, shot.mask)
     found = explain(data, stages, config, shot.mask)
     (merging,) = [account for account in found.accounts if account.stage == "merge"]
     assert any("merge.chains" in sentence for sentence in merging.dropped)

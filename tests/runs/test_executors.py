@@ -17,12 +17,12 @@ from builders.paths import SAMPLES
 
 from doo3d.config import Config
 from doo3d.errors import MissingDependency
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.outputs import encoded
-from doo3d.runs import local_executor as crew
+from doo3d.runs import local_executor as executor
 from doo3d.runs import run as batch
 from doo3d.runs.dask_executor import local
-from doo3d.runs.frame import draw, find
+from doo3d.runs.frame import detect_frame, render_frame
 
 pytest.importorskip("distributed")
 FRAMES = 8
@@ -46,7 +46,7 @@ def frames(tmp_path_factory):
 def wanted(frames, tmp_path_factory):
     """What one process makes of it."""
     out = tmp_path_factory.mktemp("wanted") / "out"
-    batch.run(open_capture(frames), out, Config(), reading=Reading())
+    batch.run(open_capture(frames), out, Config(), reading=ReadOptions())
     return contents(out)
 
 
@@ -103,7 +103,7 @@ def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, wanted,
     deadly = capture.frames[2]
     # as a loader would be that crashes in a library: what is pickled is the name of a function and its argument
     object.__setattr__(deadly, "loader", Deadly("import os; os._exit(1)"))
-    summary = batch.run(capture, tmp_path / "out", Config(), reading=Reading(), workers=2)
+    summary = batch.run(capture, tmp_path / "out", Config(), reading=ReadOptions(), workers=2)
     assert [record.name for record in summary.records if record.error] == ["000002", "000004"]
     assert [record.code for record in summary.records if record.error] == ["worker-lost", "file-damaged"]
     made = contents(tmp_path / "out")
@@ -196,9 +196,9 @@ def threads():
 
 def test_what_no_longer_waits_for_its_picture_is_read_again(frames):
     entry = open_capture(frames).frames[0]
-    found = find(entry, Config())
-    first, files = draw(entry, found)
-    again, the_same = draw(entry, found)
+    found = detect_frame(entry, Config())
+    first, files = render_frame(entry, found)
+    again, the_same = render_frame(entry, found)
     assert files == the_same == encoded(found.detection, entry.load().data)
     assert first.lengths == again.lengths
 
@@ -217,5 +217,5 @@ assert not {{'dask', 'distributed'}} & set(sys.modules)
     done = started(sys.executable, "-c", code, cwd=frames.parent)
     said, _ = done.communicate()
     assert done.returncode == 0, said
-    with crew.crew() as team:
+    with executor.executor() as team:
         assert (team.workers, team.window) == (1, 1)

@@ -13,7 +13,7 @@ from builders.errors import refuses
 
 from doo3d import outputs
 from doo3d.config import Config, load_config
-from doo3d.inputs import Entry, Reading, open_capture
+from doo3d.inputs import FrameRef, ReadOptions, open_capture
 from doo3d.outputs import run_folder as results
 from doo3d.runs import frame
 from doo3d.runs import run as batch
@@ -397,9 +397,9 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
 
 def test_other_ways_of_reading_are_another_input(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config(), reading=Reading())
+    batch.run(open_capture(folder), out, Config(), reading=ReadOptions())
     with refuses("out-other-input", "reading", "--force"):
-        batch.run(open_capture(folder), out, Config(), reading=Reading(depth_scale=5000))
+        batch.run(open_capture(folder), out, Config(), reading=ReadOptions(depth_scale=5000))
 
 
 def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
@@ -424,7 +424,7 @@ def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypa
         return shot
 
     most = []
-    folder.frames = [Entry(f"{i:04d}", folder.path, load) for i in range(60)]
+    folder.frames = [FrameRef(f"{i:04d}", folder.path, load) for i in range(60)]
     tracemalloc.start()
     after = []
 

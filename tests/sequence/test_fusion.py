@@ -18,11 +18,11 @@ from doo3d.errors import InputError
 from doo3d.evaluation.benchmark.fused_views import View, fused_score, shown, views_round, with_block
 from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
-from doo3d.inputs import Entry, Shot
+from doo3d.inputs import FrameData, FrameRef
 from doo3d.pipeline import detect
 from doo3d.sequence.fusion import StaticCapture, check_moved, fuse
 from doo3d.types import Cloud, Image
-from doo3d.visibility import ManyEvidence, Seen
+from doo3d.visibility import MultiViewVisibility, PointVisibility
 
 CONFIG = load_config("default")
 
@@ -37,12 +37,12 @@ def views(family: str = "crossings", seed: int = 2, count: int = 4, sensor: str 
     return tuple(views_round(scene(family, seed), count, sensor=sensor))
 
 
-def entries(seen: tuple[View, ...] = ()) -> list[Entry]:
+def entries(seen: tuple[View, ...] = ()) -> list[FrameRef]:
     return [view.entry() for view in seen or views()]
 
 
-def entry(shot: Shot | Exception, name: str = "other") -> Entry:
-    return Entry(name, Path(name), partial(give, shot))
+def entry(shot: FrameData | Exception, name: str = "other") -> FrameRef:
+    return FrameRef(name, Path(name), partial(give, shot))
 
 
 def give(shot):
@@ -51,8 +51,8 @@ def give(shot):
     return shot
 
 
-def shot_of(view: View, **changes) -> Shot:
-    return replace(Shot(view.rendered.frame, view.rendered.mask, view.pose), **changes)
+def shot_of(view: View, **changes) -> FrameData:
+    return replace(FrameData(view.rendered.frame, view.rendered.mask, view.pose), **changes)
 
 
 def test_what_one_view_misses_comes_into_view():
@@ -82,11 +82,11 @@ def test_free_space_of_all_views_keeps_two_cables_apart():
     cloud = fuse(entries(own), CONFIG)
     assert len(detect(cloud, CONFIG).chains) == 2
     assert fused_score(scene("several", 6), list(own), CONFIG).correct
-    assert len(detect(replace(cloud, sights=()), CONFIG).chains) == 1
+    assert len(detect(replace(cloud, views=()), CONFIG).chains) == 1
 
 
 def test_the_world_may_lie_anywhere():
-    """Turned and shifted, the same is found, turned and shifted."""
+    """Turned and shifted, the same is found, reversed_chain and shifted."""
     world = np.eye(4)
     world[:3, :3], world[:3, 3] = Rotation.from_euler("xyz", (100, 20, -50), degrees=True).as_matrix(), (3.0, -40.0, 2.0)
     moved = [entry(shot_of(view, pose=world @ view.pose), str(k)) for k, view in enumerate(views())]
@@ -134,7 +134,7 @@ def test_what_is_kept_of_views_does_not_grow_with_them():
     config = load_config("default", {"fusion.max_sights": 4})
     for times in (1, 2, 3, 5):
         cloud = fuse(entries(views() * times), config)
-        assert 2 <= len(cloud.sights) <= 4
+        assert 2 <= len(cloud.views) <= 4
 
 
 def test_frames_that_cannot_be_used_are_named():
@@ -144,7 +144,7 @@ def test_frames_that_cannot_be_used_are_named():
         entry(shot_of(views()[0], pose=None), "lost"),
     ]
     some.append(entry(shot_of(views()[0], pose=2 * np.eye(4)), "odd"))
-    some.append(entry(Shot(Image(np.zeros((4, 4, 3), np.uint8)), pose=np.eye(4)), "flat"))
+    some.append(entry(FrameData(Image(np.zeros((4, 4, 3), np.uint8)), pose=np.eye(4)), "flat"))
     notes = fuse(some, CONFIG).notes
     assert notes[0] == "4 frames are fused"
     assert "broken is left out: broken.png: is cut off" in notes
@@ -161,11 +161,11 @@ def test_no_poses():
 def test_a_camera_that_did_not_move():
     with refuses("camera-still", "3 frames", "--static"):
         fuse([entry(shot_of(views()[0]), str(k)) for k in range(3)], CONFIG)
-    near, turned = np.eye(4), np.eye(4)
-    near[0, 3], turned[:3, :3] = 0.004, Rotation.from_euler("y", 2, degrees=True).as_matrix()
+    near, reversed_chain = np.eye(4), np.eye(4)
+    near[0, 3], reversed_chain[:3, :3] = 0.004, Rotation.from_euler("y", 2, degrees=True).as_matrix()
     with refuses("camera-still"):
         check_moved(np.array([np.eye(4), near]))
-    check_moved(np.array([np.eye(4), turned]))
+    check_moved(np.array([np.eye(4), reversed_chain]))
 
 
 def test_nothing_can_be_used():
@@ -197,23 +197,23 @@ def test_clouds_with_poses():
     for view in views("open", 1, 4, "none"):
         frame, mask = view.rendered.frame, view.rendered.mask
         v, u = np.nonzero(mask & (frame.depth > 0))
-        shots.append(Shot(Cloud(frame.camera.unproject(np.column_stack((u, v)), frame.depth[v, u])), pose=view.pose))
+        shots.append(FrameData(Cloud(frame.camera.unproject(np.column_stack((u, v)), frame.depth[v, u])), pose=view.pose))
     config = load_config("default", {"segment.method": "everything"})
     cloud = fuse([entry(shot, str(k)) for k, shot in enumerate(shots)], config)
-    assert cloud.sights == ()
+    assert cloud.views == ()
     (chain,) = detect(cloud, config).chains
     assert chain.radius == pytest.approx(scene("open", 1).cables[0].radius, rel=0.1)
 
 
 def test_what_many_views_say_of_a_place():
     """On the cable it is seen; beside it, above the table, seen through; far away nothing is said."""
-    evidence = ManyEvidence.together(fuse(entries(), CONFIG).sights, 0.006, False)
+    visibility = MultiViewVisibility.together(fuse(entries(), CONFIG).views, 0.006, False)
     axis = scene().cables[0].axis
     up = scene().table.normal
-    said = evidence.classify(axis)
-    assert (said == Seen.SURFACE).mean() > 0.9
-    assert (evidence.classify(axis[:20] + 0.08 * up + 0.05) == Seen.FREE).all()
-    assert (evidence.classify(axis[:5] + 50.0) == Seen.OUTSIDE).all()
+    said = visibility.classify(axis)
+    assert (said == PointVisibility.SURFACE).mean() > 0.9
+    assert (visibility.classify(axis[:20] + 0.08 * up + 0.05) == PointVisibility.FREE).all()
+    assert (visibility.classify(axis[:5] + 50.0) == PointVisibility.OUTSIDE).all()
 
 
 def write(path: Path, poses: bool = True) -> Path:

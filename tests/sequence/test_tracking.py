@@ -13,8 +13,8 @@ from doo3d.config import TrackingConfig
 from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import densify
 from doo3d.outputs.detection_json import dumps
-from doo3d.sequence.tracking import State, Tracker, follow, turned
-from doo3d.types import Chain, Connection, Crossing, Detection, Place
+from doo3d.sequence.tracking import State, Tracker, follow, reversed_chain
+from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
 from doo3d.viz import draw
 from doo3d.viz.palette import chain_color
 
@@ -23,7 +23,7 @@ ACROSS = {2: 400.0, 3: 0.4}
 
 
 def wave(dim: int, at=(0.0, 0.0), turn: float = 0.0, share=(0.0, 1.0)) -> Chain:
-    """A wave as wide as ACROSS, `at` from the middle in the same unit of ACROSS, turned by radians; a share of it."""
+    """A wave as wide as ACROSS, `at` from the middle in the same unit of ACROSS, reversed_chain by radians; a share of it."""
     t = np.linspace(*share, 300)
     flat = np.column_stack((t - 0.5, 0.1 * np.sin(2 * np.pi * t) + 0.05 * t))
     cos, sin = np.cos(turn), np.sin(turn)
@@ -60,7 +60,7 @@ def test_a_turning_cable_keeps_its_id_and_its_first_end(dim):
     for step in range(40):
         chain = wave(dim, turn=step * np.pi / 20)
         if chain.joints[0, 0] > chain.joints[-1, 0]:
-            chain, flipped = turned(chain, True)[0], flipped + 1
+            chain, flipped = reversed_chain(chain, True)[0], flipped + 1
         detection = tracker.update(found(chain))
         assert ids(detection) == [0]
         assert last is None or nearer(detection.chains[0], last)
@@ -86,12 +86,12 @@ def test_two_that_change_places_in_the_list(dim):
 def test_an_end_that_is_hidden_changes_nothing(dim, backwards, share):
     tracker = Tracker()
     whole = tracker.update(found(wave(dim))).chains[0]
-    part = turned(wave(dim, (0.01, 0.01), share=share), backwards)[0]
+    part = reversed_chain(wave(dim, (0.01, 0.01), share=share), backwards)[0]
     half = tracker.update(found(part))
     assert ids(half) == [0]
     heading = half.chains[0].joints[-1] - half.chains[0].joints[0]
     assert heading @ (whole.joints[-1] - whole.joints[0]) > 0
-    again = tracker.update(found(turned(wave(dim), backwards)[0]))
+    again = tracker.update(found(reversed_chain(wave(dim), backwards)[0]))
     assert ids(again) == [0]
     assert nearer(again.chains[0], whole)
 
@@ -159,31 +159,31 @@ def test_what_refers_to_segments_goes_with_them(closed):
         connections=(Connection(2, 0.5), Connection(7, 0.25)),
     )  # fmt: skip
     for backwards, start in ((True, 0), (False, 9), (True, 9)) if closed else ((True, 0),):
-        new, moved = turned(chain, backwards, start)
+        new, moved = reversed_chain(chain, backwards, start)
         for old, now in enumerate(moved):
             was, then = chain.joints[old : old + 2], new.joints[now : now + 2]
             np.testing.assert_array_equal(then, was[::-1] if backwards else was)
             assert new.occluded[now] == chain.occluded[old]
         for joint, radius in zip(new.joints, new.radii, strict=True):
             np.testing.assert_array_equal(joint, chain.joints[int(radius)])
-        assert {(item.segment, item.sure) for item in new.connections} == {(moved[2], 0.5), (moved[7], 0.25)}
+        assert {(item.segment, item.confidence) for item in new.connections} == {(moved[2], 0.5), (moved[7], 0.25)}
         assert list(new.connections) == sorted(new.connections)
 
 
 def test_crossings_stay_at_their_segments():
     one, two = wave(3), wave(3, (0.05, 0.0), turn=1.2)
     crossings = (
-        Crossing(Place(1, 4), Place(0, 3), one.joints[3]),
-        Crossing(Place(0, 20), Place(0, 30), one.joints[20], 0.5),
+        Crossing(SegmentRef(1, 4), SegmentRef(0, 3), one.joints[3]),
+        Crossing(SegmentRef(0, 20), SegmentRef(0, 30), one.joints[20], 0.5),
     )
     tracker = Tracker()
     tracker.update(found(one, two))
-    back = tracker.update(found(turned(one, True)[0], two, crossings=crossings))
+    back = tracker.update(found(reversed_chain(one, True)[0], two, crossings=crossings))
     last = len(one.occluded) - 1
-    places = [(crossing.upper, crossing.lower, crossing.sure) for crossing in back.crossings]
-    assert places == [(Place(0, last - 20), Place(0, last - 30), 0.5), (Place(1, 4), Place(0, last - 3), 1.0)]
+    places = [(crossing.upper, crossing.lower, crossing.confidence) for crossing in back.crossings]
+    assert places == [(SegmentRef(0, last - 20), SegmentRef(0, last - 30), 0.5), (SegmentRef(1, 4), SegmentRef(0, last - 3), 1.0)]
     np.testing.assert_array_equal(back.crossings[1].point, one.joints[3])
-    assert tracker.update(found(one, two, crossings=crossings[:1])).crossings[0].lower == Place(0, 3)
+    assert tracker.update(found(one, two, crossings=crossings[:1])).crossings[0].lower == SegmentRef(0, 3)
 
 
 def test_the_same_from_a_run_that_was_broken_off():
@@ -192,7 +192,7 @@ def test_the_same_from_a_run_that_was_broken_off():
     frames = []
     for step in range(12):
         chains = [wave(3, (0, 0.02 * step)), wave(3, (0.1, 0.7), turn=0.05 * step)]
-        chains = [turned(chain, bool(rng.integers(2)))[0] for chain in chains if rng.random() < 0.7]
+        chains = [reversed_chain(chain, bool(rng.integers(2)))[0] for chain in chains if rng.random() < 0.7]
         frames.append(found(*chains, frame=f"{step:03d}"))
     assert any(not frame.chains for frame in frames)
     whole = Tracker()
@@ -222,7 +222,7 @@ def test_results_that_are_broken():
 
 def test_follow_leaves_what_it_is_given_alone():
     first, state = follow(State(), found(wave(3)))
-    again = [follow(state, found(turned(wave(3), True)[0]))[0] for _ in range(2)]
+    again = [follow(state, found(reversed_chain(wave(3), True)[0]))[0] for _ in range(2)]
     assert dumps(again[0].to_dict()) == dumps(again[1].to_dict())
     assert ids(first) == [0]
     assert state.free == 1

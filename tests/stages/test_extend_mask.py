@@ -8,11 +8,11 @@ import pytest
 
 import doo3d
 from doo3d.config import ExtendMaskConfig
-from doo3d.stages.extend_mask import grow
+from doo3d.stages.extend_mask import extend_mask
 from doo3d.types import Chain, Foreground
 
 WIDTH, HEIGHT, RADIUS = 300, 160, 5
-CONFIG = ExtendMaskConfig(reach=100)
+CONFIG = ExtendMaskConfig(max_length=100)
 U = np.arange(-20.0, WIDTH + 20)
 LINE = np.column_stack((U, 80 + 30 * np.sin(U / 60)))
 
@@ -53,7 +53,7 @@ def dice(one, other):
 def test_a_strand_goes_on_to_the_border():
     whole = strand()
     mask = before(whole, 140)
-    found = grow([chain()], foreground(photograph(whole), mask), CONFIG)
+    found = extend_mask([chain()], foreground(photograph(whole), mask), CONFIG)
     assert found is not None
     assert dice(found, whole) > 0.93 > dice(mask, whole)
     assert not (mask & ~found).any()
@@ -61,25 +61,25 @@ def test_a_strand_goes_on_to_the_border():
 
 def test_only_as_far_as_wanted_and_as_it_goes():
     whole = strand()
-    near = grow([chain()], foreground(photograph(whole), before(whole, 140)), ExtendMaskConfig(reach=10))
+    near = extend_mask([chain()], foreground(photograph(whole), before(whole, 140)), ExtendMaskConfig(max_length=10))
     assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
     ended = before(whole, 200)
-    found = grow([chain()], foreground(photograph(ended), before(whole, 140)), CONFIG)
+    found = extend_mask([chain()], foreground(photograph(ended), before(whole, 140)), CONFIG)
     assert abs(np.nonzero(found)[1].max() - 200) <= 3 * RADIUS
 
 
 def test_what_is_whole_stays():
     ended = before(strand(), 140)
-    assert grow([chain()], foreground(photograph(ended), ended), CONFIG) is None
-    assert grow([], foreground(photograph(ended), ended), CONFIG) is None
-    assert grow([chain()], foreground(photograph(strand()), ended), ExtendMaskConfig()) is None  # not wanted
+    assert extend_mask([chain()], foreground(photograph(ended), ended), CONFIG) is None
+    assert extend_mask([], foreground(photograph(ended), ended), CONFIG) is None
+    assert extend_mask([chain()], foreground(photograph(strand()), ended), ExtendMaskConfig()) is None  # not wanted
 
 
 def test_a_background_of_its_colour_is_not_the_strand():
     whole = strand()
     image = photograph(whole)
     image[:, 140:] = photograph(np.ones_like(whole))[:, 140:]
-    assert grow([chain()], foreground(image, before(whole, 140)), CONFIG) is None
+    assert extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG) is None
 
 
 @pytest.mark.parametrize(("width", "over"), [(20, True), (90, False)])
@@ -87,20 +87,20 @@ def test_what_hides_it_is_jumped_if_it_is_narrow(width, over):
     whole = strand()
     image = photograph(whole)
     image[:, 160 : 160 + width] = (20, 120, 30)
-    found = grow([chain()], foreground(image, before(whole, 140)), CONFIG)
+    found = extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG)
     assert (np.nonzero(before(whole, WIDTH) if found is None else found)[1].max() == WIDTH - 1) == over
 
 
 def test_a_light_that_changes_along_it_is_followed():
     whole = strand()
     image = (photograph(whole) * np.linspace(1, 0.45, WIDTH)[:, None]).astype(np.uint8)
-    assert dice(grow([chain()], foreground(image, before(whole, 140)), CONFIG), whole) > 0.93
+    assert dice(extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG), whole) > 0.93
 
 
 def test_nothing_is_known_without_an_image_or_in_depth():
-    assert grow([chain()], Foreground(np.zeros((1, 2)), mask=strand()), CONFIG) is None
+    assert extend_mask([chain()], Foreground(np.zeros((1, 2)), mask=strand()), CONFIG) is None
     deep = Foreground(np.zeros((1, 3)), mask=strand(), color=photograph(strand()))
-    assert grow([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], deep, CONFIG) is None
+    assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], deep, CONFIG) is None
 
 
 def test_in_the_preset_image_remnants_become_one_strand():

@@ -7,7 +7,7 @@ import pytest
 from builders.drawn_masks import helix, surface
 from scipy.spatial import cKDTree
 
-from doo3d.config import ThinConfig, VoxelizeConfig
+from doo3d.config import VoxelizeConfig
 from doo3d.kernels.skeleton_graph import components
 from doo3d.kernels.thinning import neighbours
 from doo3d.stages.thin import thin
@@ -19,7 +19,7 @@ def test_skeleton_of_a_helix():
     axis, radius = helix(), 0.005
     points = surface(axis, radius, np.zeros(3))
     grid = voxelize(Foreground(points), VoxelizeConfig(size=0.003, radius=radius))
-    skeleton = thin(grid, ThinConfig())
+    skeleton = thin(grid)
     assert skeleton.size == grid.size
     assert skeleton.radius == grid.radius
     assert components(neighbours(skeleton.coords)).max() == 0
@@ -33,5 +33,5 @@ def test_skeleton_of_a_helix():
 def test_empty_in_empty_out(dim):
     empty = np.zeros((0, dim))
     grid = VoxelGrid(empty.astype(np.int64), empty, np.zeros(0, np.int64), 1.0, np.zeros(dim), 1.0)
-    skeleton = thin(grid, ThinConfig())
+    skeleton = thin(grid)
     assert skeleton.coords.shape == skeleton.points.shape == (0, dim)

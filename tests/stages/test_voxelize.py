@@ -146,9 +146,9 @@ def test_the_order_of_points_does_not_matter(shift):
 
 
 def test_points_are_taken_to_be_at_their_steady_places():
-    steady = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
+    filtered = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
     config = VoxelizeConfig(size=1.0, min_component=1)
-    grid = voxelize(Foreground(steady + 0.7, steady=steady), config)
+    grid = voxelize(Foreground(filtered + 0.7, filtered=filtered), config)
     assert grid.counts.tolist() == [2, 1]
     np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 0.5], [5.5, 0.5, 0.5]])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.types import Camera, Chain, Cloud, Crossing, Detection, Frame, Place
+from doo3d.types import Camera, Chain, Cloud, Crossing, Detection, Frame, SegmentRef
 from doo3d.viz import draw
 from doo3d.viz.overlay import caption_lines
 from doo3d.viz.palette import chain_color
@@ -102,20 +102,20 @@ def test_of_two_that_cross_the_nearer_is_on_top(above):
 
 
 @pytest.mark.parametrize("above", [0, 1])
-@pytest.mark.parametrize("sure", [0.0, 0.8])
-def test_the_upper_strand_as_detected_passes_over_like_a_bridge(above, sure):
+@pytest.mark.parametrize("confidence", [0.0, 0.8])
+def test_the_upper_strand_as_detected_passes_over_like_a_bridge(above, confidence):
     """In 2-D, where nothing else tells; unsure ones have no white lines."""
     level = np.column_stack((np.arange(20.0, 181, 10), np.full(17, 75.0)))
     chains = (Chain(level, 10.0, 8.0), Chain(level[:, ::-1] + (25, 0), 10.0, 8.0))
-    places = [Place(0, 7), Place(1, 5)]
-    crossing = Crossing(places[above], places[1 - above], np.array([100.0, 75.0]), sure)
+    places = [SegmentRef(0, 7), SegmentRef(1, 5)]
+    crossing = Crossing(places[above], places[1 - above], np.array([100.0, 75.0]), confidence)
     image = np.full((200, 200, 3), 128, np.uint8)
     picture = draw(image, Detection(chains, mode="2d", coordinates="image", crossings=(crossing,)))
     middle = picture[70:81, 95:106].astype(int)
     near = [np.abs(middle - chain_color(i)).max(axis=2).min() for i in range(2)]
     assert near[above] < 40 < near[1 - above]
     side = picture[70:74, 108:112] if above else picture[83:87, 93:97]  # a half-width and a line's from the middle
-    assert (side.min(axis=2) > 200).any() == (sure > 0)
+    assert (side.min(axis=2) > 200).any() == (confidence > 0)
 
 
 def test_chains_outside_and_behind_the_camera_do_not_matter():

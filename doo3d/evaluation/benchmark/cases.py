@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from ...errors import InputError
-from ...inputs.read_options import DEFAULT, Reading
+from ...inputs.read_options import DEFAULT, ReadOptions
 from ...types import Bools, Cloud, Frame, Image
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Truth
@@ -66,7 +66,7 @@ def capture_cases(
     truth: str | Path | None = None,
     family: str | None = None,
     masks: str | Path | None = None,
-    reading: Reading = DEFAULT,
+    reading: ReadOptions = DEFAULT,
 ) -> list[Case]:
     """The frames of a capture that its truth knows; the others are left out.
 

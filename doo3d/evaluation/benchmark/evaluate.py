@@ -101,7 +101,7 @@ def detected(case: Case, there: Known, config: Config, chains_wanted: bool = Tru
     seconds = time.perf_counter() - start
     crossings = found.crossings if isinstance(there.data, Frame) else None
     got = score(found.chains, there.truths, crossings)
-    return Row(case.name, case.family, got, seconds, error, found.sure, found, case)
+    return Row(case.name, case.family, got, seconds, error, found.confidence, found, case)
 
 
 def evaluate_scenes(

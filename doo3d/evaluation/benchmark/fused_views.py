@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...config import Config, load_config
-from ...inputs import Entry, Shot
+from ...inputs import FrameData, FrameRef
 from ...pipeline import detect
 from ...sequence.fusion import fuse
 from ...types import Bools, Floats
@@ -35,13 +35,13 @@ class View:
     rendered: Rendered
     pose: Floats
 
-    def entry(self) -> Entry:
+    def entry(self) -> FrameRef:
         """As a capture would give it."""
-        shot = Shot(self.rendered.frame, self.rendered.mask, self.pose)
-        return Entry(self.rendered.frame.name, Path(self.rendered.frame.name), partial(_same, shot))
+        shot = FrameData(self.rendered.frame, self.rendered.mask, self.pose)
+        return FrameRef(self.rendered.frame.name, Path(self.rendered.frame.name), partial(_same, shot))
 
 
-def _same(shot: Shot) -> Shot:
+def _same(shot: FrameData) -> FrameData:
     return shot
 
 

@@ -20,7 +20,7 @@ DOUBTFUL = 0.1  # share of the frames that are left out to see what the surest a
 class Row:
     """One frame: its name and family, the score, seconds that the detection took, and the error that ended it, if any.
 
-    sure : 0 to 1, how sure the detection is. detection, case : what was found and in what; None where that is not known.
+    confidence : 0 to 1, how sure the detection is. detection, case : what was found and in what; None where that is not known.
     """
 
     name: str
@@ -28,7 +28,7 @@ class Row:
     score: FrameScore
     seconds: float
     error: str | None = None
-    sure: float = 1.0
+    confidence: float = 1.0
     detection: Detection | None = None
     case: Case | None = None
 
@@ -37,7 +37,7 @@ class Row:
         values = asdict(self.score)
         reasons = "; ".join(values.pop("reasons"))
         name = {"family": self.family, "frame": self.name}
-        return name | values | {"sure": self.sure, "ms": 1e3 * self.seconds, "reasons": reasons, "error": self.error}
+        return name | values | {"confidence": self.confidence, "ms": 1e3 * self.seconds, "reasons": reasons, "error": self.error}
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Summary:
 
 def summary(rows: Sequence[Row]) -> Summary:
     """Of the rows of a family, or of all."""
-    scores, sure = [row.score for row in rows], surest(rows)
+    scores, surest_rows = [row.score for row in rows], surest(rows)
 
     def total(value: Callable[[FrameScore], int]) -> int:
         return sum(map(value, scores))
@@ -89,8 +89,8 @@ def summary(rows: Sequence[Row]) -> Summary:
         frames=len(rows),
         frames_correct=total(lambda item: item.correct),
         number_right=total(lambda item: item.chains == item.objects),
-        surest=len(sure),
-        surest_correct=sum(row.score.correct for row in sure),
+        surest=len(surest_rows),
+        surest_correct=sum(row.score.correct for row in surest_rows),
         occlusions=total(lambda item: item.occlusions),
         occlusions_correct=total(lambda item: item.occlusions_correct),
         merges=total(lambda item: item.merges),
@@ -116,7 +116,7 @@ def by_family(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def surest(rows: Sequence[Row]) -> list[Row]:
     """The rows without the tenth that is least sure; of equals the later go."""
-    order = sorted(range(len(rows)), key=lambda k: (-rows[k].sure, k))
+    order = sorted(range(len(rows)), key=lambda k: (-rows[k].confidence, k))
     return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL * len(rows))])]
 
 

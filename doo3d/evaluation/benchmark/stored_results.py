@@ -37,7 +37,7 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
         seconds = sum(found.seconds.values()) if found.seconds else float("nan")
         error = None if there else "no result"
         family = folder.resolve().name
-        rows.append(Row(name, family, score(found.chains, truths, crossings), seconds, error, found.sure, found))
+        rows.append(Row(name, family, score(found.chains, truths, crossings), seconds, error, found.confidence, found))
     return rows
 
 

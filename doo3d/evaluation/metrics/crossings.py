@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...geometry.intersections import Lines, meetings
-from ...types import Bools, Chain, Crossing, Floats, Ints, Place
+from ...types import Bools, Chain, Crossing, Floats, Ints, SegmentRef
 from ..scenes.model import Truth
 from .alignment import Walk
 
@@ -85,7 +85,7 @@ def count_right(
     return int(right.sum()), len(found) - int(paired.sum())
 
 
-def _arc(walk: Walk, place: Place) -> tuple[int, float] | None:
+def _arc(walk: Walk, place: SegmentRef) -> tuple[int, float] | None:
     """The cable and the arc in m of the middle of a segment; None where the chain follows nothing."""
     joint = place.segment + 0.5
     for track in walk.tracks:

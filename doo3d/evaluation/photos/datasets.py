@@ -49,7 +49,7 @@ class Photo:
 
 
 @dataclass(frozen=True)
-class Entry:
+class PhotoRef:
     """A photograph on disk, read by `load`."""
 
     subset: str
@@ -57,7 +57,7 @@ class Entry:
     load: Callable[[], Photo]
 
 
-def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
+def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
     """The photographs below S1, S2, S3 in `folder`, or in dataset/ of the public repository's checkout.
 
     Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/. The masks: labels, their
@@ -79,10 +79,12 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
 
     places = [place for root in (folder, folder / "dataset") for place in [root, *sorted(root.glob("S*"))] if _has(place)]
     pairs = [(place.name, image, _beside(image, place, _LABELS)) for place in places for image in _pictures(place)]
-    return _chosen([Entry(subset, image.stem, loader(subset, image, label)) for subset, image, label in pairs], folder, subsets)
+    return _chosen(
+        [PhotoRef(subset, image.stem, loader(subset, image, label)) for subset, image, label in pairs], folder, subsets
+    )
 
 
-def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Entry]:
+def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
     """The photographs in `folder`, or in data/ of the public repository's checkout, at 640x360; the subset is in the name.
 
     It holds images/, labels/ (a colour per cable on black) and masks/, which the repository calls test_imgs/ and so on.
@@ -110,7 +112,7 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
         for image in _pictures(place):
             subset, label = image.stem.partition("_")[0].upper(), _beside(image, place, _LABELS)
             mask = _beside(image, place, _MASKS) if masks == "network" else None
-            entries.append(Entry(subset, image.stem, loader(subset, image, label, mask)))
+            entries.append(PhotoRef(subset, image.stem, loader(subset, image, label, mask)))
     return _chosen(entries, folder, subsets)
 
 
@@ -130,7 +132,7 @@ def _checked(folder: str | Path, masks: str, known: tuple[str, ...]) -> Path:
     return Path(folder)
 
 
-def _chosen(entries: list[Entry], folder: Path, subsets: Sequence[str] | None) -> list[Entry]:
+def _chosen(entries: list[PhotoRef], folder: Path, subsets: Sequence[str] | None) -> list[PhotoRef]:
     """Those of the subsets wanted, in the order of their numbers."""
     if not entries:
         raise InputError(

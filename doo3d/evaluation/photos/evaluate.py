@@ -12,7 +12,7 @@ import numpy as np
 
 from ...config import Config
 from ...types import Array, Bools, Detection
-from .datasets import Entry
+from .datasets import PhotoRef
 from .score import PhotoScore, Traced, score_photo, trace
 
 Detector = Callable[[Array, Config, Bools], Detection]
@@ -22,7 +22,7 @@ Detector = Callable[[Array, Config, Bools], Detection]
 class Row:
     """One photograph, or one cable of it alone: its score, the detection, and the error that ended it, if any."""
 
-    entry: Entry
+    entry: PhotoRef
     score: PhotoScore
     detection: Detection
     error: str | None = None
@@ -46,7 +46,7 @@ class Row:
 
 
 def evaluate_photos(
-    entries: Iterable[Entry], config: Config, known_count: bool = False, detect: Detector | None = None
+    entries: Iterable[PhotoRef], config: Config, known_count: bool = False, detect: Detector | None = None
 ) -> list[Row]:
     """Detect in every photograph and score. The first of each subset runs twice and counts once: compiling is not detecting.
 
@@ -66,7 +66,7 @@ def evaluate_photos(
     return rows
 
 
-def evaluate_cables(entries: Iterable[Entry], config: Config, detect: Detector | None = None) -> list[Row]:
+def evaluate_cables(entries: Iterable[PhotoRef], config: Config, detect: Detector | None = None) -> list[Row]:
     """The same for each cable of each photograph alone: its own labelled pixels are the mask, one chain is wanted."""
     rows, config = list[Row](), _wanting(config, 1)
     for entry in entries:

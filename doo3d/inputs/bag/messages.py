@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array
-from ..support.native_output import listening
+from ..support.native_output import capture_native_output
 
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
 _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
@@ -171,7 +171,7 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
 
 def _unpack(data: bytes) -> Array:
     image = None
-    with listening() as said:
+    with capture_native_output() as said:
         try:
             image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error:

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...errors import InputError, require
 from ...types import Cloud, Floats, Frame, Image
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from .color_alignment import align_color
 from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Found, Stamp, kind_of, opened, stamp_of
 from .messages import cloud_of, color_of, depth_of
@@ -38,7 +38,7 @@ class BagCapture:
     )
     format = "bag"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         require("rosbags.typesys", "bags")
         self.path = path
         bag = Bag(path)
@@ -61,10 +61,10 @@ class BagCapture:
         if faults:
             more = f"; and {len(faults) - 1} more faults" if len(faults) > 1 else ""
             sentence = f"{faults[0]}{more}; the {len(self.frames)} frames before this one are used"
-            self.frames.append(Entry(f"{len(self.frames):06d}", path, partial(_fail, sentence), self.frames[-1].timestamp))
+            self.frames.append(FrameRef(f"{len(self.frames):06d}", path, partial(_fail, sentence), self.frames[-1].timestamp))
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a file that starts as bags do, or failing that is called so; or a folder of a ROS 2 bag."""
         if path.is_dir():
             return _describes_bag(path / METADATA) or any(file.suffix in (".mcap", ".db3") for file in path.iterdir())
@@ -97,8 +97,8 @@ class _Recipe:
 
 
 def _frames(
-    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream | None, transforms: Transforms, reading: Reading
-) -> list[Entry]:
+    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream | None, transforms: Transforms, reading: ReadOptions
+) -> list[FrameRef]:
     assert depth.lens is not None
     clock = depth.found.clock()
     recipe = _Recipe(bag.path, stamp_of(bag.path), depth.found.topic, depth.lens, depth.scale)
@@ -114,11 +114,11 @@ def _frames(
         load = partial(
             _load, recipe, f"{number:06d}", time / 1e9, depth.found.place(at), place, transforms.pose(depth.found.frame, time)
         )
-        entries.append(Entry(f"{number:06d}", bag.path, load, time / 1e9))
+        entries.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
     return entries
 
 
-def _load(recipe: _Recipe, name: str, time: float, depth: Place, color: Place | None, pose: Floats | None) -> Shot:
+def _load(recipe: _Recipe, name: str, time: float, depth: Place, color: Place | None, pose: Floats | None) -> FrameData:
     bag = opened(recipe.path, recipe.stamp)
     try:
         raw = depth_of(bag.message(recipe.depth, depth), recipe.scale)
@@ -128,25 +128,25 @@ def _load(recipe: _Recipe, name: str, time: float, depth: Place, color: Place | 
                 f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first was {camera.width}x{camera.height}",
                 code="depth-shape",
             )
-        metres = recipe.lens.straightened(raw, nearest=True)
+        metres = recipe.lens.undistorted(raw, nearest=True)
         picture = None
         if color is not None and recipe.color is not None and recipe.color_lens is not None:
-            picture = recipe.color_lens.straightened(color_of(bag.message(recipe.color, color)), nearest=False)
+            picture = recipe.color_lens.undistorted(color_of(bag.message(recipe.color, color)), nearest=False)
             if recipe.extrinsics is not None:
                 picture = align_color(picture, recipe.color_lens.camera, metres, camera, np.array(recipe.extrinsics))
-        return Shot(Frame(picture, metres, camera, name, time), pose=pose)
+        return FrameData(Frame(picture, metres, camera, name, time), pose=pose)
     except InputError as error:
         raise _located(error, recipe.path, name) from None
 
 
-def _clouds(path: Path, found: Found, transforms: Transforms) -> list[Entry]:
+def _clouds(path: Path, found: Found, transforms: Transforms) -> list[FrameRef]:
     clock, stamp = found.clock(), stamp_of(path)
     viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in found.frame else None
     entries = []
     for number, at in enumerate(np.argsort(clock, kind="stable").tolist()):
         time, name = int(clock[at]), f"{number:06d}"
         what = (path, stamp, found.topic, name, time / 1e9, found.place(at), viewpoint, transforms.pose(found.frame, time))
-        entries.append(Entry(name, path, partial(_load_cloud, *what), time / 1e9))
+        entries.append(FrameRef(name, path, partial(_load_cloud, *what), time / 1e9))
     return entries
 
 
@@ -159,28 +159,28 @@ def _load_cloud(
     place: Place,
     viewpoint: tuple[float, ...] | None,
     pose: Floats | None,
-) -> Shot:
+) -> FrameData:
     try:
         points, colors = cloud_of(opened(path, stamp).message(topic, place))
         if not len(points):
             raise InputError(f"the cloud on {topic.name} holds no points with finite coordinates", code="cloud-empty")
-        return Shot(Cloud(points, colors, None if viewpoint is None else np.array(viewpoint), name, time), pose=pose)
+        return FrameData(Cloud(points, colors, None if viewpoint is None else np.array(viewpoint), name, time), pose=pose)
     except InputError as error:
         raise _located(error, path, name) from None
 
 
-def _images(path: Path, color: Stream) -> list[Entry]:
+def _images(path: Path, color: Stream) -> list[FrameRef]:
     clock, stamp = color.found.clock(), stamp_of(path)
     entries = []
     for number, at in enumerate(np.argsort(clock, kind="stable").tolist()):
         what = (path, stamp, color.found.topic, f"{number:06d}", int(clock[at]) / 1e9, color.found.place(at))
-        entries.append(Entry(f"{number:06d}", path, partial(_load_image, *what), int(clock[at]) / 1e9))
+        entries.append(FrameRef(f"{number:06d}", path, partial(_load_image, *what), int(clock[at]) / 1e9))
     return entries
 
 
-def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, place: Place) -> Shot:
+def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, place: Place) -> FrameData:
     try:
-        return Shot(Image(color_of(opened(path, stamp).message(topic, place)), name, time))
+        return FrameData(Image(color_of(opened(path, stamp).message(topic, place)), name, time))
     except InputError as error:
         raise _located(error, path, name) from None
 
@@ -189,7 +189,7 @@ def _located(error: InputError, path: Path, name: str) -> InputError:
     return error if str(path) in str(error) else InputError(f"{path}: frame {name}: {error}", code=error.code)
 
 
-def _fail(sentence: str) -> Shot:
+def _fail(sentence: str) -> FrameData:
     raise InputError(sentence, code="bag-damaged")
 
 

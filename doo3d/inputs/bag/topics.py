@@ -10,7 +10,7 @@ from typing import Any
 
 from ...errors import InputError
 from ...types import Camera
-from ..read_options import Reading
+from ..read_options import ReadOptions
 from . import realsense
 from .index import Bag, Found
 from .messages import encoding_of, is_color, is_depth, is_grey, size_of
@@ -43,7 +43,7 @@ class Stream:
 class Streams:
     """The topics to read. depth, color, cloud : None where there is none, or it is not wanted."""
 
-    def __init__(self, bag: Bag, index: Mapping[str, Found], reading: Reading) -> None:
+    def __init__(self, bag: Bag, index: Mapping[str, Found], reading: ReadOptions) -> None:
         self._bag, self._index, self._reading = bag, index, reading
         self.depth: Stream | None = None
         self.color: Stream | None = None

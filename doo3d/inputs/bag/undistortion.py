@@ -46,7 +46,7 @@ class Lens:
                 f"the lens of model {self.model!r} has the coefficients {self.coefficients}, which cannot be", code="lens-invalid"
             )
 
-    def straightened(self, image: Array, nearest: bool) -> Array:
+    def undistorted(self, image: Array, nearest: bool) -> Array:
         """(H, W[, 3]) as the pinhole camera would have it; `nearest` for depth, which must not be mixed."""
         if self.straight:
             return image

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array
-from ..support.native_output import listening
+from ..support.native_output import capture_native_output
 from ..support.open3d import open3d
 
 HEAD = 4096  # bytes that are looked at to tell the format, and what a header says
@@ -32,7 +32,7 @@ class Points(NamedTuple):
 def read_open3d(path: Path, kind: str) -> Points:
     """Points and colours; what Open3D only warns about (and returns as noise or nothing) is an error."""
     reader = open3d().io
-    with listening() as said:
+    with capture_native_output() as said:
         cloud = reader.read_point_cloud(str(path), format=kind)
     points, colors = np.asarray(cloud.points), np.asarray(cloud.colors)
     if said.text:

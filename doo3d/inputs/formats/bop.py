@@ -14,8 +14,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Floats
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Files, Pinhole, Sensor, load_files, pinhole_of, pose_of, read_json
 from ..support.listing import images_in
 
@@ -34,7 +34,7 @@ class BopCapture:
     what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"
     format = "bop"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         cameras = read_json(path / CAMERAS)
         depth = images_in(path / "depth")
@@ -46,7 +46,7 @@ class BopCapture:
         for name, file in images_in(path / "mask_visib").items():
             masks[name.partition("_")[0]].append(file)
         self.frames = [
-            Entry(
+            FrameRef(
                 name,
                 depth.get(name, path / "depth"),
                 partial(
@@ -65,7 +65,7 @@ class BopCapture:
         ]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a folder with the cameras of a scene."""
         return (path / CAMERAS).is_file()
 
@@ -78,8 +78,8 @@ def _load(
     folder: Path | None,
     masks: tuple[Path, ...],
     camera: Any,
-    reading: Reading,
-) -> Shot:
+    reading: ReadOptions,
+) -> FrameData:
     if depth is None:
         raise InputError(f"{path / 'depth'}: there is no depth image {name}", code="depth-missing")
     if folder is not None and color is None:
@@ -91,7 +91,7 @@ def _load(
     return load_files(Files(depth, color, masks), sensor, name, None, _pose(camera, where))
 
 
-def _pinhole(camera: dict[str, Any], reading: Reading, where: str) -> Pinhole:
+def _pinhole(camera: dict[str, Any], reading: ReadOptions, where: str) -> Pinhole:
     if reading.camera is not None:
         return reading.camera
     if "cam_K" not in camera:
@@ -99,7 +99,7 @@ def _pinhole(camera: dict[str, Any], reading: Reading, where: str) -> Pinhole:
     return pinhole_of(camera["cam_K"], f"{where}: cam_K")
 
 
-def _scale(camera: dict[str, Any], reading: Reading, where: str) -> float:
+def _scale(camera: dict[str, Any], reading: ReadOptions, where: str) -> float:
     """Units per metre, from millimetres per unit."""
     if reading.depth_scale is not None:
         return reading.depth_scale

@@ -13,8 +13,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Cloud
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.listing import images_in
 from ._cloud_files import COMMENTS, HEAD, Points, read_npz, read_open3d, read_xyz
 from ._laser_scans import count_e57, read_e57, read_las
@@ -37,20 +37,20 @@ class CloudCapture:
     )
     format = "cloud"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         files = images_in(path, SUFFIXES).values() if path.is_dir() else [path]
         self.frames = [entry for file in files for entry in _entries(file, alone=file == path)]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a file that starts as clouds do, or failing that is called so; or a folder with such files."""
         if path.is_dir():
             return any(_is_cloud(file) for file in sorted(path.iterdir()) if not file.name.startswith("."))
         return path.is_file() and _kind(path) is not None
 
 
-def _entries(file: Path, alone: bool) -> list[Entry]:
+def _entries(file: Path, alone: bool) -> list[FrameRef]:
     try:
         count = count_e57(file) if _kind(file) == "e57" else 1
     except (InputError, OSError):
@@ -59,8 +59,8 @@ def _entries(file: Path, alone: bool) -> list[Entry]:
         count = 1  # whose loading says why
     if count > 1:
         names = [f"{file.stem}_{i:03d}" for i in range(count)]
-        return [Entry(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
-    return [Entry(file.stem, file, partial(_load, file, file.stem))]
+        return [FrameRef(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
+    return [FrameRef(file.stem, file, partial(_load, file, file.stem))]
 
 
 def _is_cloud(file: Path) -> bool:
@@ -97,7 +97,7 @@ def _kind(path: Path) -> str | None:
     return {".laz": "las"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
 
 
-def _load(path: Path, name: str, scan: int = 0) -> Shot:
+def _load(path: Path, name: str, scan: int = 0) -> FrameData:
     try:
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
@@ -109,7 +109,7 @@ def _load(path: Path, name: str, scan: int = 0) -> Shot:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
         raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
-    return Shot(cloud)
+    return FrameData(cloud)
 
 
 def _bytes(colors: Array | None) -> Array | None:

@@ -11,8 +11,8 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from ...errors import InputError, invalid_code
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Files, Sensor, check_pose, load_files
 from ..support.images import is_image
 from ..support.listing import natural
@@ -48,7 +48,7 @@ class PairsCapture:
     what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
     format = "pairs"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         if path.is_dir():
             self.frames = [_entry(_image(file), file, reading) for file in _described(path)]
@@ -58,7 +58,7 @@ class PairsCapture:
             self.frames = [_entry(path, _yaml(path), reading)]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is an image with a YAML file of its name that says a camera, that file, or a folder with such."""
         if path.is_dir():
             return bool(_described(path))
@@ -89,16 +89,16 @@ def _image(file: Path) -> Path:
     return next((image for image in images if image.is_file()), images[0])
 
 
-def _entry(image: Path, file: Path | None, reading: Reading) -> Entry:
+def _entry(image: Path, file: Path | None, reading: ReadOptions) -> FrameRef:
     # the file is read here for the time alone; one that is broken fails when its frame is loaded
     try:
         time = _read(file, reading).timestamp
     except InputError:
         time = None
-    return Entry(image.stem, image, partial(_load, image, file, reading), time)
+    return FrameRef(image.stem, image, partial(_load, image, file, reading), time)
 
 
-def _load(image: Path, file: Path | None, reading: Reading) -> Shot:
+def _load(image: Path, file: Path | None, reading: ReadOptions) -> FrameData:
     said = _read(file, reading)
     folder = (file or image).parent
     pose = None if said.pose is None else check_pose(said.pose, f"{file}: pose")
@@ -106,7 +106,7 @@ def _load(image: Path, file: Path | None, reading: Reading) -> Shot:
     return load_files(files, Sensor(said.camera, said.depth_scale), image.stem, said.timestamp, pose, required=True)
 
 
-def _read(file: Path | None, reading: Reading) -> Beside:
+def _read(file: Path | None, reading: ReadOptions) -> Beside:
     """What the file says, where the user says nothing else.
 
     Raises

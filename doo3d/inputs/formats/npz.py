@@ -15,8 +15,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Floats, Frame, check_mask
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Pinhole, camera_for, check_pose, check_unit, pinhole_of
 from .open3d_folder import DEFAULT_DEPTH_SCALE
 
@@ -38,7 +38,7 @@ class ArraysCapture:
     what: ClassVar[str] = "an NPZ of arrays (depth, K, with color, depth_scale, mask, pose, timestamps)"
     format = "arrays"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         changed = path.stat().st_mtime_ns
         heads = {name: _head(path, name) for name in _names(path) if name in _STACKS or name in _SMALL}
@@ -53,7 +53,7 @@ class ArraysCapture:
         parts = tuple(name for name in _STACKS if name in heads)
         digits = max(len(str(count - 1)), 6)
         self.frames = [
-            Entry(
+            FrameRef(
                 name := f"{i:0{digits}d}" if heads["depth"].stacked else path.stem,
                 path,
                 partial(
@@ -74,7 +74,7 @@ class ArraysCapture:
         ]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is an NPZ file with an array called depth."""
         if not path.is_file():
             return False
@@ -264,7 +264,7 @@ def _load(
     scale: float | None,
     pose: Floats | None,
     time: float | None,
-) -> Shot:
+) -> FrameData:
     where = f"{path}: frame {index}"
     found = {part: _stack(path, changed, part).part(index) for part in parts}
     depth = _metres(found["depth"], scale, where)
@@ -275,7 +275,7 @@ def _load(
         mask = check_mask(found["mask"], depth.shape) if "mask" in found else None
     except InputError as error:
         raise InputError(f"{where}: {error}", code=error.code) from None
-    return Shot(frame, mask, None if pose is None else check_pose(pose, f"{where}: pose"))
+    return FrameData(frame, mask, None if pose is None else check_pose(pose, f"{where}: pose"))
 
 
 def _metres(depth: Array, scale: float | None, where: str) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Camera, Frame
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Pinhole, camera_for
 from ..support.images import SUFFIXES, read_color, read_depth, read_mask
 from ..support.listing import images_in, located, natural, paired
@@ -36,7 +36,7 @@ class FolderCapture:
     )
     format = "folder"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         depth = images_in(path / "depth")
         if not depth:
@@ -46,7 +46,7 @@ class FolderCapture:
         others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
         names = sorted(set(depth).union(*others.values()), key=natural)
         self.frames = [
-            Entry(
+            FrameRef(
                 name,
                 depth.get(name, path / "depth"),
                 partial(_load, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale),
@@ -55,12 +55,12 @@ class FolderCapture:
         ]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a folder with one of the parts that only this layout has."""
         return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
 
 
-def _lens(path: Path, reading: Reading) -> tuple[Camera | Pinhole, float]:
+def _lens(path: Path, reading: ReadOptions) -> tuple[Camera | Pinhole, float]:
     """The camera, or as much of it as the user gives, and the units per metre."""
     if reading.camera is not None and not path.exists():
         return reading.camera, reading.depth_scale or DEFAULT_DEPTH_SCALE
@@ -68,7 +68,7 @@ def _lens(path: Path, reading: Reading) -> tuple[Camera | Pinhole, float]:
     return reading.camera or camera, reading.depth_scale or scale
 
 
-def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> Shot:
+def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> FrameData:
     for part, file in {"depth": depth, **others}.items():
         if file is None:
             raise InputError(
@@ -84,7 +84,7 @@ def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], came
     except InputError as error:
         raise located(error, depth) from None
     try:
-        return Shot(frame, read_mask(mask, metres.shape) if mask else None)
+        return FrameData(frame, read_mask(mask, metres.shape) if mask else None)
     except InputError as error:
         raise located(error, mask or depth) from None
 

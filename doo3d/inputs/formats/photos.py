@@ -8,8 +8,8 @@ from typing import ClassVar
 
 from ...errors import InputError
 from ...types import Image
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.images import PHOTO_SUFFIXES, is_image, read_color, read_mask
 from ..support.listing import images_in, natural, paired
 
@@ -26,31 +26,31 @@ class PhotosCapture:
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"
     format = "photos"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         self.frames = _folder(path) if path.is_dir() else [_alone(path)]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is an image, or a folder with images in it or in its `color/`."""
         return bool(images_in(_place(path), PHOTO_SUFFIXES)) if path.is_dir() else is_image(path)
 
 
-def _folder(path: Path) -> list[Entry]:
+def _folder(path: Path) -> list[FrameRef]:
     place, masks = _place(path), _masks(path)
     photos = images_in(place, PHOTO_SUFFIXES)
     given = paired(images_in(masks, PHOTO_SUFFIXES), photos) if masks else {}
     return [
-        Entry(name, photos.get(name, place), partial(_load, name, photos.get(name), given.get(name), masks, _upright(path)))
+        FrameRef(name, photos.get(name, place), partial(_load, name, photos.get(name), given.get(name), masks, _upright(path)))
         for name in sorted({**photos, **given}, key=natural)
     ]
 
 
-def _alone(photo: Path) -> Entry:
+def _alone(photo: Path) -> FrameRef:
     root = photo.parent.parent if photo.parent.name in PICTURES else photo.parent
     masks = _masks(root)
     mask = images_in(masks, PHOTO_SUFFIXES).get(photo.stem) if masks else None
-    return Entry(photo.stem, photo, partial(_load, photo.stem, photo, mask, masks if mask else None, _upright(root)))
+    return FrameRef(photo.stem, photo, partial(_load, photo.stem, photo, mask, masks if mask else None, _upright(root)))
 
 
 def _place(folder: Path) -> Path:
@@ -69,10 +69,10 @@ def _upright(root: Path) -> bool:
     return not (root / "depth").is_dir()
 
 
-def _load(name: str, photo: Path | None, mask: Path | None, masks: Path | None, upright: bool) -> Shot:
+def _load(name: str, photo: Path | None, mask: Path | None, masks: Path | None, upright: bool) -> FrameData:
     if photo is None:
         raise InputError(f"{mask}: there is no photograph {name} that this mask belongs to", code="color-missing")
     if masks is not None and mask is None:
         raise InputError(f"{masks}: there is no mask {name} for {photo}", code="mask-missing")
     image = Image(read_color(photo, upright), name)
-    return Shot(image, read_mask(mask, image.color.shape[:2], upright) if mask else None)
+    return FrameData(image, read_mask(mask, image.color.shape[:2], upright) if mask else None)

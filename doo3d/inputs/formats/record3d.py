@@ -19,8 +19,8 @@ import numpy as np
 
 from ...errors import InputError, require
 from ...types import Array, Floats, Frame
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Pinhole, camera_for, check_unit, json_object, numbers, pinhole_of
 from ..support.images import read_color
 from ..support.listing import natural
@@ -44,7 +44,7 @@ class Record3DCapture:
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"
     format = "record3d"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         require("lzfse", "record3d")
         self.path = path
         recorded = _open(path)
@@ -58,10 +58,10 @@ class Record3DCapture:
         self.frames = []
         for stem in stems:
             pinhole, time, pose = _pinhole(path, about, stem, size, reading), _time(about, stem), _row(about, "poses", stem)
-            self.frames.append(Entry(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose), time))
+            self.frames.append(FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose), time))
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a ZIP with metadata and frames as the app writes them, or failing that is called so."""
         if not path.is_file():
             return False
@@ -115,7 +115,9 @@ def _member(path: Path, opened: zipfile.ZipFile, name: str, most: int) -> bytes:
     return data
 
 
-def _load(path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: Pinhole, time: float | None, pose: Any) -> Shot:
+def _load(
+    path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: Pinhole, time: float | None, pose: Any
+) -> FrameData:
     opened = _opened(path, changed)
     where = f"{path}: {FOLDER}{stem}"
     depth = _depth(path, opened, stem, size)
@@ -130,7 +132,7 @@ def _load(path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: P
     if color.shape[:2] != depth.shape:
         color = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
     frame = Frame(np.asarray(color), depth, camera_for(pinhole, depth.shape), stem, time)
-    return Shot(frame, pose=None if pose is None else _pose(pose, f"{path}: {METADATA}: poses: frame {stem}"))
+    return FrameData(frame, pose=None if pose is None else _pose(pose, f"{path}: {METADATA}: poses: frame {stem}"))
 
 
 def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
@@ -204,7 +206,7 @@ def _time(about: dict[str, Any], stem: str) -> float | None:
     return int(stem) / rate if isinstance(rate, int | float) and rate > 0 and stem.isdecimal() else None
 
 
-def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int], reading: Reading) -> Pinhole:
+def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int], reading: ReadOptions) -> Pinhole:
     """In pixels of the depth: what the metadata says is in pixels of the colour, and is scaled as the author does."""
     if reading.camera is not None:
         return reading.camera

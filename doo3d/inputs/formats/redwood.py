@@ -15,8 +15,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Floats
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Files, Pinhole, Sensor, check_pose, load_files, numbers
 from ..support.listing import images_in, paired
 from .open3d_folder import COLORS, INTRINSICS
@@ -50,7 +50,7 @@ class RedwoodCapture:
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
     format = "redwood"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         found = _found(path, reading.tolerance)
         log = _log(path)
@@ -59,7 +59,7 @@ class RedwoodCapture:
         self.frames = [_entry(path, each, sensor, poses.get(each.number)) for each in found]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a folder with `depth/`, without intrinsics, and with names or a trajectory as these sets have."""
         return _bare(path) and ((path / "image").is_dir() or _first_is_stamped(path / "depth") or _log(path) is not None)
 
@@ -74,7 +74,7 @@ class IclCapture:
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"
     format = "icl"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         truth = next(iter(sorted(path.glob("*.gt.freiburg"))), None)
         poses: dict[int, Floats] = {}
@@ -87,7 +87,7 @@ class IclCapture:
         ]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a folder with `depth/`, without intrinsics or lists, and with a file that only these sets have."""
         return (
             _bare(path)
@@ -105,7 +105,7 @@ def _first_is_stamped(folder: Path) -> bool:
     return first is not None and _STAMPED.fullmatch(first.stem) is not None
 
 
-def _sensor(reading: Reading, pinhole: Pinhole, scale: float) -> Sensor:
+def _sensor(reading: ReadOptions, pinhole: Pinhole, scale: float) -> Sensor:
     return Sensor(reading.camera or pinhole, reading.depth_scale or scale, None if reading.camera else SIZE)
 
 
@@ -141,14 +141,14 @@ def _times(images: dict[str, Path]) -> Floats | None:
     return times if len(times) == len(images) and (np.diff(times) > 0).all() else None
 
 
-def _entry(path: Path, found: _Found, sensor: Sensor, pose: Floats | None) -> Entry:
+def _entry(path: Path, found: _Found, sensor: Sensor, pose: Floats | None) -> FrameRef:
     files, name, _, time = found
     if files is None:
-        return Entry(name, path / "depth", partial(_alone, path, name), time)
-    return Entry(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)
+        return FrameRef(name, path / "depth", partial(_alone, path, name), time)
+    return FrameRef(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)
 
 
-def _alone(path: Path, name: str) -> Shot:
+def _alone(path: Path, name: str) -> FrameData:
     raise InputError(f"{path}: there is no colour image for {path / 'depth' / name}", code="color-missing")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Floats
-from ..capture import Capture, Entry, Shot
+from ..capture import Capture, FrameData, FrameRef
 
 _UNIT = 1e-2  # by which a quaternion's length may differ from 1: those in files are rounded
 
@@ -146,7 +146,7 @@ class PosedCapture:
         self.path, self.format = capture.path, capture.format
         found = read_trajectory(file)
         poses = _by_time(capture, found, tolerance, file) if _timed(capture) else _by_order(capture, found, file)
-        self.frames: Sequence[Entry] = [
+        self.frames: Sequence[FrameRef] = [
             replace(entry, loader=partial(_load, entry, pose)) for entry, pose in zip(capture.frames, poses, strict=True)
         ]
 
@@ -178,7 +178,7 @@ def _by_order(capture: Capture, found: Trajectory, file: Path) -> list[Floats | 
     return list(found.poses)
 
 
-def _load(entry: Entry, pose: Floats | None) -> Shot:
+def _load(entry: FrameRef, pose: Floats | None) -> FrameData:
     return replace(entry.load(), pose=pose)
 
 

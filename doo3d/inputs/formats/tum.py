@@ -14,8 +14,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Floats, Ints
-from ..capture import Entry
-from ..read_options import DEFAULT, Reading
+from ..capture import FrameRef
+from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Files, Sensor, load_files
 from .trajectory import Trajectory, read_lines, read_trajectory, rising
 
@@ -35,7 +35,7 @@ class TumCapture:
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
     format = "tum"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         times, depth = _listed(path / DEPTH)
         color: list[Path | None] = [None] * len(depth)
@@ -57,7 +57,7 @@ class TumCapture:
         ]
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a folder with the list of depth images, or with that of colour images beside `depth/`."""
         return path.is_dir() and ((path / DEPTH).is_file() or ((path / COLOR).is_file() and (path / "depth").is_dir()))
 
@@ -87,7 +87,7 @@ def _listed(path: Path) -> tuple[Floats, list[Path]]:
     return rising(path, rows), [path.parent / " ".join(words[1:]) for _, words in rows]
 
 
-def _entry(files: Files, sensor: Sensor, time: float, truth: Trajectory | None, tolerance: float) -> Entry:
+def _entry(files: Files, sensor: Sensor, time: float, truth: Trajectory | None, tolerance: float) -> FrameRef:
     pose = truth.at(time, tolerance) if truth else None
     name = files.depth.stem
-    return Entry(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)
+    return FrameRef(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)

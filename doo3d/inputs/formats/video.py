@@ -14,9 +14,9 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Image
-from ..capture import Entry, Shot
-from ..read_options import DEFAULT, Reading
-from ..support.native_output import listening
+from ..capture import FrameData, FrameRef
+from ..read_options import DEFAULT, ReadOptions
+from ..support.native_output import capture_native_output
 
 SUFFIXES = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".mts", ".wmv", ".flv", ".ogv")
 _STARTS = re.compile(  # MP4 and MOV, AVI, Matroska and WebM, MPEG, WMV, FLV, Ogg
@@ -42,17 +42,19 @@ class VideoCapture:
     what: ClassVar[str] = "a video file (MP4, MOV, AVI, MKV, ...)"
     format = "video"
 
-    def __init__(self, path: Path, reading: Reading = DEFAULT) -> None:
+    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
         self.path = path
         found, stat = _probe(path), path.stat()
         stamp = (stat.st_mtime_ns, stat.st_size)
-        self.frames = [Entry(f"{i:06d}", path, partial(_load, path, stamp, i, found), found.time(i)) for i in range(found.frames)]
+        self.frames = [
+            FrameRef(f"{i:06d}", path, partial(_load, path, stamp, i, found), found.time(i)) for i in range(found.frames)
+        ]
         if found.cut:
-            last = Entry(f"{found.frames:06d}", path, partial(_cut_off, path, found.frames), found.time(found.frames))
+            last = FrameRef(f"{found.frames:06d}", path, partial(_cut_off, path, found.frames), found.time(found.frames))
             self.frames.append(last)
 
     @staticmethod
-    def recognises(path: Path) -> bool:
+    def can_read(path: Path) -> bool:
         """Whether `path` is a file that starts as videos do, or failing that is called so."""
         if not path.is_file():
             return False
@@ -86,7 +88,7 @@ def _probe(path: Path) -> _Found:
     """
     if not path.stat().st_size:
         raise InputError(f"{path}: is empty", code="file-empty")
-    with listening() as said:
+    with capture_native_output() as said:
         video = _open(path)
     if not video.isOpened():
         raise _unopened(path, said.text)
@@ -108,7 +110,7 @@ def _decode_all(video: cv2.VideoCapture) -> tuple[list[str], bool]:
     complaints: list[str] = []
     ended, more = False, True
     while more:
-        with listening() as said:
+        with capture_native_output() as said:
             more = video.grab()
         broken = _ENDED.search(said.text) is not None
         complaints.append("" if broken else said.text)
@@ -162,7 +164,7 @@ class _Reader:
 
     def read(self, index: int, last: bool) -> Array | None:
         """(H, W, 3) uint8 BGR of the frame; None where it cannot be decoded. After the `last` the file is closed."""
-        with self._lock, listening():
+        with self._lock, capture_native_output():
             if self._video is None or index < self._next:
                 self.close()
                 self._video = _open(self._path)
@@ -187,14 +189,14 @@ def _reader(path: Path, stamp: tuple[int, int]) -> _Reader:
     return _Reader(path)
 
 
-def _load(path: Path, stamp: tuple[int, int], index: int, found: _Found) -> Shot:
+def _load(path: Path, stamp: tuple[int, int], index: int, found: _Found) -> FrameData:
     image = _reader(path, stamp).read(index, index == found.frames - 1)
     if image is None:
         raise InputError(f"{path}: frame {index} cannot be decoded: has the file changed meanwhile?", code="video-unreadable")
-    return Shot(Image(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), f"{index:06d}", found.time(index)))
+    return FrameData(Image(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), f"{index:06d}", found.time(index)))
 
 
-def _cut_off(path: Path, frames: int) -> Shot:
+def _cut_off(path: Path, frames: int) -> FrameData:
     raise InputError(
         f"{path}: ends in the middle of this frame, it is cut off; the {frames} frames before are whole", code="file-damaged"
     )

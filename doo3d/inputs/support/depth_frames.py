@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Bools, Camera, Floats, Frame
-from ..capture import Shot
+from ..capture import FrameData
 from .images import read_color, read_depth, read_mask
 
 Pinhole = tuple[float, float, float, float]
@@ -47,7 +47,7 @@ class Sensor(NamedTuple):
 
 def load_files(
     files: Files, sensor: Sensor, name: str, timestamp: float | None = None, pose: Floats | None = None, required: bool = False
-) -> Shot:
+) -> FrameData:
     """One shot from image files; `required` masks are given as they are.
 
     Raises
@@ -62,7 +62,7 @@ def load_files(
     except InputError as error:
         text = str(error)
         raise error if str(files.depth.parent.parent) in text else InputError(f"{files.depth}: {text}", code=error.code) from None
-    return Shot(frame, _union(files.masks, depth.shape, required), pose)
+    return FrameData(frame, _union(files.masks, depth.shape, required), pose)
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Bools
-from .native_output import listening
+from .native_output import capture_native_output
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
@@ -113,7 +113,7 @@ def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
         ) from None
     _check_whole(path, data)
     image, refused = None, ""
-    with listening() as said:
+    with capture_native_output() as said:
         try:
             image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
         except cv2.error as error:

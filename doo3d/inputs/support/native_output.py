@@ -19,7 +19,7 @@ class Said:
 
 
 @contextmanager
-def listening() -> Iterator[Said]:
+def capture_native_output() -> Iterator[Said]:
     """Catch what is written to file descriptor 2 and to Python's stdout inside the block.
 
     The whole process is deaf meanwhile: keep the block to one call of a library.

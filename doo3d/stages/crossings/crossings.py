@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from ...config import RefineConfig
 from ...geometry.intersections import Lines, Meetings, meetings
 from ...kernels.sampling import bilinear
-from ...types import Array, Chain, Crossing, Floats, Foreground, Path, Place
-from ..refine.estimation import with_viewpoint
+from ...types import Array, Chain, Crossing, Floats, Foreground, Path, SegmentRef
+from ..refine.estimation import infer_viewpoint
 from ..refine.samples import lay
 from .depth_order import Look, by_color, by_surface, strands
 
@@ -61,7 +61,7 @@ def find_crossings(chains: list[Chain], foreground: Foreground, config: RefineCo
 
     The view is the camera's. A cloud is seen from its viewpoint; where that is not known from its origin if it looks as seen
     from there, and else from above, along its z axis. In 2-D there is no depth, and only colour tells which strand is upper:
-    where it does not, it is the first, and `sure` is 0.
+    where it does not, it is the first, and `confidence` is 0.
 
     foreground : what the chains were found in. config : as for `refine`, with which clouds without a viewpoint are looked at.
     """
@@ -81,7 +81,7 @@ def find_crossings(chains: list[Chain], foreground: Foreground, config: RefineCo
 
 def _crossing(found: Meetings, k: int, chains: list[Chain], odds: float) -> Crossing:
     """The crossing `k`, with log odds that the first strand is the upper."""
-    places = [Place(int(chain), int(segment)) for chain, segment in zip(found.chain[k], found.segment[k], strict=True)]
+    places = [SegmentRef(int(chain), int(segment)) for chain, segment in zip(found.chain[k], found.segment[k], strict=True)]
     upper = 0 if odds >= 0 else 1
     joints = chains[places[upper].chain].joints[places[upper].segment :][:2]
     part = float(found.part[k, upper])
@@ -114,7 +114,7 @@ def with_sensor(foreground: Foreground, chains: list[Chain], config: RefineConfi
         return foreground
     paths = [Path(chain.joints[:-1] if chain.closed else chain.joints, chain.closed) for chain in chains]
     radius = float(np.median([chain.radius for chain in chains]))
-    return with_viewpoint(foreground, lay(paths, radius, config, chains[0].segment_length), config)
+    return infer_viewpoint(foreground, lay(paths, radius, config, chains[0].segment_length), config)
 
 
 def view_of(foreground: Foreground) -> View:

@@ -7,7 +7,7 @@ import numpy as np
 from ...config import MergeConfig
 from ...kernels.second_best import least
 from ...types import Floats, Ints
-from ...visibility import Evidence, Seen
+from ...visibility import PointVisibility, Visibility
 
 Link = tuple[int, int, float]
 
@@ -16,7 +16,7 @@ SAMPLES = (np.arange(12) + 0.5) / 12
 
 
 def alternatives(
-    cost: Floats, points: Floats, unit_cost: float, radius: float, config: MergeConfig, evidence: Evidence | None
+    cost: Floats, points: Floats, unit_cost: float, radius: float, config: MergeConfig, visibility: Visibility | None
 ) -> Floats:
     """The costs (E, E) of joining ends (E, D) with what the camera says of the straight ways between them.
 
@@ -32,10 +32,13 @@ def alternatives(
     step = points[other] - points[one]
     length = np.linalg.norm(step, axis=1)
     free, unknown = np.zeros(len(one)), np.ones(len(one))
-    if evidence is not None:
+    if visibility is not None:
         places = points[one][:, None] + SAMPLES[:, None] * step[:, None]
-        said = evidence.classify(places.reshape(-1, points.shape[1])).reshape(len(one), -1)
-        free, unknown = ((np.isin(said, kinds)).mean(axis=1) for kinds in ((Seen.FREE, Seen.OUTSIDE), (Seen.NO_DEPTH,)))
+        said = visibility.classify(places.reshape(-1, points.shape[1])).reshape(len(one), -1)
+        free, unknown = (
+            (np.isin(said, kinds)).mean(axis=1)
+            for kinds in ((PointVisibility.FREE, PointVisibility.OUTSIDE), (PointVisibility.NO_DEPTH,))
+        )
     unknown = np.where((length < config.tangent_window_radii * radius) & (free == 0), 0.0, unknown)
     total[one, other] += unit_cost * length * (config.free_space_weight * free + config.unknown_weight * unknown)
     return total
@@ -67,7 +70,7 @@ def sureness(links: list[Link], cost: Floats, most: float, rings: bool = False) 
         full[a, b] = full[b, a] = price
     pairs = np.array([(a, b) for a, b, _ in links])
     rise = least(full, partner, float(most), *_elsewhere(full, partner, most), pairs, rings)
-    return [float(sure) for sure in np.clip(rise / most, 0.0, 1.0)]
+    return [float(confidence) for confidence in np.clip(rise / most, 0.0, 1.0)]
 
 
 def _elsewhere(full: Floats, partner: Ints, most: float) -> tuple[Ints, Floats]:

@@ -13,7 +13,7 @@ from ...geometry.arcs import tangent_path
 from ...geometry.polyline import steps, unit
 from ...kernels.end_tangents import courses
 from ...types import Assembly, Chain, Floats
-from ...visibility import Evidence
+from ...visibility import Visibility
 from . import costs
 from .assignment import STRATEGIES, Pair, insist
 from .confidence import Link, alternatives, sureness
@@ -41,7 +41,7 @@ class Joined:
 
     terms : name -> (E, E), what each pair of ends costs for that. cost : (E, E), their sum in the upper triangle, infinite where
     ends may not be joined. links : the connections. others : `cost` with what the camera says of the straight ways.
-    sure : 0 to 1, of each connection. ways : pairs -> (K, 2), what their ways cost for free space, and for what is not known.
+    confidence : 0 to 1, of each connection. ways : pairs -> (K, 2), cost of their gap paths for free space and for unknown space.
     """
 
     ends: Ends
@@ -49,46 +49,46 @@ class Joined:
     cost: Floats
     links: list[Link]
     others: Floats
-    sure: list[float]
+    confidence: list[float]
     ways: Callable[[list[Pair]], Floats]
 
 
 def merge(
-    chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig | None = None, evidence: Evidence | None = None
+    chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig | None = None, visibility: Visibility | None = None
 ) -> list[Assembly]:
     """Join the two ends with the lowest cost (equation 5), again and again, until the wanted number of chains is left
     or no pair is good enough; longest first.
 
     radius : m, of the object, that `direction_length` and `min_length` are counted in.
-    fill, evidence : where a camera is known, the way across a gap costs for what of it runs through free space.
+    fill, visibility : where a camera is known, the way across a gap costs for what of it runs through free space.
     """
     if not chains:
         return []
-    joined = join(chains, config, radius, fill or FillConfig(), evidence)
-    result = _assemble(chains, joined.ends, joined.links, joined.sure)
+    joined = join(chains, config, radius, fill or FillConfig(), visibility)
+    result = _assemble(chains, joined.ends, joined.links, joined.confidence)
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
     if config.chains is not None:
         return result[: config.chains]
     return [assembly for assembly in result if _length(assembly) >= config.min_length * radius]
 
 
-def join(chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig, evidence: Evidence | None) -> Joined:
+def join(chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig, visibility: Visibility | None) -> Joined:
     """Which ends of the chains, one at least, are joined, with all that was known of them; arguments as of `merge`."""
     ends = _ends(chains, config, radius)
-    terms = _terms(ends, config, radius, evidence)
+    terms = _terms(ends, config, radius, visibility)
     cost = _pair_costs(ends, terms, chains, config)
-    if evidence is not None and config.free_space_weight:
-        leaving = evidence.leaves(ends.points, ends.directions, IMAGE_BORDER_RADII * radius)
+    if visibility is not None and config.free_space_weight:
+        leaving = visibility.leaves(ends.points, ends.directions, IMAGE_BORDER_RADII * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
     if "open" in terms:
         cost += terms["open"]
 
-    ways = partial(_ways, ends, config, radius, fill, evidence)
+    ways = partial(_ways, ends, config, radius, fill, visibility)
     extra = partial(_extra, ways, config)
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), extra, config)
     if config.chains is not None:
         links += insist(links, cost, [len(chain.joints) - 1 for chain in chains], extra, config)
-    others = alternatives(cost, ends.points, ends.unit_cost, radius, config, evidence)
+    others = alternatives(cost, ends.points, ends.unit_cost, radius, config, visibility)
     return Joined(ends, terms, cost, links, others, sureness(links, others, config.max_cost, config.allow_closed_chains), ways)
 
 
@@ -104,7 +104,7 @@ def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> Ends:
     return Ends(points, directions, curvatures, 1000.0 if points.shape[1] == 3 else 1.0)
 
 
-def _terms(ends: Ends, config: MergeConfig, radius: float, evidence: Evidence | None) -> dict[str, Floats]:
+def _terms(ends: Ends, config: MergeConfig, radius: float, visibility: Visibility | None) -> dict[str, Floats]:
     """The terms of equation 5 and those beside it, weighted, for every pair of ends: (E, E) each."""
     distance = costs.euclidean(ends.points)
     towards = _expected(ends, distance, config, radius)
@@ -114,8 +114,8 @@ def _terms(ends: Ends, config: MergeConfig, radius: float, evidence: Evidence | 
         "curvature": config.bending.curvature_weight * costs.curvature(ends.points, towards),
     }
     terms |= {name: weight * costs.own(name)(ends.points, ends.directions) for name, weight in config.custom_costs.items()}
-    if evidence is not None and config.exposed_end_cost:
-        free = evidence.open(ends.points, ends.directions, radius, EXPOSED_END_LOOKAHEAD * radius)
+    if visibility is not None and config.exposed_end_cost:
+        free = visibility.open(ends.points, ends.directions, radius, EXPOSED_END_LOOKAHEAD * radius)
         terms["open"] = config.exposed_end_cost * costs.either(free)
     return terms
 
@@ -147,7 +147,7 @@ def _extra(ways: Callable[[list[Pair]], Floats], config: MergeConfig, pairs: lis
 
 
 def _ways(
-    ends: Ends, config: MergeConfig, radius: float, fill: FillConfig, evidence: Evidence | None, pairs: list[Pair]
+    ends: Ends, config: MergeConfig, radius: float, fill: FillConfig, visibility: Visibility | None, pairs: list[Pair]
 ) -> Floats:
     """What the ways of connections cost for free space, and for what is not known: (K, 2).
 
@@ -155,8 +155,8 @@ def _ways(
     """
     one, other = ends.points[np.array(pairs)].swapaxes(0, 1)
     asked = np.linalg.norm(other - one, axis=1) >= config.tangent_window_radii * radius
-    if evidence is not None:
-        asked |= evidence.lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
+    if visibility is not None:
+        asked |= visibility.lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
     ways = [
         tangent_path(
             ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
@@ -166,7 +166,7 @@ def _ways(
     ]  # fmt: skip
     cost = np.zeros((len(pairs), 2))
     if ways:
-        told = evidence.lengths(ways) if evidence is not None else np.array([(0.0, steps(way).sum()) for way in ways])
+        told = visibility.lengths(ways) if visibility is not None else np.array([(0.0, steps(way).sum()) for way in ways])
         cost[asked] = ends.unit_cost * told * (config.free_space_weight, config.unknown_weight)
     return cost
 
@@ -183,8 +183,8 @@ def _expected(ends: Ends, distance: Floats, config: MergeConfig, radius: float) 
     return unit(ends.directions[:, None] + config.bending.curvature_persistence * half * bend[:, None])
 
 
-def _assemble(chains: list[Chain], ends: Ends, links: list[Link], sure: list[float]) -> list[Assembly]:
-    partner = {a: (b, price, s) for (a, b, price), s in zip(links, sure, strict=True)}
+def _assemble(chains: list[Chain], ends: Ends, links: list[Link], confidence: list[float]) -> list[Assembly]:
+    partner = {a: (b, price, s) for (a, b, price), s in zip(links, confidence, strict=True)}
     partner |= {b: (a, price, s) for a, (b, price, s) in partner.items()}
     done: set[int] = set()
     result = []

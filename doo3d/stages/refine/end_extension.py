@@ -10,7 +10,7 @@ from ...config import RefineConfig
 from ...geometry.polyline import unit
 from ...kernels.nearest import nearest
 from ...types import Bools, Floats, Ints, Path
-from ...visibility import Evidence, Seen
+from ...visibility import PointVisibility, Visibility
 from .cross_sections import thinned
 from .samples import Stations
 
@@ -40,13 +40,13 @@ class _Stub:
 
 
 def carried_on(
-    paths: list[Path], stations: Stations, config: RefineConfig, points: Floats, evidence: Evidence | None
+    paths: list[Path], stations: Stations, config: RefineConfig, points: Floats, visibility: Visibility | None
 ) -> list[Path]:
     """The paths with the stubs that their free ends go on to, where something nearer hides the way there.
 
     stations : laid along the paths. points : (N, 3) m, the surface.
     """
-    if evidence is None or evidence.depth is None:
+    if visibility is None or visibility.depth is None:
         return paths
     some = thinned(points)
     radius = float(stations.radius[0])
@@ -55,7 +55,7 @@ def carried_on(
     left = np.ones(len(free), dtype=bool)
     ends = [(p, first) for p, path in enumerate(paths) if not path.closed for first in (True, False)]
     while left.any():
-        found = [stub for end in ends if (stub := _stub(*end, stations, config, free, left, share, evidence)) is not None]
+        found = [stub for end in ends if (stub := _stub(*end, stations, config, free, left, share, visibility)) is not None]
         if not found:
             break
         best = min(found, key=lambda stub: stub.off)
@@ -66,7 +66,7 @@ def carried_on(
 
 
 def _stub(
-    p: int, first: bool, stations: Stations, config: RefineConfig, free: Floats, left: Bools, share: float, evidence: Evidence
+    p: int, first: bool, stations: Stations, config: RefineConfig, free: Floats, left: Bools, share: float, visibility: Visibility
 ) -> _Stub | None:
     part = stations.of(p)
     end, inwards = (part.start, 1) if first else (part.stop - 1, -1)
@@ -82,12 +82,12 @@ def _stub(
     gap = np.flatnonzero(np.diff(along[index]) > radius)
     index = index[: gap[0] + 1] if len(gap) else index
     begin, stop = float(along[index[0]]), float(along[index[-1]])
-    assert evidence.camera is not None
-    pitch = tip[2] / evidence.camera.fx
+    assert visibility.camera is not None
+    pitch = tip[2] / visibility.camera.fx
     if stop - begin < SHORTEST * radius or share * len(index) < FILLED * 2 * radius * (stop - begin) / pitch**2:
         return None
-    said = evidence.classify(tip + np.linspace(0, begin, 12)[1:-1, None] * heading)
-    if (said == Seen.FREE).any() or (said == Seen.HIDDEN).mean() < COVERED:
+    said = visibility.classify(tip + np.linspace(0, begin, 12)[1:-1, None] * heading)
+    if (said == PointVisibility.FREE).any() or (said == PointVisibility.HIDDEN).mean() < COVERED:
         return None
     at = along[index]
     near, far = free[index[at < begin + 0.7 * radius]].mean(axis=0), free[index[at > stop - 0.7 * radius]].mean(axis=0)
@@ -98,6 +98,6 @@ def _stub(
 def _longer(path: Path, stub: _Stub) -> Path:
     filled = np.zeros(len(path.points) - 1, dtype=bool) if path.filled is None else path.filled
     if stub.first:
-        joins = tuple((step + 2, sure) for step, sure in path.joins)
+        joins = tuple((step + 2, confidence) for step, confidence in path.joins)
         return Path(np.concatenate(([stub.end, stub.begin], path.points)), False, np.concatenate(([False, True], filled)), joins)
     return Path(np.concatenate((path.points, [stub.begin, stub.end])), False, np.concatenate((filled, [True, False])), path.joins)

@@ -63,7 +63,7 @@ class _Estimate:
         return _Estimate(target, weight + np.einsum("s,si,sj->sij", away, frames.away, frames.away))
 
 
-def with_viewpoint(foreground: Foreground, stations: Stations, config: RefineConfig) -> Foreground:
+def infer_viewpoint(foreground: Foreground, stations: Stations, config: RefineConfig) -> Foreground:
     """The foreground; a cloud that does not say where its sensor stood and looks as seen from its origin was seen from there."""
     if foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
@@ -81,7 +81,7 @@ def to_axis(stations: Stations, config: RefineConfig, foreground: Foreground) ->
     frames = flat_frames(tangent) if flat else frames_towards(stations.places, tangent, foreground.viewpoint)
     if foreground.mask is not None:
         found = _from_mask(stations, frames, config, foreground)
-    elif foreground.sights:
+    elif foreground.views:
         found = _from_sights(stations, frames, config, foreground)
     elif foreground.viewpoint is not None:
         found = _from_shell(stations, frames, config, thinned(foreground.points))
@@ -178,9 +178,7 @@ def _from_circles(stations: Stations, frames: Frames, config: RefineConfig, poin
 def _from_sights(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
     """Sideways from the masks of all views, which together tell depth too; the circle as far as depth is to be believed."""
     looks = [
-        look
-        for sight in foreground.sights
-        if (look := look_at(stations, frames.tangent, sight, MAX_SURFACE_DISTANCE)) is not None
+        look for view in foreground.views if (look := look_at(stations, frames.tangent, view, MAX_SURFACE_DISTANCE)) is not None
     ]
     radii = median_radius(looks, len(stations.places))
     usable = np.isfinite(radii) & ~stations.filled

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.mask import mask_pixels
 from ...geometry.polyline import unit
-from ...types import Floats, Ints, Sight
+from ...types import CameraView, Floats, Ints
 from .cross_sections import frames_towards, silhouette
 from .samples import Stations
 
@@ -27,25 +27,25 @@ class Look:
     radius: Floats
 
 
-def look_at(stations: Stations, tangent: Floats, sight: Sight, reach: float) -> Look | None:
-    """The stations, with their tangents (S, 3), in one sight; None where none is in it.
+def look_at(stations: Stations, tangent: Floats, view: CameraView, reach: float) -> Look | None:
+    """The stations, with their tangents (S, 3), in one view; None where none is in it.
 
     reach : radii, pixels farther from a station do not belong to it.
     """
-    turn, place, camera = sight.pose[:3, :3], sight.pose[:3, 3], sight.camera
+    turn, place, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
     local = (stations.places - place) @ turn
     pixels = camera.project(local)
     inside = np.asarray(np.isfinite(pixels).all(axis=1))
     inside[inside] = ((pixels[inside] >= 0) & (pixels[inside] <= (camera.width - 1, camera.height - 1))).all(axis=1)
     station = np.flatnonzero(inside)
-    if len(station) < 2 or not sight.mask.any():
+    if len(station) < 2 or not view.mask.any():
         return None
     # stretches in view are paths of their own
     path = np.cumsum(np.concatenate(([0], (np.diff(station) > 1) | (np.diff(stations.path[station]) != 0))))
     local, along = local[station], unit(tangent[station] @ turn)
     frames = frames_towards(local, along, np.zeros(3))
     limit = reach * stations.radius[station]
-    seen = silhouette(local, frames, path, mask_pixels(sight.mask), camera, limit, stations.half)
+    seen = silhouette(local, frames, path, mask_pixels(view.mask), camera, limit, stations.half)
     return Look(station, frames.lateral @ turn.T, seen.offset, seen.radius)
 
 

@@ -11,21 +11,21 @@ from ...geometry.equal_segments import bulged, carried, equal_ring, equal_segmen
 from ...geometry.polyline import arc_length
 from ...kernels.nearest import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path, VoxelGrid
-from ...visibility import Evidence
+from ...visibility import Visibility
 from .cross_sections import thinned
 from .end_extension import carried_on
-from .estimation import to_axis, with_viewpoint
+from .estimation import infer_viewpoint, to_axis
 from .samples import Ahead, Stations, ahead, extended, lay
 
 
 def refine(
     paths: list[Path], config: RefineConfig, segment_length: float, foreground: Foreground, grid: VoxelGrid,
-    evidence: Evidence | None = None,
+    visibility: Visibility | None = None,
 ) -> list[Chain]:  # fmt: skip
     """Chains along the axis, equal segments from end to end; longest first.
 
     paths : on the seen surface, m (in the mask, px, in 2-D). grid : the surface, as voxels with centroids. foreground,
-    evidence : mask and camera, where there are any: the width of the mask gives the radius and the middle of its sides.
+    visibility : mask and camera, where there are any: the width of the mask gives the radius and the middle of its sides.
     """
     if not paths:
         return []
@@ -33,10 +33,10 @@ def refine(
     points = _ascending(foreground.points)
     paths = extended(paths, stations, config, points, grid.size)
     stations = lay(paths, grid.radius, config, segment_length)
-    longer = carried_on(paths, stations, config, points, evidence)
+    longer = carried_on(paths, stations, config, points, visibility)
     if longer is not paths:
         paths, stations = longer, lay(longer, grid.radius, config, segment_length)
-    foreground = with_viewpoint(foreground, stations, config)
+    foreground = infer_viewpoint(foreground, stations, config)
     for _ in range(config.iterations):
         to_axis(stations, config, foreground)
     surface = thinned(grid.centroids)
@@ -44,7 +44,7 @@ def refine(
     for p in range(len(paths)):
         joints = _joints(stations, p, config, segment_length, points, grid.size)
         if len(joints) > 1:
-            chain = _chain(joints, stations, p, config, segment_length, surface, grid.size, evidence)
+            chain = _chain(joints, stations, p, config, segment_length, surface, grid.size, visibility)
             chains.append(replace(chain, connections=_connections(paths[p], chain, stations.places[stations.of(p)])))
     thickest = max((chain.radius for chain in chains), default=0.0)
     chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
@@ -88,7 +88,7 @@ def _area_end(seen: Ahead, radius: float) -> float:
 
 def _chain(
     joints: Floats, stations: Stations, p: int, config: RefineConfig, length: float, surface: Floats, grain: float,
-    evidence: Evidence | None,
+    visibility: Visibility | None,
 ) -> Chain:  # fmt: skip
     """The chain with its radii, and the segments marked that were filled in, not seen (paper, section III-H)."""
     part = stations.of(p)
@@ -99,8 +99,8 @@ def _chain(
         occluded = stations.filled[part][nearest(middle, stations.places[part], length, False)[1]]
     if config.occluded != "from_gaps" and occluded.any():
         unseen = np.isinf(nearest(middle[occluded], surface, 1.5 * radius + grain, True)[0])
-        if evidence is not None:
-            unseen &= ~evidence.masked(middle[occluded])
+        if visibility is not None:
+            unseen &= ~visibility.masked(middle[occluded])
         occluded[occluded] = unseen
     radii = stations.radii[part][nearest(joints, stations.places[part], length, False)[1]]
     return Chain(joints, length, radius, radii, occluded, stations.closed[p])
@@ -113,11 +113,11 @@ def _connections(path: Path, chain: Chain, places: Floats) -> tuple[Connection, 
     along = arc_length(np.concatenate((path.points, path.points[:1])) if path.closed else path.points)
     near = nearest((chain.joints[1:] + chain.joints[:-1]) / 2, places, chain.segment_length, False)[1]
     found = []
-    for step, sure in path.joins:
+    for step, confidence in path.joins:
         station = (along[step] + along[step + 1]) / 2 / along[-1] * (len(places) - (not path.closed))
         gap = np.abs(near - station)
         gap = np.minimum(gap, len(places) - gap) if path.closed else gap
-        found.append(Connection(int(gap.argmin()), sure))
+        found.append(Connection(int(gap.argmin()), confidence))
     return tuple(sorted(found))
 
 
@@ -130,7 +130,7 @@ def _directed(chain: Chain, foreground: Foreground) -> Chain:
     if first <= last:
         return chain
     last_segment = len(chain.occluded) - 1
-    connections = tuple(Connection(last_segment - segment, sure) for segment, sure in chain.connections[::-1])
+    connections = tuple(Connection(last_segment - segment, confidence) for segment, confidence in chain.connections[::-1])
     return replace(
         chain, joints=chain.joints[::-1], radii=chain.radii[::-1], occluded=chain.occluded[::-1], connections=connections
     )

@@ -123,7 +123,7 @@ def extended(paths: list[Path], stations: Stations, config: RefineConfig, points
             if len(seen.along) and seen.along[-1] > 0:
                 tip = stations.places[end] + seen.along[-1] * seen.heading
                 places = np.concatenate(([tip], places) if inwards == 1 else (places, [tip]))
-                joins = tuple((step + (inwards == 1), sure) for step, sure in joins)
+                joins = tuple((step + (inwards == 1), confidence) for step, confidence in joins)
                 if filled is not None:
                     filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
         result.append(Path(places, path.closed, filled, joins))

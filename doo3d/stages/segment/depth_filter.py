@@ -40,7 +40,7 @@ def roughness(depth: Array, mask: Bools) -> float:
 
 
 def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) -> int:
-    """Half the width, px, of the window over which depth must be averaged to be known within `steady` radii of the object.
+    """Half the width, px, of the window over which depth must be averaged to be known within `filtered` radii of the object.
 
     error : m, as of `roughness`. The window holds as much of a strand as its width lets it.
     """

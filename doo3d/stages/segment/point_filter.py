@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry.sparse_grid import pack, spacing
+from ...geometry.sparse_grid import spacing, voxelize_points
 from ...kernels.thinning import neighbours
 from ...types import Bools, Floats
 
@@ -17,7 +17,7 @@ def neighbourhood(points: Floats, window: float) -> tuple[Floats, Floats]:
     if not len(points):
         return np.zeros(0), points
     size = window * spacing(points)
-    cells = pack(points, points.min(axis=0) - size, size, 1)
+    cells = voxelize_points(points, points.min(axis=0) - size, size, 1)
     if isinstance(cells, float):
         return np.ones(len(points)), points
     sums = cells.sums(np.column_stack((points, np.ones(len(points)))))

@@ -75,18 +75,18 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     if half > OUTLIER_WINDOW_PX:
         depth[solid] = steadied(data.depth, found, v[solid], u[solid], half, FAR * error)
     pixels = np.column_stack((u[solid], v[solid]))
-    read, steady = data.depth[v[solid], u[solid]].astype(float), depth[solid]
+    read, filtered = data.depth[v[solid], u[solid]].astype(float), depth[solid]
     if way != "everything":
         silent = found & (data.depth <= 0)
         silent[v[solid], u[solid]] = True
-        holes, between = bridged(silent, pixels, steady, INPAINT_MIN_HOLE_PX, tolerance)
+        holes, between = bridged(silent, pixels, filtered, INPAINT_MIN_HOLE_PX, tolerance)
         pixels = np.concatenate((pixels, holes))
         order = np.lexsort((pixels[:, 0], pixels[:, 1]))
         pixels = pixels[order]
-        read, steady = np.append(read, between)[order], np.append(steady, between)[order]
+        read, filtered = np.append(read, between)[order], np.append(filtered, between)[order]
     return Foreground(
         points=data.camera.unproject(pixels, read),
-        steady=data.camera.unproject(pixels, steady),
+        filtered=data.camera.unproject(pixels, filtered),
         pixels=pixels,
         mask=found,
         depth=data.depth,
@@ -172,8 +172,8 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     solid = support >= CLOUD_MIN_SUPPORT * np.median(support) if len(kept) else np.zeros(0, dtype=bool)
     return Foreground(
         points=kept[solid],
-        steady=mean[solid],
+        filtered=mean[solid],
         viewpoint=cloud.viewpoint,
         notes=() if len(kept) else (_nothing(way),),
-        sights=cloud.sights,
+        views=cloud.views,
     )

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...inputs import Shot
+from ...inputs import FrameData
 from ...types import Array, Bools, Chain, Cloud, Detection, Floats, Frame
 from ..palette import chain_color
 
@@ -54,11 +54,11 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         "closed": chain.closed,
         "length": chain.length,
         "radius": chain.radius,
-        "sure": chain.sure,
+        "confidence": chain.confidence,
     }
 
 
-def pack_cloud(shot: Shot, detection: Detection, count: int) -> dict[str, Any] | None:
+def pack_cloud(shot: FrameData, detection: Detection, count: int) -> dict[str, Any] | None:
     """Some points of the object and of what is round it; None where the frame has none that fit the chains.
 
     Parameters
@@ -101,7 +101,7 @@ def pack_picture(picture: Array, most: int) -> tuple[str, int, int]:
     return text(encoded), width, height
 
 
-def _points(shot: Shot, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
+def _points(shot: FrameData, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
     """Points of a shot in the frame of the chains, (N, 3) m, with their colours, (N, 3) uint8 RGB."""
     data = shot.data
     if isinstance(data, Frame):

@@ -84,7 +84,7 @@ function card(frame, number) {
 const least = (value) => value ?? Infinity, most = (value) => -(value ?? -Infinity);
 const orders = {
   "failed first, then as taken": (frame) => frame.error === null ? 1 : 0,
-  "least sure first": (frame) => least(frame.sure),
+  "least sure first": (frame) => least(frame.confidence),
   "most occluded first": (frame) => most(frame.occluded),
   "most chains first": (frame) => most(frame.chains?.length),
   "slowest first": (frame) => most(frame.seconds),

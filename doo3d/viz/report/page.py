@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from ... import __version__
 from ...errors import DooError, InputError, require
-from ...inputs import Entry, Reading, open_capture
+from ...inputs import FrameRef, ReadOptions, open_capture
 from ...outputs.detection_json import finite
 from ...outputs.frame_status import Told, read_picture, told
 from ...outputs.run_reader import Results, read_detection
@@ -97,10 +97,15 @@ def _frame(frame: Told, results: Results, clouds: _Clouds | None, share: int) ->
         "coordinates": detection.coordinates,
         "notes": list(detection.notes),
         "occluded": hidden / segments if segments else None,
-        "sure": detection.sure,
+        "confidence": detection.confidence,
         "chains": [pack_chain(i, chain) for i, chain in enumerate(detection.chains)],
         "crossings": [
-            {"at": crossing.point.tolist(), "upper": crossing.upper.chain, "lower": crossing.lower.chain, "sure": crossing.sure}
+            {
+                "at": crossing.point.tolist(),
+                "upper": crossing.upper.chain,
+                "lower": crossing.lower.chain,
+                "confidence": crossing.confidence,
+            }
             for crossing in detection.crossings
         ],
     }
@@ -119,11 +124,11 @@ class _Clouds:
 
     def __init__(self, results: Results, frames: int) -> None:
         self.said = ""
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, FrameRef] = {}
         self._count = min(max(int(_CLOUDS * _IN_BASE64 / _POINT / max(frames, 1)), _POINTS[0]), _POINTS[1])
         source = results.manifest.get("input", {})
         try:
-            capture = open_capture(source["path"], reading=Reading(**source.get("reading", {})))
+            capture = open_capture(source["path"], reading=ReadOptions(**source.get("reading", {})))
             if capture.format != source.get("format"):
                 raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
             self._entries = {entry.name: entry for entry in capture.frames}

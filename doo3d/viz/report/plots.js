@@ -53,7 +53,7 @@ function times() {
 function shares() {
   const values = (key, says) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
     [number, 100 * frame[key], `${percent(frame[key])} ${says}`]]);
-  return [line(values("sure", "sure of the least sure connection"), "sure", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
+  return [line(values("confidence", "sure of the least sure connection"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
 }
 
 const plots = [
@@ -164,7 +164,7 @@ function chainTable(frame) {
     make("span", undefined, first, "dot").style.background = chain.color;
     first.append(`${chain.id ?? number + 1}${chain.closed ? ", a ring" : ""}`);
     const hidden = [...chain.occluded].filter((each) => each === "1").length / chain.occluded.length;
-    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(hidden), percent(chain.sure)]) make("td", text, row);
+    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(hidden), percent(chain.confidence)]) make("td", text, row);
   });
 }
 

@@ -24,7 +24,7 @@ from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth
 from doo3d.kernels.equal_chords import walk
-from doo3d.types import Chain, Crossing, Detection, Place
+from doo3d.types import Chain, Crossing, Detection, SegmentRef
 
 SMALL = (640, 480)
 
@@ -70,13 +70,13 @@ def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand
     chains = tuple(even(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
     (upper, lower), *_ = (true_crossings(rendered.truths).arc / 0.01).astype(int).tolist()
     for right in (True, False):
-        places = Place(0, upper), Place(0, lower)
+        places = SegmentRef(0, upper), SegmentRef(0, lower)
         calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
         (row,) = evaluate_rendered([("crossing", rendered)], Config())
-        assert (row.score.crossings, row.score.crossings_right, row.sure) == (1, int(right), 1.0)
+        assert (row.score.crossings, row.score.crossings_right, row.confidence) == (1, int(right), 1.0)
         assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row]).splitlines()[-1].partition(" 0 ")[2]
-    doubtful = [replace(row, sure=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
-    assert [row.sure for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
+    doubtful = [replace(row, confidence=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
+    assert [row.confidence for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
     assert "17/20 85.0 %  100.0 %   94.4 %" in format_table(doubtful)
     assert surest([]) == []
     assert len(surest(doubtful[:3])) == 2

@@ -14,7 +14,7 @@ from doo3d.evaluation.truth_file import read_truth
 from doo3d.kernels.equal_chords import walk
 from doo3d.outputs.detection_json import dumps
 from doo3d.outputs.run_reader import read_detection
-from doo3d.types import Chain, Connection, Crossing, Detection, Place
+from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
 
 CORNERS = [[-0.1, 0, 0.5], [0.0, 0.03, 0.5], [0.1, 0, 0.5]]
 
@@ -103,7 +103,7 @@ TRUTH = {"a": [{"axis": CORNERS, "radius": 0.004}], "b": [{"axis": CORNERS, "rad
 
 def detection(frame="a"):
     chain = Chain(walk(np.array(CORNERS), 0.01)[0], 0.01, 0.004, connections=(Connection(3, 0.7),))
-    crossing = Crossing(Place(0, 2), Place(0, 9), np.array([0.0, 0.0, 0.5]), 0.9)
+    crossing = Crossing(SegmentRef(0, 2), SegmentRef(0, 9), np.array([0.0, 0.0, 0.5]), 0.9)
     return Detection((chain,), frame=frame, seconds={"fit": 0.5, "fill": 0.25}, crossings=(crossing,))
 
 
@@ -118,7 +118,7 @@ def test_results_are_scored_and_a_frame_without_one_is_wrong(tmp_path):
     (out / "a.json").write_text(dumps(detection().to_dict()))
     first, second = result_rows(out, truth)
     assert first.score.correct, first.score.reasons
-    assert (first.family, first.name, first.seconds, first.sure, first.score.merges) == ("out", "a", 0.75, 0.7, 1)
+    assert (first.family, first.name, first.seconds, first.confidence, first.score.merges) == ("out", "a", 0.75, 0.7, 1)
     assert not second.score.correct
     assert second.error == "no result"
 

@@ -11,7 +11,7 @@ from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
 from doo3d.kernels.equal_chords import walk
-from doo3d.types import Chain, Crossing, Place
+from doo3d.types import Chain, Crossing, SegmentRef
 
 RADIUS, STEP = 0.004, 0.01
 X = np.linspace(-0.2, 0.2, 801)
@@ -66,7 +66,7 @@ CHAINS = [even(axis) for axis in (LOWER, UPPER, THIRD)]
 
 
 def crossing_of(true, row, flip=False):
-    places = [Place(int(cable), int(arc / STEP)) for cable, arc in zip(true.cable[row], true.arc[row], strict=True)]
+    places = [SegmentRef(int(cable), int(arc / STEP)) for cable, arc in zip(true.cable[row], true.arc[row], strict=True)]
     return Crossing(*(places[::-1] if flip else places), point=np.zeros(3))
 
 
@@ -82,7 +82,7 @@ def test_right_wrong_missing_and_extra():
     assert counts(right) == counts(right[::-1]) == (3, 3, 0)
     assert counts([*right[:2], crossing_of(true, 2, flip=True)]) == (3, 2, 0)
     assert counts(right[1:]) == (3, 2, 0)
-    assert counts([*right, Crossing(Place(0, 2), Place(1, 3), np.zeros(3))]) == (3, 3, 1)
+    assert counts([*right, Crossing(SegmentRef(0, 2), SegmentRef(1, 3), np.zeros(3))]) == (3, 3, 1)
     assert counts([*right, right[0]]) == (3, 3, 1)
     assert counts([]) == (3, 0, 0)
     assert counts(None) == (0, 0, 0)
@@ -94,7 +94,7 @@ def test_a_chain_may_run_either_way():
     found = []
     for k in range(3):
         crossing = crossing_of(true, k)
-        upper, lower = (Place(c, len(turned[c].joints) - 2 - s) for c, s in (crossing.upper, crossing.lower))
+        upper, lower = (SegmentRef(c, len(turned[c].joints) - 2 - s) for c, s in (crossing.upper, crossing.lower))
         found.append(Crossing(upper, lower, crossing.point))
     assert counts(found, turned) == (3, 3, 0)
 
@@ -119,6 +119,6 @@ def test_a_small_loop_is_not_taken_the_wrong_way_round():
     truth, chain = Truth(axis, 0.003), even(axis)
     true = true_crossings([truth])
     assert len(true.cable) == 1
-    places = [Place(0, int(arc / STEP)) for arc in true.arc[0]]
+    places = [SegmentRef(0, int(arc / STEP)) for arc in true.arc[0]]
     for pair, right in ((places, 1), (places[::-1], 0)):
         assert counts([Crossing(*pair, np.zeros(3))], [chain], [truth]) == (1, right, 0)

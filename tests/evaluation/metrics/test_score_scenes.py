@@ -12,7 +12,7 @@ from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.rendering.rays import Rays
 from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
 from doo3d.kernels.equal_chords import walk
-from doo3d.types import Chain, Crossing, Place
+from doo3d.types import Chain, Crossing, SegmentRef
 
 STEP = 0.005
 
@@ -30,7 +30,7 @@ def chain_of(truth, axis=None):
 def crossings_of(truths):
     true = true_crossings(truths)
     places = [
-        [Place(int(c), int(s / STEP)) for c, s in zip(*both, strict=True)] for both in zip(true.cable, true.arc, strict=True)
+        [SegmentRef(int(c), int(s / STEP)) for c, s in zip(*both, strict=True)] for both in zip(true.cable, true.arc, strict=True)
     ]
     return [Crossing(*pair, np.zeros(3)) for pair in places]
 

@@ -14,7 +14,7 @@ pytest.importorskip("rosbags")
 from builders.bags import KINDS, SECOND, Script
 from builders.errors import refuses
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.types import Cloud, Frame, Image
 
 WIDTH, HEIGHT = 16, 12
@@ -53,7 +53,7 @@ def named(kind: str) -> str:
 
 
 def frames(path: Path, **said) -> list[Frame]:
-    return [entry.load().data for entry in open_capture(path, reading=Reading(**said)).frames]
+    return [entry.load().data for entry in open_capture(path, reading=ReadOptions(**said)).frames]
 
 
 @pytest.mark.parametrize(

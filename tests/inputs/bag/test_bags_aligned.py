@@ -12,7 +12,7 @@ pytest.importorskip("rosbags")
 from builders.bags import KINDS, SECOND, Script
 from builders.errors import refuses
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.types import Camera
 
 DEPTH, COLOR = "/camera/depth/image_raw", "/camera/color/image_raw"
@@ -46,7 +46,7 @@ def scene(kind: str = "ros1", depth: np.ndarray | None = None, color: np.ndarray
 
 
 def only(path: Path, **said):
-    (entry,) = open_capture(path, reading=Reading(**said)).frames
+    (entry,) = open_capture(path, reading=ReadOptions(**said)).frames
     return entry.load()
 
 

@@ -13,7 +13,7 @@ from builders.bags import SECOND, Script
 from builders.errors import refuses
 from test_bags_aligned import C_NUMBERS, C_SIZE, D_NUMBERS, D_SIZE, MOVE, wall
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 
 DEPTH, COLOR = "/device_0/sensor_0/Depth_0", "/device_0/sensor_1/Color_0"
 UNIT = 0.0001  # m, as a D405 has it
@@ -75,7 +75,7 @@ def test_without_a_unit_it_is_asked_for(tmp_path):
     path = write(recording(unit=None), tmp_path / "a.bag")
     with refuses("depth-unit", OPTION, "depth_scale"):
         open_capture(path)
-    frame = open_capture(path, reading=Reading(depth_scale=1000)).frames[0].load().data
+    frame = open_capture(path, reading=ReadOptions(depth_scale=1000)).frames[0].load().data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
 
 
@@ -91,4 +91,4 @@ def test_without_extrinsics_it_is_said(tmp_path):
     path = write(recording(extrinsics=False), tmp_path / "a.bag")
     with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(path)
-    assert open_capture(path, reading=Reading(color_topic="none")).frames[0].load().data.color is None
+    assert open_capture(path, reading=ReadOptions(color_topic="none")).frames[0].load().data.color is None

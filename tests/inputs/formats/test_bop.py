@@ -10,7 +10,7 @@ import pytest
 from builders.errors import refuses
 from builders.sample_scene import POSE, check, found, put, refused, scene, units
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 
 
 def entry(**changes):
@@ -83,7 +83,7 @@ def test_a_scene_without_poses(make):
 
 
 def test_what_the_user_says_goes_first(make):
-    shot = open_capture(make(cam_K=None, depth_scale=None), reading=Reading(camera=(500, 501, 300, 200), depth_scale=5000))
+    shot = open_capture(make(cam_K=None, depth_scale=None), reading=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
     camera = shot.frames[1].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (500, 501, 300, 200)
     assert shot.frames[1].load().data.depth.max() == pytest.approx(2 * scene().depth.max(), abs=1e-3)

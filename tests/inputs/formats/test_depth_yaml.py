@@ -9,9 +9,9 @@ import pytest
 import yaml
 from builders.sample_scene import POSE, check, found, put, refused, scene, units
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 
-SAID = Reading(camera=scene().pinhole, depth_scale=4000)
+SAID = ReadOptions(camera=scene().pinhole, depth_scale=4000)
 
 
 @pytest.fixture
@@ -63,7 +63,7 @@ def test_what_the_user_says(tmp_path, monkeypatch):
     check(open_capture(depth, reading=SAID.model_copy(update={"color": photo})).frames[0].load(), 1 / 4000)
     assert open_capture(depth, reading=SAID).frames[0].load().data.color is None
     monkeypatch.chdir(tmp_path)
-    said = Reading.of([f"camera={[*map(float, scene().pinhole)]}", "depth_scale=4000", "color=photos/c.png"])
+    said = ReadOptions.of([f"camera={[*map(float, scene().pinhole)]}", "depth_scale=4000", "color=photos/c.png"])
     check(open_capture("d.png", reading=said).frames[0].load(), 1 / 4000)
 
 

@@ -9,9 +9,9 @@ import pytest
 from builders.errors import refuses
 from builders.sample_scene import LINE, POSE, check, found, put, refused, scene, units
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 
-OWN = Reading(camera=scene().pinhole)
+OWN = ReadOptions(camera=scene().pinhole)
 OTHER = np.array([[0, 0, 1, 5], [0, 1, 0, 6], [-1, 0, 0, 7], [0, 0, 0, 1.0]])
 
 

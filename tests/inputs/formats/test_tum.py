@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from builders.sample_scene import LINE, POSE, check, found, put, refused, scene, units
 
-from doo3d.inputs import Reading, open_capture
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats.tum import associate
 
-OWN = Reading(camera=scene().pinhole)
+OWN = ReadOptions(camera=scene().pinhole)
 
 
 def listed(path: Path, times, folder: str) -> None:
@@ -56,7 +56,7 @@ def test_depth_colour_camera_and_pose(sequence):
 def test_the_benchmarks_own_camera(sequence):
     camera = open_capture(sequence).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525, 525, 319.5, 239.5)
-    assert open_capture(sequence, reading=Reading(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
+    assert open_capture(sequence, reading=ReadOptions(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
         1.478, abs=1e-3
     )
 
@@ -145,4 +145,4 @@ def test_the_own_camera_is_for_one_size(sequence):
 
 @pytest.mark.parametrize("scale", [2.0, 5e6])
 def test_a_unit_that_makes_no_sense(sequence, scale):
-    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=Reading(depth_scale=scale))
+    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=ReadOptions(depth_scale=scale))

@@ -47,7 +47,7 @@ def test_the_nearer_is_the_upper(angle, order, turned):
     (found,) = find_crossings(chains, foreground(*axes))
     upper = 0 if order == 1 else 1
     assert (found.upper.chain, found.lower.chain) == (upper, 1 - upper)
-    assert found.sure > 0.99
+    assert found.confidence > 0.99
     np.testing.assert_allclose(found.point, [0.01, 0.003, 0.49], atol=0.0008)
     for place in (found.upper, found.lower):
         a, b = CAMERA.project(chains[place.chain].joints[place.segment : place.segment + 2])
@@ -63,7 +63,7 @@ def test_the_depth_image_decides_where_the_chains_do_not(raised):
     level = [even(over(height=0.0)), even(LOW)]
     (found,) = find_crossings(level, foreground(*axes))
     assert found.upper.chain == raised
-    assert found.sure > 0.9
+    assert found.confidence > 0.9
 
 
 def test_chains_decide_where_there_is_no_depth_and_are_less_sure():
@@ -72,7 +72,7 @@ def test_chains_decide_where_there_is_no_depth_and_are_less_sure():
     (blind,) = find_crossings(chains, foreground(*axes, depth=False))
     (seen,) = find_crossings(chains, foreground(*axes))
     assert blind.upper.chain == 0
-    assert 0 < blind.sure < seen.sure
+    assert 0 < blind.confidence < seen.confidence
 
 
 def test_where_chains_and_surface_contradict_each_other_the_surface_counts_and_it_is_less_sure():
@@ -80,7 +80,7 @@ def test_where_chains_and_surface_contradict_each_other_the_surface_counts_and_i
     right, wrong = [even(axis) for axis in axes], [even(over(height=-2 * RADIUS)), even(LOW)]
     one, other = (find_crossings(chains, foreground(*axes))[0] for chains in (right, wrong))
     assert one.upper.chain == other.upper.chain == 0
-    assert other.sure < one.sure - 1e-4
+    assert other.confidence < one.confidence - 1e-4
 
 
 def test_a_chain_that_crosses_itself_and_a_ring():
@@ -88,7 +88,7 @@ def test_a_chain_that_crosses_itself_and_a_ring():
     loop = np.column_stack((0.15 * (t**3 - 0.8 * t), 0.12 * t**2 - 0.06, 0.5 - 0.006 * t))
     (found,) = find_crossings([even(loop)], foreground(loop))
     assert found.upper.segment > found.lower.segment
-    assert found.sure > 0.99
+    assert found.confidence > 0.99
     t = np.linspace(0, 2 * np.pi, 2000)
     eight = np.column_stack((0.1 * np.sin(t), 0.06 * np.sin(2 * t), 0.5 - 0.01 * np.cos(t)))
     joints = equal_ring(eight[:-1], STEP)
@@ -116,7 +116,7 @@ def test_a_cloud_from_its_viewpoint(order):
         cloud = Foreground(points @ TURN.T + 1, viewpoint=TURN @ sensor + 1)
         (found,) = find_crossings(chains, cloud)
         assert found.upper.chain == (upper if order == 1 else 1 - upper)
-        assert found.sure > 0.9
+        assert found.confidence > 0.9
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -130,7 +130,7 @@ def test_a_cloud_without_a_viewpoint(order):
     whole = Foreground(np.concatenate([surface(axis, RADIUS) for axis in axes]))
     (found,) = find_crossings(chains, whole)
     assert found.upper.chain == 1 - near
-    assert found.sure > 0.9
+    assert found.confidence > 0.9
 
 
 def ribbons(first, second, radius=9.0, shaded=True, colors=((200, 60, 40), (200, 60, 40))):
@@ -162,7 +162,7 @@ def test_in_an_image_the_strand_goes_on_whose_sides_do(angles, upper):
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     (found,) = find_crossings(chains, ribbons(lines[1 - upper], lines[upper]))
     assert found.upper.chain == upper
-    assert found.sure > 0.9
+    assert found.confidence > 0.9
     np.testing.assert_allclose(found.point, [130, 100], atol=0.5)
 
 
@@ -179,8 +179,8 @@ def test_in_an_image_that_does_not_tell_nothing_is_sure():
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(*lines, shaded=False)
     (found,) = find_crossings(chains, image)
-    assert (found.upper.chain, found.sure) == (0, 0.0)
-    assert find_crossings(chains, replace(image, color=None))[0].sure == 0.0
+    assert (found.upper.chain, found.confidence) == (0, 0.0)
+    assert find_crossings(chains, replace(image, color=None))[0].confidence == 0.0
 
 
 def test_in_the_detection_and_in_its_document():
@@ -201,7 +201,7 @@ def test_in_the_detection_and_in_its_document():
             "upper": {"chain": found.upper.chain, "segment": found.upper.segment},
             "lower": {"chain": found.lower.chain, "segment": found.lower.segment},
             "point": found.point.tolist(),
-            "sure": found.sure,
+            "confidence": found.confidence,
         }
     ]
     again = doo3d.detect(frame, config, mask=which >= 0).to_dict()["crossings"]

@@ -15,7 +15,7 @@ from doo3d.stages.fill import fill
 from doo3d.stages.merge.confidence import alternatives, sureness
 from doo3d.stages.merge.merge import merge
 from doo3d.types import Assembly, Camera, Chain, Connection, Detection
-from doo3d.visibility import Evidence
+from doo3d.visibility import Visibility
 
 MOST = 100.0
 STEP, RADIUS = 0.01, 0.004
@@ -137,8 +137,8 @@ def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
     for degrees in (90, 50, 20):
         joined = merge(star(np.radians(degrees)), settings(strategy=strategy), RADIUS)
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
-        assert all(len(assembly.sure) == len(assembly.costs) for assembly in joined)
-        least[degrees] = min(sure for assembly in joined for sure in assembly.sure)
+        assert all(len(assembly.confidence) == len(assembly.costs) for assembly in joined)
+        least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
     assert least[90] > 0.7
     assert 0 < least[20] < least[50] < least[90]
 
@@ -148,9 +148,9 @@ def test_a_rival_makes_a_connection_doubtful():
     rival = chain((0.01, 0.004), (1, 0.1))
     (alone, *_) = merge([one, right], settings(chains=None, min_length=0), RADIUS)
     joined = merge([one, right, rival], settings(chains=None, min_length=0), RADIUS)
-    doubtful = next(assembly for assembly in joined if assembly.sure)
-    assert alone.sure[0] > 0.9
-    assert doubtful.sure[0] < 0.3
+    doubtful = next(assembly for assembly in joined if assembly.confidence)
+    assert alone.confidence[0] > 0.9
+    assert doubtful.confidence[0] < 0.3
 
 
 def test_ways_through_free_space_are_no_alternatives():
@@ -160,7 +160,7 @@ def test_ways_through_free_space_are_no_alternatives():
     cost[0, 1:] = 40
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
-    seen = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(), Evidence(depth, np.zeros_like(depth, bool), camera, 0.01))
+    seen = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(), Visibility(depth, np.zeros_like(depth, bool), camera, 0.01))
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
@@ -175,7 +175,7 @@ def test_filling_says_which_step_lies_in_the_gap(closed):
     ways = np.array([[1.0, 0, 0], [-1.0, 0, 0]])
     count = 3 if closed else 2
     (path,) = fill([Assembly(tuple(pieces), (ways,) * count, (0.0,) * count, 1.0, closed, (0.9, 0.4, 0.7)[:count])], FillConfig())
-    assert [sure for _, sure in path.joins] == [0.9, 0.4, 0.7][:count]
+    assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):
         assert start - 1e-9 <= points[step, 0]
@@ -200,22 +200,22 @@ def test_the_chain_says_where_it_was_joined(turned):
     places = frame.camera.project(np.array([found.joints[c.segment : c.segment + 2].mean(axis=0) for c in found.connections]))
     assert 190 < places[0, 0] < 215
     assert 400 < places[1, 0] < 450
-    sures = [connection.sure for connection in found.connections]
+    sures = [connection.confidence for connection in found.connections]
     assert 1 > sures[0] > sures[1] > 0.3
-    assert found.sure == detection.sure == sures[1]
+    assert found.confidence == detection.confidence == sures[1]
     plain = detection.to_dict()
     assert json.loads(json.dumps(plain)) == plain
-    assert plain["sure"] == plain["chains"][0]["sure"] == sures[1]
-    assert plain["chains"][0]["connections"] == [{"segment": c.segment, "sure": c.sure} for c in found.connections]
+    assert plain["confidence"] == plain["chains"][0]["confidence"] == sures[1]
+    assert plain["chains"][0]["connections"] == [{"segment": c.segment, "confidence": c.confidence} for c in found.connections]
 
 
 def test_without_connections_all_is_sure():
     frame, mask = frame_of(line([-0.1, 0, 0.5], [0.1, 0.02, 0.5]))
     detection = doo3d.detect(frame, mask=mask)
     assert detection.chains[0].connections == ()
-    assert detection.sure == detection.chains[0].sure == 1.0
+    assert detection.confidence == detection.chains[0].confidence == 1.0
     own = Chain(np.array([[0.0, 0, 1], [STEP, 0, 1]]), STEP)
-    assert own.sure == 1.0
+    assert own.confidence == 1.0
     doubtful = Chain(own.joints, STEP, connections=(Connection(0, 0.8), Connection(0, 0.3)))
-    assert Detection((own, doubtful)).sure == doubtful.sure == 0.3
-    assert Detection(()).sure == 1.0
+    assert Detection((own, doubtful)).confidence == doubtful.confidence == 0.3
+    assert Detection(()).confidence == 1.0

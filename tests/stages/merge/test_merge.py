@@ -11,7 +11,7 @@ from doo3d.config import FillConfig, MergeConfig, load_config
 from doo3d.geometry.polyline import unit
 from doo3d.stages.merge.merge import merge
 from doo3d.types import Camera, Chain
-from doo3d.visibility import Evidence
+from doo3d.visibility import Visibility
 
 STEP, RADIUS = 0.01, 0.004
 PAPER = load_config("paper_3d").merge
@@ -246,10 +246,10 @@ def test_free_space_decides_between_equal_pairs(strategy, open_side):
     depth = np.full((240, 320), 0.3, np.float32)
     v = np.arange(240)
     depth[(v > 120 if open_side == 1 else v < 120)] = 0.9
-    evidence = Evidence(depth, np.zeros((240, 320), bool), CAMERA, 0.01)
+    visibility = Visibility(depth, np.zeros((240, 320), bool), CAMERA, 0.01)
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
-    assemblies = run(chains, settings, fill=FillConfig(), evidence=evidence)
+    assemblies = run(chains, settings, fill=FillConfig(), visibility=visibility)
     assert joined(assemblies, one.joints[-1], others[-open_side].joints[0])
     assert not joined(assemblies, one.joints[-1], others[open_side].joints[0])
 

@@ -13,7 +13,7 @@ from doo3d.stages.refine.refine import refine
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, Path
-from doo3d.visibility import Evidence
+from doo3d.visibility import Visibility
 
 STEP = 0.01
 RING = ring([0.01, 0.0, 0.5], 0.07, 0.5)
@@ -47,9 +47,9 @@ def rough(axis, radius, foreground, jitter=0.25):
 def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, foreground=None):
     foreground = foreground or scene(axis, radius, view)
     grid = voxelize(foreground, VoxelizeConfig(radius=radius))
-    evidence = Evidence.of(foreground, VisibilityConfig(), radius)
+    visibility = Visibility.of(foreground, VisibilityConfig(), radius)
     path = Path(rough(axis, radius, foreground), closed, filled)
-    return refine([path], config or RefineConfig(), step, foreground, grid, evidence)
+    return refine([path], config or RefineConfig(), step, foreground, grid, visibility)
 
 
 def inner(chain, count=3):
@@ -246,7 +246,7 @@ def test_longest_first():
     foreground = segment(frame, SegmentConfig(), mask)
     grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
     paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
-    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Evidence.of(foreground, VisibilityConfig(), 0.004))
+    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Visibility.of(foreground, VisibilityConfig(), 0.004))
     assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
 
 

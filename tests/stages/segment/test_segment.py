@@ -54,8 +54,8 @@ def test_steady_points_have_less_noise():
     noise = 0.001 * np.random.default_rng(0).normal(size=DEPTH.shape)
     flat = np.where(SEEN, 0.5 + noise, 0)
     found = segment(frame(flat), SegmentConfig(edge_tolerance=0.01), SEEN)
-    assert np.std(found.steady[:, 2]) < 0.5 * np.std(found.points[:, 2])
-    assert segment(frame(flat), SegmentConfig(smooth=False), SEEN).steady is None
+    assert np.std(found.filtered[:, 2]) < 0.5 * np.std(found.points[:, 2])
+    assert segment(frame(flat), SegmentConfig(smooth=False), SEEN).filtered is None
 
 
 @pytest.mark.parametrize("given", [True, False])
