@@ -22,6 +22,9 @@ Ints = NDArray[np.integer[Any]]
 Bools = NDArray[np.bool_]
 
 SCHEMA = "doo3d/detection/2"
+FORMER_SCHEMA = "doo3d/detection/1"
+"""Confidences were called sure; such files are still read."""
+
 COORDINATES = {
     "camera": "camera optical frame: x right, y down, z forward",
     "cloud": "the frame of the cloud as given",

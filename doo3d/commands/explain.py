@@ -65,10 +65,9 @@ def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
     InputError : the frame cannot be read or used.
     """
     from ..pipeline import run_with_stages as walk
-    from ..runs.frame import chosen_mask
 
     shot = entry.load()
-    mask = chosen_mask(shot, config)
+    mask = shot.mask_for(config)
     return *walk(shot.data, config, mask), mask
 
 

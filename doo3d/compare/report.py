@@ -15,7 +15,7 @@ from ..errors import DooError, InputError
 from ..inputs import FLAT, Capture, FrameRef
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.detection_json import dumps
-from ..runs.frame import UNEXPECTED, chosen_mask, unexpected
+from ..runs.frame import UNEXPECTED, unexpected
 from ..types import Frame
 from ..viz.comparison import draw_comparison
 from .agreement import Comparison, compare
@@ -98,7 +98,7 @@ def _one(entry: FrameRef, config: Config, flat_config: Config, out: Path) -> Rec
         shot = entry.load()
         if not isinstance(shot.data, Frame):
             raise InputError(f"{entry.source}: a cloud has no image to compare in", code="mode-needs-image")
-        found = compare(shot.data, config, flat_config, chosen_mask(shot, config))
+        found = compare(shot.data, config, flat_config, shot.mask_for(config))
     except DooError as error:
         return Record(entry.name, error=str(error), code=error.code)
     except Exception as error:

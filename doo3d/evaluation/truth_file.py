@@ -58,7 +58,7 @@ def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
     ------
     InputError : not there, not JSON, not of this schema, or a cable is not one.
     """
-    values = read_object(path, SCHEMA, "a truth file")
+    values = read_object(path, (SCHEMA,), "a truth file")
     frames = values.get("frames")
     if not isinstance(frames, dict) or not all(isinstance(cables, list) for cables in frames.values()):
         raise InputError(f"{path}: frames: expected an object with a list of cables by each frame's name", code="truth-invalid")

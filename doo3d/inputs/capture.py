@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol
 
+from ..config import Config
 from ..types import Bools, Cloud, Floats, Frame, Image
 from .read_options import DEFAULT, ReadOptions
 
@@ -23,6 +24,10 @@ class FrameData:
     data: Frame | Cloud | Image
     mask: Bools | None = None
     pose: Floats | None = None
+
+    def mask_for(self, config: Config) -> Bools | None:
+        """Return the capture's own mask (H, W) bool, or None if the config names another method of segmentation."""
+        return self.mask if config.segment.method in ("auto", "mask") else None
 
 
 @dataclass(frozen=True)

@@ -54,13 +54,12 @@ def measure(name: str, shot: FrameData, config: Config, runs: int) -> Timing:
     import numpy as np
 
     from ..pipeline import detect
-    from ..runs.frame import chosen_mask
     from ..types import Cloud, Frame
 
     seconds: list[dict[str, float]] = []
     for _ in range(WARM_UP + runs):
         start = time.perf_counter()
-        detection = detect(shot.data, config, chosen_mask(shot, config))
+        detection = detect(shot.data, config, shot.mask_for(config))
         seconds.append(detection.seconds | {"total": time.perf_counter() - start})
     stages = {}
     for stage in seconds[-1]:

@@ -14,7 +14,6 @@ from ..inputs import FrameRef, ReadOptions, open_capture
 from ..outputs.run_folder import CONFIG
 from ..outputs.run_reader import Results, read_detection
 from ..pipeline import as_mode_data, run_with_stages
-from ..runs.frame import chosen_mask
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..viz import draw
 from ..viz.overlay import caption_lines
@@ -116,7 +115,7 @@ class Viewing:
         shot = self.entries[name].load()
         if not stages:
             return as_mode_data(shot.data, self.config), ""
-        mask = chosen_mask(shot, self.config)
+        mask = shot.mask_for(self.config)
         data, made = run_with_stages(shot.data, self.config, mask)
         found = explain(data, made, self.config, mask)
         for product in products(made, found):

@@ -26,12 +26,12 @@ def dumps(value: Any) -> str:
     return _FLAT_LIST.sub(lambda found: "[" + re.sub(r"\n\s+", " ", found.group(1)) + "]", text) + "\n"
 
 
-def read_object(path: str | Path, schema: str, what: str) -> dict[str, Any]:
-    """The object in a JSON file of a schema; `what` such a file is, with its article.
+def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:
+    """Return the object in a JSON file of one of the schemas; `what` such a file is, with its article.
 
     Raises
     ------
-    InputError : not there, not JSON, or of another schema.
+    InputError : not there, not JSON, or of none of the schemas.
     """
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -39,8 +39,8 @@ def read_object(path: str | Path, schema: str, what: str) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     except ValueError as error:
         raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
-    if not isinstance(values, dict) or values.get("schema") != schema:
-        raise InputError(f"{path}: is not {what}: expected an object with schema {schema!r}", code="schema-unknown")
+    if not isinstance(values, dict) or values.get("schema") not in schemas:
+        raise InputError(f"{path}: is not {what}: expected an object with schema {schemas[0]!r}", code="schema-unknown")
     return values
 
 

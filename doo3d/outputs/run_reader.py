@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..types import COORDINATES, SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
+from ..types import COORDINATES, FORMER_SCHEMA, SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
 from .detection_json import read_object
 from .run_folder import MANIFEST
 
@@ -67,7 +67,7 @@ def read_detection(path: str | Path) -> Detection:
     ------
     InputError : not there, not JSON, of another schema, or damaged.
     """
-    values = read_object(path, SCHEMA, "a detection")
+    values = read_object(path, (SCHEMA, FORMER_SCHEMA), "a detection")
     try:
         return _detection(values)
     except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
@@ -100,11 +100,15 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         radii=np.array([float("nan") if each is None else each for each in values.get("radii", ())], dtype=float),
         occluded=np.array(values["occluded"], dtype=bool),
         closed=bool(values["closed"]),
-        connections=tuple(Connection(int(item["segment"]), float(item["confidence"])) for item in values.get("connections", ())),
+        connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
         id=values.get("id"),
     )
 
 
 def _crossing(values: dict[str, Any]) -> Crossing:
     upper, lower = (SegmentRef(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
-    return Crossing(upper, lower, np.array(values["point"], dtype=float), float(values["confidence"]))
+    return Crossing(upper, lower, np.array(values["point"], dtype=float), _confidence(values))
+
+
+def _confidence(values: dict[str, Any]) -> float:
+    return float(values["confidence"] if "confidence" in values else values["sure"])

@@ -16,10 +16,10 @@ from typing import Any
 
 from ..config import Config
 from ..errors import DooError
-from ..inputs import FrameData, FrameRef
-from ..outputs import encoded
+from ..inputs import FrameRef
 from ..pipeline import detect
-from ..types import Bools, Cloud, Detection, Frame, Image
+from ..types import Cloud, Detection, Frame, Image
+from .frame_files import encode_frame
 
 OK, FAILED = "ok", "failed"
 UNEXPECTED = "unexpected"
@@ -109,7 +109,7 @@ def detect_frame(entry: FrameRef, config: Config) -> Found:
     try:
         shot = entry.load()
         read = time.perf_counter() - start
-        detection = replace(detect(shot.data, config, chosen_mask(shot, config)), frame=entry.name, timestamp=entry.timestamp)
+        detection = replace(detect(shot.data, config, shot.mask_for(config)), frame=entry.name, timestamp=entry.timestamp)
     except Exception as error:
         return Found(replace(record, error=reason(error), code=code_of(error), seconds=time.perf_counter() - start))
     cache_key = secrets.token_hex(8)
@@ -130,7 +130,7 @@ def render_frame(entry: FrameRef, found: Found) -> tuple[FrameRecord, dict[str, 
     start = time.perf_counter()
     try:
         data = _waiting.pop(found.cache_key, None) or entry.load().data
-        files = encoded(found.detection, data)
+        files = encode_frame(found.detection, data)
     except Exception as error:
         failed = FrameRecord.of(entry, reason(error), code_of(error))
         return replace(failed, seconds=found.record.seconds + time.perf_counter() - start), None
@@ -147,11 +147,6 @@ def render_frame(entry: FrameRef, found: Found) -> tuple[FrameRecord, dict[str, 
         units="m" if found.detection.mode == "3d" else "px",
     )
     return record, files
-
-
-def chosen_mask(shot: FrameData, config: Config) -> Bools | None:
-    """The capture's own mask, unless the config names another way to tell the object."""
-    return shot.mask if config.segment.method in ("auto", "mask") else None
 
 
 def reason(error: Exception) -> str:

@@ -14,7 +14,6 @@ from ..errors import DooError, InputError
 from ..geometry.radius import point_spacing
 from ..geometry.sparse_grid import distinct
 from ..inputs import Capture, FrameData, FrameRef
-from ..runs.frame import chosen_mask
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image, Ints
 from ..visibility import MultiViewVisibility
@@ -110,7 +109,7 @@ def fuse(entries: Iterable[FrameRef], config: Config) -> Cloud:
                 lost += 1
                 continue
             pose = _checked(shot.pose)
-            found = segment(_with_depth(shot), config.segment, chosen_mask(shot, config), config.seed)
+            found = segment(_with_depth(shot), config.segment, shot.mask_for(config), config.seed)
             if not len(found.points):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:

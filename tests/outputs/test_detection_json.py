@@ -6,8 +6,7 @@ import json
 
 import numpy as np
 
-from doo3d.outputs import encoder
-from doo3d.outputs.detection_json import dumps
+from doo3d.outputs.detection_json import dumps, encode
 from doo3d.types import Chain, Cloud, Detection
 
 CLOUD = Cloud(np.zeros((1, 3)))
@@ -21,7 +20,7 @@ def detection(**changes) -> Detection:
 
 def test_what_the_file_holds():
     found = detection()
-    data = encoder("json")(found, CLOUD)
+    data = encode(found, CLOUD)
     assert data.endswith(b"}\n")
     assert "Bild é".encode() in data
     read = json.loads(data)
@@ -35,7 +34,7 @@ def test_what_the_file_holds():
 
 
 def test_the_same_bytes_every_time():
-    assert encoder("json")(detection(), CLOUD) == encoder("json")(detection(), CLOUD)
+    assert encode(detection(), CLOUD) == encode(detection(), CLOUD)
 
 
 def test_one_line_per_joint():

@@ -18,11 +18,11 @@ from builders.paths import SAMPLES
 from doo3d.config import Config
 from doo3d.errors import MissingDependency
 from doo3d.inputs import ReadOptions, open_capture
-from doo3d.outputs import encoded
 from doo3d.runs import local_executor as executor
 from doo3d.runs import run as batch
 from doo3d.runs.dask_executor import local
 from doo3d.runs.frame import detect_frame, render_frame
+from doo3d.runs.frame_files import encode_frame
 
 pytest.importorskip("distributed")
 FRAMES = 8
@@ -199,7 +199,7 @@ def test_what_no_longer_waits_for_its_picture_is_read_again(frames):
     found = detect_frame(entry, Config())
     first, files = render_frame(entry, found)
     again, the_same = render_frame(entry, found)
-    assert files == the_same == encoded(found.detection, entry.load().data)
+    assert files == the_same == encode_frame(found.detection, entry.load().data)
     assert first.lengths == again.lengths
 
 

@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
-from doo3d import outputs
 from doo3d.config import Config, load_config
 from doo3d.inputs import FrameRef, ReadOptions, open_capture
 from doo3d.outputs import run_folder as results
-from doo3d.runs import frame
+from doo3d.runs import frame, frame_files
 from doo3d.runs import run as batch
 from doo3d.types import Chain, Detection, Frame
 
@@ -142,8 +141,7 @@ def test_a_picture_that_cannot_be_drawn_fails_its_frame_only(capture, tmp_path, 
             raise ValueError("no ink")
         return b"ink"
 
-    real = outputs.encoder
-    monkeypatch.setattr(outputs, "encoder", lambda kind: draws if kind == "overlay" else real(kind))
+    monkeypatch.setitem(frame_files.ENCODERS, "overlay", draws)
     out = tmp_path / "out"
     summary = batch.run(open_capture(capture(frames=3)), out, Config())
     assert [record.status for record in summary.records] == ["ok", "failed", "ok"]
@@ -414,7 +412,7 @@ def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
 
 def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypatch):
     """Frames, detections and files are let go of; what stays of a frame is its record."""
-    monkeypatch.setattr(frame, "encoded", lambda detection, data: {".json": b"{}" * 50_000, ".png": b"x" * 100_000})
+    monkeypatch.setattr(frame, "encode_frame", lambda detection, data: {".json": b"{}" * 50_000, ".png": b"x" * 100_000})
     folder = open_capture(capture())
     alive = weakref.WeakSet()
 
