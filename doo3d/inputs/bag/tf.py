@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...types import Floats
+from ..support.poses import interpolate_pose
 
 FIXED = ("map", "odom", "world")
 """Frames that stand still (REP 105); the first that a camera hangs on is its world."""
@@ -95,31 +96,15 @@ class Transforms:
         start, stop = int(times[after - 1]), int(times[after])
         if stop - start > _GAP * 1e9:
             return None
-        return matrix(tuple(_mix(values[after - 1], values[after], (time - start) / (stop - start))))
-
-
-def _mix(a: Floats, b: Floats, share: float) -> Floats:
-    """Seven numbers between two: straight for the place, along the great circle for the turn (Shoemake, SIGGRAPH 1985)."""
-    near = b[3:] if a[3:] @ b[3:] >= 0 else -b[3:]
-    angle = np.arccos(np.clip(a[3:] @ near, -1, 1))
-    turn = (
-        (1 - share) * a[3:] + share * near
-        if angle < 1e-6
-        else (np.sin((1 - share) * angle) * a[3:] + np.sin(share * angle) * near) / np.sin(angle)
-    )
-    return np.concatenate(((1 - share) * a[:3] + share * b[:3], turn))
+        return interpolate_pose(matrix(tuple(values[after - 1])), matrix(tuple(values[after])), (time - start) / (stop - start))
 
 
 def matrix(values: tuple[float, ...]) -> Floats:
     """(4, 4) of a translation and a quaternion, x y z and x y z w; a quaternion of length zero is no turn."""
+    from scipy.spatial.transform import Rotation
+
     found = np.eye(4)
     found[:3, 3] = values[:3]
-    length = float(np.linalg.norm(values[3:]))
-    if length > 0:
-        x, y, z, w = np.asarray(values[3:]) / length
-        found[:3, :3] = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+    if np.linalg.norm(values[3:]) > 0:
+        found[:3, :3] = Rotation.from_quat(values[3:]).as_matrix()
     return found

@@ -165,6 +165,8 @@ def _color_limits(library: ModuleType, node: Any, colors: Floats) -> tuple[float
 
 def _pose(node: Any) -> tuple[Floats, Floats] | None:
     """Scanner to file: (3, 3) from the unit quaternion, (3,) m. None where it is missing or the identity."""
+    from scipy.spatial.transform import Rotation
+
     if not node.isDefined("pose"):
         return None
     pose, rotation, translation = node["pose"], np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)
@@ -172,19 +174,11 @@ def _pose(node: Any) -> tuple[Floats, Floats] | None:
         rotation = np.array([float(pose["rotation"][name].value()) for name in "wxyz"])
     if pose.isDefined("translation"):
         translation = np.array([float(pose["translation"][name].value()) for name in "xyz"])
-    length = float(np.linalg.norm(rotation))
-    if not (np.isfinite(rotation).all() and np.isfinite(translation).all() and length > 0):
+    if not (np.isfinite(rotation).all() and np.isfinite(translation).all() and np.linalg.norm(rotation) > 0):
         raise InputError(
             f"the pose is {rotation} {translation}, expected a unit quaternion w x y z and metres", code="pose-invalid"
         )
-    w, x, y, z = (rotation / length).tolist()
-    matrix = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    matrix = Rotation.from_quat(rotation[[1, 2, 3, 0]]).as_matrix()
     return None if np.array_equal(matrix, np.eye(3)) and not translation.any() else (matrix, translation)
 
 

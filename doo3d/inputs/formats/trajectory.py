@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import InputError
 from ...types import Floats
 from ..capture import Capture, FrameData, FrameRef
+from ..support.poses import interpolate_pose
 
 _UNIT = 1e-2  # by which a quaternion's length may differ from 1: those in files are rounded
 
@@ -40,17 +41,7 @@ class Trajectory:
         if first == last:
             return np.asarray(self.poses[first])
         share = (time - self.times[first]) / (self.times[last] - self.times[first])
-        return _between(self.poses[first], self.poses[last], float(share))
-
-
-def _between(one: Floats, other: Floats, share: float) -> Floats:
-    from scipy.spatial.transform import Rotation
-
-    turn = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
-    pose = np.eye(4)
-    pose[:3, :3] = one[:3, :3] @ Rotation.from_rotvec(share * turn).as_matrix()
-    pose[:3, 3] = (1 - share) * one[:3, 3] + share * other[:3, 3]
-    return pose
+        return interpolate_pose(self.poses[first], self.poses[last], float(share))
 
 
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:
