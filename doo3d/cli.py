@@ -117,11 +117,11 @@ def detect(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
     ] = None,
-    static: Annotated[
-        bool, typer.Option("--static", help="A thing at rest and a camera of known poses: all frames are fused to one cloud.")
+    fuse_views: Annotated[
+        bool, typer.Option("--fuse-views", help="A thing at rest and a camera of known poses: all frames are fused to one cloud.")
     ] = False,
     stages: StagesOption = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do all frames again, even those that are finished in OUT.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Do all frames again, even those that are finished in OUT.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT though it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -134,7 +134,7 @@ def detect(
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
       doo3d detect sample_clouds/crossing -o out --stages 0
-      doo3d detect capture -o out --static --read trajectory=poses.txt
+      doo3d detect capture -o out --fuse-views --read trajectory=poses.txt
 
     A run that was ended, however that was, goes on where it was when the same command is given again.
 
@@ -150,10 +150,10 @@ def detect(
     reading = ReadOptions.of(read or [])
     opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
-    if static:
-        from .sequence.fusion import StaticCapture
+    if fuse_views:
+        from .sequence.fusion import FusedCapture
 
-        opened = StaticCapture(opened, effective)
+        opened = FusedCapture(opened, effective)
     looked_into = staged(opened, stages)
     from .commands.messages import closing_line
     from .runs import run as batch
@@ -167,7 +167,7 @@ def detect(
             reading=reading,
             workers=workers,
             scheduler=scheduler,
-            fresh=fresh,
+            restart=restart,
             force=force,
             report=report,
             resumed=report.resumed,

@@ -34,7 +34,7 @@ class Reporter:
     def resumed(self, records: Sequence[FrameRecord]) -> None:
         """Say what was finished before."""
         if not self.quiet:
-            rest = "nothing is left to do (--fresh starts over)" if len(records) == self.total else "going on from there"
+            rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "going on from there"
             frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
             typer.echo(f"{frames} finished already, {rest}", err=True)
         if self._bar:

@@ -38,7 +38,7 @@ class ResultsFolder:
     source : what is run on. Its `files` tell whether the input is as it was; all else, one run's input from another's.
     config : what it is run with.
     names : of the frames.
-    fresh : start over where the folder holds results of this input; they are removed.
+    restart : start over where the folder holds results of this input; they are removed.
     force : write though the folder holds something else; results of another run in it are removed.
 
     Attributes
@@ -57,7 +57,7 @@ class ResultsFolder:
         config: Config,
         names: Sequence[str],
         *,
-        fresh: bool = False,
+        restart: bool = False,
         force: bool = False,
     ) -> None:
         self.path = path
@@ -76,11 +76,11 @@ class ResultsFolder:
                 code="out-in-input",
             )
         other = _difference(path, old, self._head)
-        if other and not (force or (fresh and other.fresh)):
-            way = "--fresh to start over there" if other.fresh else "--force to write there nevertheless"
+        if other and not (force or (restart and other.restart)):
+            way = "--restart to start over there" if other.restart else "--force to write there nevertheless"
             raise InputError(f"{path}: {other.what}: give another folder with -o, or {way}", code=other.code)
         lines = self._journal.read() if old is not None else []
-        self._replaces = other is not None or (fresh and old is not None)
+        self._replaces = other is not None or (restart and old is not None)
         self._old = _frame_names([*_frames(old), *lines]) if self._replaces else set()
         self.done = {} if self._replaces else self._finished(lines, names)
 
@@ -180,11 +180,11 @@ class ResultsFolder:
 
 @dataclass(frozen=True)
 class _Other:
-    """What a folder holds that is not this run's; code : of the error. fresh : of the same input, and may be made anew."""
+    """What a folder holds that is not this run's; code : of the error. restart : of the same input, and may be made anew."""
 
     what: str
     code: str
-    fresh: bool = False
+    restart: bool = False
 
 
 def digest(config: Config) -> str:
@@ -242,14 +242,16 @@ def _difference(path: Path, old: dict[str, Any] | None, new: dict[str, Any]) -> 
             return _Other(f"the folder holds the results of another input ({what})", "out-other-input")
     if old.get("config_digest") != new["config_digest"]:
         return _Other(
-            "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", fresh=True
+            "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", restart=True
         )
     if (source.get("files"), source.get("frames")) != (wanted["files"], wanted["frames"]):
-        return _Other(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", fresh=True)
+        return _Other(
+            f"{source.get('path')} has changed since the results in the folder were made", "input-changed", restart=True
+        )
     had, has = _mapping(old, "versions"), new["versions"]
     changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]
     if changed:
-        return _Other(f"the folder holds the results of other versions ({'; '.join(changed)})", "versions-changed", fresh=True)
+        return _Other(f"the folder holds the results of other versions ({'; '.join(changed)})", "versions-changed", restart=True)
     return None
 
 

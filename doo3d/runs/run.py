@@ -72,7 +72,7 @@ def run(
     reading: ReadOptions | None = None,
     workers: int = 0,
     scheduler: str | None = None,
-    fresh: bool = False,
+    restart: bool = False,
     force: bool = False,
     report: Callable[[FrameRecord], None] = lambda record: None,
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
@@ -90,7 +90,7 @@ def run(
         does under `if __name__ == "__main__":`.
     scheduler : the address of a running dask.distributed scheduler whose workers are to be used. They have to see the
         capture at the same path.
-    fresh : do all frames anew, whatever an earlier run of this input has left.
+    restart : do all frames anew, whatever an earlier run of this input has left.
     force : write into `out` though it holds something else.
     report : called with each frame's record when it is written. resumed : called once, before, with those of the frames that
         were finished already, where there are any.
@@ -112,7 +112,7 @@ def run(
             code="mode-needs-depth",
         )
     names = [entry.name for entry in capture.frames]
-    folder = ResultsFolder(Path(out), _source(capture, reading), config, names, fresh=fresh, force=force)
+    folder = ResultsFolder(Path(out), _source(capture, reading), config, names, restart=restart, force=force)
     records = {name: FrameRecord.from_journal(line) for name, line in folder.done.items()}
     if records:
         resumed(list(records.values()))

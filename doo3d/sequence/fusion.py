@@ -157,7 +157,7 @@ def check_moved(poses: Floats) -> None:
     if way < MOVED and turn < TURNED:
         raise InputError(
             f"the camera did not move ({1000 * way:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every frame "
-            "shows the same parts, detect in them one by one, without --static",
+            "shows the same parts, detect in them one by one, without --fuse-views",
             code="camera-still",
         )
 
@@ -201,7 +201,7 @@ def _kept(fine: _Voxels, coarse: _Voxels, least: int, views: list[CameraView], m
     return points, np.rint(colors).astype(np.uint8) if np.isfinite(colors).all() else None
 
 
-class StaticCapture:
+class FusedCapture:
     """A capture of which all frames are one, called `static`: the cloud that they are fused to when it is loaded.
 
     Raises
@@ -212,7 +212,7 @@ class StaticCapture:
     def __init__(self, capture: Capture, config: Config) -> None:
         if config.mode == "2d":
             raise InputError(
-                "--static fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
+                "--fuse-views fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
                 code="config-mode",
             )
         self.path, self.format = capture.path, f"{capture.format}, fused"

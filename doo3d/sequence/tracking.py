@@ -210,7 +210,7 @@ class Tracker:
                 state = _after(state, [_chain(chain) for chain in document["chains"]], MAX_AGE)
         except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
             raise InputError(
-                f"the results so far are broken ({error!r}): start anew with --fresh", code="results-damaged"
+                f"the results so far are broken ({error!r}): start anew with --restart", code="results-damaged"
             ) from None
         return Tracker(config, state)
 

@@ -94,7 +94,7 @@ def test_the_folder_of_another_run(doo3d, refused, capture):
     assert doo3d("detect", second, "--force")[0] == 0
     code, out, err = doo3d("detect", second)
     assert (code, out) == (0, "1 frame, 1 chain -> out\n")
-    assert err == "1 frame is finished already, nothing is left to do (--fresh starts over)\n"
+    assert err == "1 frame is finished already, nothing is left to do (--restart starts over)\n"
     refused(second, "--set", "seed=1", code="out-other-config")
 
 

@@ -167,9 +167,9 @@ def test_a_fresh_run_replaces_what_the_last_one_left(capture, tmp_path):
     (folder / "depth" / "000002.png").unlink()
     (folder / "color" / "000002.jpg").unlink()
     bad(folder, "000001")
-    with refuses("input-changed", "--fresh"):
+    with refuses("input-changed", "--restart"):
         batch.run(open_capture(folder), out, Config())
-    batch.run(open_capture(folder), out, Config(), fresh=True)
+    batch.run(open_capture(folder), out, Config(), restart=True)
     assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "progress.jsonl"]
 
 
@@ -178,7 +178,7 @@ def test_earlier_results_stay_when_a_fresh_run_fails(capture, tmp_path):
     batch.run(open_capture(folder), out, Config())
     before = {file: (out / file).read_bytes() for file in os.listdir(out)}
     bad(folder, "000000")
-    assert batch.run(open_capture(folder), out, Config(), fresh=True).failed == 1
+    assert batch.run(open_capture(folder), out, Config(), restart=True).failed == 1
     assert {file: (out / file).read_bytes() for file in os.listdir(out)} == before
 
 
@@ -186,7 +186,7 @@ def test_a_folder_with_something_else_is_refused(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
     out.mkdir()
     batch.run(open_capture(folder), out, Config())  # an empty folder is fine
-    with refuses("out-other-config", "--fresh"):
+    with refuses("out-other-config", "--restart"):
         batch.run(open_capture(folder), out, load_config("default", {"merge.chains": 2}))
     with refuses("out-other-input", "--force"):
         batch.run(open_capture(capture("second")), out, Config())
@@ -388,9 +388,9 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
     batch.run(open_capture(folder), out, Config())
     stat = (folder / part).stat()
     os.utime(folder / part, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
-    with refuses("input-changed", "--fresh"):
+    with refuses("input-changed", "--restart"):
         batch.run(open_capture(folder), out, Config())
-    batch.run(open_capture(folder), out, Config(), fresh=True)
+    batch.run(open_capture(folder), out, Config(), restart=True)
 
 
 def test_other_ways_of_reading_are_another_input(capture, tmp_path):
@@ -406,7 +406,7 @@ def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
     made = manifest(out)
     made["versions"]["numpy"] = "0.1"
     (out / "manifest.json").write_text(json.dumps(made))
-    with refuses("versions-changed", "numpy 0.1", "--fresh"):
+    with refuses("versions-changed", "numpy 0.1", "--restart"):
         batch.run(open_capture(folder), out, Config())
 
 

@@ -20,7 +20,7 @@ from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.inputs import FrameData, FrameRef
 from doo3d.pipeline import detect
-from doo3d.sequence.fusion import StaticCapture, check_moved, fuse
+from doo3d.sequence.fusion import FusedCapture, check_moved, fuse
 from doo3d.types import Cloud, Image
 from doo3d.visibility import MultiViewVisibility, PointVisibility
 
@@ -159,7 +159,7 @@ def test_no_poses():
 
 
 def test_a_camera_that_did_not_move():
-    with refuses("camera-still", "3 frames", "--static"):
+    with refuses("camera-still", "3 frames", "--fuse-views"):
         fuse([entry(shot_of(views()[0]), str(k)) for k in range(3)], CONFIG)
     near, reversed_chain = np.eye(4), np.eye(4)
     near[0, 3], reversed_chain[:3, :3] = 0.004, Rotation.from_euler("y", 2, degrees=True).as_matrix()
@@ -186,7 +186,7 @@ def test_what_only_one_frame_sees_stays_where_no_other_sees_through_it():
 
 
 def test_a_2d_config_is_refused():
-    capture = StaticCapture.__new__(StaticCapture)
+    capture = FusedCapture.__new__(FusedCapture)
     with refuses("config-mode"):
         capture.__init__(capture, load_config("image"))
 
@@ -230,7 +230,7 @@ def write(path: Path, poses: bool = True) -> Path:
 
 def test_from_the_shell(tmp_path, doo3d):
     capture = write(tmp_path / "orbit.npz")
-    code, out, _ = doo3d("detect", capture, "-o", "out", "--static")
+    code, out, _ = doo3d("detect", capture, "-o", "out", "--fuse-views")
     assert code == 0, out
     assert "static   1 chain" in out
     assert sorted(path.name for path in Path("out").glob("static.*")) == ["static.json", "static.png"]
@@ -245,8 +245,8 @@ def test_from_the_shell(tmp_path, doo3d):
 
 
 def test_from_the_shell_without_poses(tmp_path, refused):
-    refused(write(tmp_path / "still.npz", poses=False), "--static", code="pose-missing")
-    refused(tmp_path / "still.npz", "--static", "-c", "image", code="config-mode")
+    refused(write(tmp_path / "still.npz", poses=False), "--fuse-views", code="pose-missing")
+    refused(tmp_path / "still.npz", "--fuse-views", "-c", "image", code="config-mode")
 
 
 def test_frames_are_told_from_the_rest_as_the_config_says():

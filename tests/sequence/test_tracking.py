@@ -214,9 +214,9 @@ def test_ids_of_long_ago_are_not_used_again():
 
 
 def test_results_that_are_broken():
-    with refuses("results-damaged", "--fresh"):
+    with refuses("results-damaged", "--restart"):
         Tracker.resumed([{"chains": [{"id": 0, "joints": []}]}])
-    with refuses("results-damaged", "--fresh"):
+    with refuses("results-damaged", "--restart"):
         Tracker.resumed([{"schema": "doo3d/detection/1"}])
 
 
