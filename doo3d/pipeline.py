@@ -9,6 +9,7 @@ import numpy as np
 
 from .config import Config
 from .errors import InputError
+from .stages import FrameContext
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
@@ -20,7 +21,7 @@ from .stages.segment import segment
 from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
-from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton, VoxelGrid
+from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -31,8 +32,7 @@ MASK_EXTENSIONS = 3
 class Stages:
     """What every stage made of one frame, and the seconds it took."""
 
-    foreground: Foreground
-    grid: VoxelGrid
+    context: FrameContext
     skeleton: Skeleton
     paths: list[Path]
     fitted: list[Chain]
@@ -68,7 +68,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     clock("segment")
     stages = run_from_foreground(foreground, config, clock)
     for _ in range(MASK_EXTENSIONS):
-        grown = extend_mask(stages.chains, stages.foreground, config.extend_mask)
+        grown = extend_mask(stages.chains, stages.context, config.extend_mask)
         clock("extend_mask")
         if grown is None:
             break
@@ -82,24 +82,25 @@ def run_from_foreground(foreground: Foreground, config: Config, clock: _Clock) -
     """From what is the object to its chains."""
     grid = voxelize(foreground, config.voxelize)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
+    context = FrameContext(foreground, grid, visibility, config.fit.segment_length)
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
-    paths = traverse(skeleton, config.traverse)
+    paths = traverse(skeleton, context, config.traverse)
     clock("traverse")
-    fitted = fit(paths, config.fit)
+    fitted = fit(paths, context, config.fit)
     clock("fit")
-    pruned = prune(fitted, config.prune, grid.size)
+    pruned = prune(fitted, context, config.prune)
     clock("prune")
-    merged = merge(pruned, config.merge, grid.radius, config.fill, visibility)
+    merged = merge(pruned, context, config.merge, config.fill)
     clock("merge")
-    filled = fill(merged, config.fill)
+    filled = fill(merged, context, config.fill)
     clock("fill")
-    chains = refine(filled, config.refine, config.fit.segment_length, foreground, grid, visibility)
+    chains = refine(filled, context, config.refine)
     clock("refine")
-    crossings = find_crossings(chains, foreground, config.refine)
+    crossings = find_crossings(chains, context, config.crossings)
     clock("crossings")
-    return Stages(foreground, grid, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
+    return Stages(context, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
 
 
 def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
@@ -128,7 +129,7 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
         frame=data.name,
         timestamp=data.timestamp,
         seconds=stages.seconds,
-        notes=(*(data.notes if isinstance(data, Cloud) else ()), *(stages.foreground.notes or _lost(stages))),
+        notes=(*(data.notes if isinstance(data, Cloud) else ()), *(stages.context.foreground.notes or _lost(stages))),
         crossings=stages.crossings,
     )
 
@@ -175,8 +176,12 @@ def _lost(stages: Stages) -> tuple[str, ...]:
     if stages.chains:
         return ()
     for name, product, hint in (
-        ("segment", len(stages.foreground.points), "widen the segmentation; doo3d tune proposes colour ranges and shows them"),
-        ("voxelize", len(stages.grid.coords), "lower voxelize.min_component, or see with doo3d tune what the mask takes"),
+        (
+            "segment",
+            len(stages.context.foreground.points),
+            "widen the segmentation; doo3d tune proposes colour ranges and shows them",
+        ),
+        ("voxelize", len(stages.context.grid.coords), "lower voxelize.min_component, or see with doo3d tune what the mask takes"),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
         ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length; doo3d tune proposes one"),
         ("prune", len(stages.pruned), "lower prune.width"),

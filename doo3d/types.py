@@ -304,12 +304,10 @@ class VoxelGrid:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The voxels that thinning left: coords (K, D) int64, points (K, D) m, and the grid's size and radius in m."""
+    """The voxels that thinning left: coords (K, D) int64, points (K, D) m (px in 2-D)."""
 
     coords: Ints
     points: Floats
-    size: float
-    radius: float
 
     def __post_init__(self) -> None:
         _set(self, coords=self.coords, points=self.points)

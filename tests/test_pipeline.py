@@ -14,6 +14,7 @@ import doo3d
 from doo3d.config import Config
 from doo3d.geometry.polyline import arc_length, steps
 from doo3d.pipeline import run_stages
+from doo3d.stages import FrameContext
 from doo3d.stages.fill import fill
 from doo3d.stages.fit import fit
 from doo3d.stages.merge.merge import merge
@@ -255,7 +256,13 @@ def test_what_is_no_data(data):
 def test_every_stage_kept():
     frame, mask = frame_of(wave(), radius=RADIUS)
     stages = run_stages(frame, Config(), mask)
-    assert len(stages.foreground.points) > len(stages.grid.coords) > len(stages.skeleton.coords) > len(stages.paths) > 0
+    assert (
+        len(stages.context.foreground.points)
+        > len(stages.context.grid.coords)
+        > len(stages.skeleton.coords)
+        > len(stages.paths)
+        > 0
+    )
     assert len(stages.fitted) >= len(stages.merged) == len(stages.filled) == len(stages.chains) == 1
     assert list(stages.seconds) == STAGES
     assert all(seconds >= 0 for seconds in stages.seconds.values())
@@ -265,8 +272,8 @@ def test_empty_in_empty_out():
     settings = Config()
     foreground = Foreground(np.zeros((0, 3)))
     grid = voxelize(foreground, settings.voxelize)
-    skeleton = thin(grid, settings.thin)
-    paths = traverse(skeleton, settings.traverse)
-    chains = prune(fit(paths, settings.fit), settings.prune, grid.size)
-    filled = fill(merge(chains, settings.merge, grid.radius), settings.fill)
-    assert paths == chains == filled == refine(filled, settings.refine, 0.01, foreground, grid) == []
+    context = FrameContext(foreground, grid, None, 0.01)
+    paths = traverse(thin(grid), context, settings.traverse)
+    chains = prune(fit(paths, context, settings.fit), context, settings.prune)
+    filled = fill(merge(chains, context, settings.merge), context, settings.fill)
+    assert paths == chains == filled == refine(filled, context, settings.refine) == []

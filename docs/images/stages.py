@@ -56,13 +56,13 @@ class Page:
 def before_fitting(scene: Rendered, stages: Stages) -> None:
     """From the mask to paths."""
     used = np.zeros((*scene.mask.shape, 1), bool)
-    used[stages.foreground.pixels[:, 1], stages.foreground.pixels[:, 0]] = True
+    used[stages.context.foreground.pixels[:, 1], stages.context.foreground.pixels[:, 0]] = True
     Page(scene, np.where(used, scene.frame.color, scene.frame.color * DIM).astype(np.uint8)).save("segment")
 
-    page, depth = Page(scene), stages.grid.centroids[:, 2]
+    page, depth = Page(scene), stages.context.grid.centroids[:, 2]
     level = (255 * (depth - depth.min()) / np.ptp(depth)).astype(np.uint8)
     for point, color in zip(
-        stages.grid.centroids, cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1], strict=True
+        stages.context.grid.centroids, cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1], strict=True
     ):
         page.dots([point], color.tolist(), 3)
     page.save("voxelize")

@@ -89,9 +89,11 @@ def compare(frame: Frame, config: Config, flat_config: Config, mask: Array | Non
     from ..pipeline import detect, run_stages
 
     stages = run_stages(frame, config, mask)
-    seen = stages.foreground.mask
+    seen = stages.context.foreground.mask
     if seen is None or not seen.any():
-        raise InputError("; ".join(stages.foreground.notes) or "there is no pixel of an object to compare", code="object-missing")
+        raise InputError(
+            "; ".join(stages.context.foreground.notes) or "there is no pixel of an object to compare", code="object-missing"
+        )
     color = frame.color if frame.color is not None else np.zeros((*frame.depth.shape, 3), np.uint8)
     return compare_chains(stages.chains, frame.camera, detect(Image(color), flat_config, seen).chains)
 

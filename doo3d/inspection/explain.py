@@ -120,8 +120,8 @@ def _segments(joints: Floats) -> Floats:
 def _merges(stages: Stages, config: Config) -> tuple[Merge, ...]:
     if not stages.pruned:
         return ()
-    visibility = Visibility.of(stages.foreground, config.visibility, stages.grid.radius)
-    joined = join(stages.pruned, config.merge, stages.grid.radius, config.fill, visibility)
+    visibility = Visibility.of(stages.context.foreground, config.visibility, stages.context.grid.radius)
+    joined = join(stages.pruned, config.merge, stages.context.grid.radius, config.fill, visibility)
     kept = _in_result(stages)
     order = sorted(range(len(joined.links)), key=lambda i: joined.links[i][2])
     return tuple(
@@ -162,7 +162,7 @@ def _key(joints: Floats) -> bytes:
 
 def _segmented(stages: Stages, told: int | None) -> Account:
     """Of the segmentation; told : pixels or points that the method took, where that is known."""
-    foreground = stages.foreground
+    foreground = stages.context.foreground
     made, dropped, left = f"{len(foreground.points)} points", list(foreground.notes), len(foreground.points)
     if foreground.mask is not None:
         left = int(foreground.mask.sum())
@@ -186,15 +186,15 @@ def _segmented(stages: Stages, told: int | None) -> Account:
 
 
 def _accounts(stages: Stages, config: Config, pruned: Floats, merges: tuple[Merge, ...]) -> list[Account]:
-    unit = "mm" if stages.grid.coords.shape[1] == 3 else "px"
+    unit = "mm" if stages.context.grid.coords.shape[1] == 3 else "px"
     scale = 1000.0 if unit == "mm" else 1.0
-    grid = stages.grid
+    grid = stages.context.grid
 
     def said(length: float) -> str:
         return f"{scale * length:.1f} {unit}"
 
     least = config.fit.segment_length
-    rest = len(stages.foreground.points) - int(grid.counts.sum())
+    rest = len(stages.context.foreground.points) - int(grid.counts.sum())
     lengths = [float(steps(path.points).sum()) for path in stages.paths]
     short = sum(length < least for length in lengths)
     cut = _off_paths(stages)
@@ -259,4 +259,4 @@ def _off_paths(stages: Stages) -> int:
     if not len(points) or not stages.paths:
         return len(points)
     tree = cKDTree(np.concatenate([path.points for path in stages.paths]))
-    return int((tree.query(points)[0] > 2 * stages.skeleton.size).sum())
+    return int((tree.query(points)[0] > 2 * stages.context.voxel).sum())

@@ -23,10 +23,10 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
     """What the stages made, in their order: mask, voxels, skeleton, branches, segments, segments after pruning with what went in
     red, merges with their order and cost, green where they are sure and red where not, and the chains.
     """
-    foreground = stages.foreground
+    foreground = stages.context.foreground
     return [
         Product("1-mask", foreground.points, _seen_colors(foreground), mask=foreground.mask),
-        _dots("2-voxels", stages.grid.centroids, VOXEL),
+        _dots("2-voxels", stages.context.grid.centroids, VOXEL),
         _dots("3-skeleton", stages.skeleton.points, BONE),
         _lines("4-branches", [np.concatenate((path.points, path.points[: int(path.closed)])) for path in stages.paths]),
         _lines("5-segments", [chain.joints for chain in stages.fitted]),

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from ..config import ExtendMaskConfig
-from ..types import Array, Bools, Chain, Floats, Foreground
+from ..types import Array, Bools, Chain, Floats
+from . import FrameContext
 
 INSIDE = np.linspace(-0.7, 0.7, 5)  # radii from the middle, where the strand's colours are read
 BESIDE = np.array([-2.2, -1.7, 1.7, 2.2])  # and its background's, clear of soft edges
@@ -40,11 +41,12 @@ COLOR_ADAPTATION = 0.2
 """Fraction of the colors ahead that a strand takes over at a step of half a radius."""
 
 
-def extend_mask(chains: list[Chain], foreground: Foreground, config: ExtendMaskConfig) -> Bools | None:
+def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
     """The mask (H, W) of an image with the stretches of strands that it misses; None where there are none.
 
     chains : as found in it, px, radii known. An end at the image's border has nowhere to go on to.
     """
+    foreground = context.foreground
     mask, color = foreground.mask, foreground.color
     if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
         return None

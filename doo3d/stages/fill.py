@@ -8,9 +8,10 @@ from ..config import FillConfig
 from ..geometry.arcs import tangent_path
 from ..kernels.equal_chords import walk
 from ..types import Assembly, Path
+from . import FrameContext
 
 
-def fill(assemblies: list[Assembly], config: FillConfig) -> list[Path]:
+def fill(assemblies: list[Assembly], context: FrameContext, config: FillConfig) -> list[Path]:
     """Each assembly as one path; `filled` says which of its steps are new and which bridge at least a segment.
 
     New segments of `segment_length` follow the arcs, each joint on the curve at that distance from the one before

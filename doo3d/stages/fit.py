@@ -11,9 +11,10 @@ from ..config import FitConfig
 from ..geometry.polyline import steps
 from ..kernels.segment_fitting import traverse_contour
 from ..types import Chain, Floats, Path
+from . import FrameContext
 
 
-def fit(paths: list[Path], config: FitConfig) -> list[Chain]:
+def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
     """Chains of segments of exactly `segment_length`; a turn of more than `max_turn` degrees ends a chain.
 
     A closed path that makes one chain is walked back to its first point and gives a closed chain, whose last
@@ -26,10 +27,10 @@ def fit(paths: list[Path], config: FitConfig) -> list[Chain]:
         if len(path.points) < 2:
             continue
         points = np.concatenate((path.points, path.points[: int(path.closed)]))
-        joints, bounds = traverse_contour(_divided(points, config.segment_length), config.segment_length, least)
+        joints, bounds = traverse_contour(_divided(points, context.segment_length), context.segment_length, least)
         closed = path.closed and len(bounds) == 2
         for start, end in itertools.pairwise(bounds.tolist()):
-            chains.append(Chain(joints[start:end], config.segment_length, closed=closed))
+            chains.append(Chain(joints[start:end], context.segment_length, closed=closed))
     return chains
 
 

@@ -9,19 +9,20 @@ from ..config import PruneConfig
 from ..errors import require
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
+from . import FrameContext
 
 WIDTH_OVER_VOXEL = 1.5
 """Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
 
 
-def prune(chains: list[Chain], config: PruneConfig, voxel: float) -> list[Chain]:
+def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> list[Chain]:
     """Chains without overlaps; a chain that loses an inner segment falls in two, one that loses all vanishes.
 
-    voxel : m (1 px in 2-D), the size that the width of the cuboids is chosen from when it is not given.
+    The width of the cuboids is chosen from the voxel of the context when the config does not give it.
     """
     if not chains:
         return []
-    width = config.width or WIDTH_OVER_VOXEL * voxel
+    width = config.width or WIDTH_OVER_VOXEL * context.voxel
     owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
     starts = np.concatenate([chain.joints[:-1] for chain in chains])
     ends = np.concatenate([chain.joints[1:] for chain in chains])

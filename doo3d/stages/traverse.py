@@ -20,6 +20,7 @@ from ..kernels.clearance import first_clear
 from ..kernels.skeleton_graph import leaving, trace, without_spurs
 from ..kernels.thinning import neighbours
 from ..types import Floats, Ints, Path, Skeleton
+from . import FrameContext
 
 FREE = -1
 
@@ -110,7 +111,7 @@ def _away(branch: _Branch, node: int) -> tuple[int, Floats]:
     return (branch.b, branch.points) if branch.a == node else (branch.a, branch.points[::-1])
 
 
-def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
+def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> list[Path]:
     """Ordered paths between tips and junctions, smoothed; closed loops as closed paths.
 
     Raises
@@ -120,23 +121,23 @@ def traverse(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     if not len(skeleton.coords):
         return []
     if config.method == "contours":
-        return _contours(skeleton, config)
+        return _contours(skeleton, context.radius, config)
     graph, rings = _build(skeleton)
-    _simplify(graph, config, skeleton.radius)
-    half = round(SMOOTHING_RADII * skeleton.radius / skeleton.size)
-    least = MIN_LOOP * skeleton.radius
+    _simplify(graph, config, context.radius)
+    half = round(SMOOTHING_RADII * context.radius / context.voxel)
+    least = MIN_LOOP * context.radius
     rings += [graph.whole(branch)[:-1] for branch in graph.branches if _is_ring(graph, branch)]
     paths = [Path(moving_mean(ring, half, closed=True), closed=True) for ring in rings if steps(ring, True).sum() >= least]
     ways = [(branch, graph.whole(branch)) for branch in graph.branches]
     for branch, points in ways:
         if not _is_ring(graph, branch):
-            points = _trim(branch, points, ways, config, skeleton.radius)
+            points = _trim(branch, points, ways, config, context.radius)
             if len(points) > 1:
                 paths.append(Path(moving_mean(points, half)))
     return paths
 
 
-def _contours(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
+def _contours(skeleton: Skeleton, radius: float, config: TraverseConfig) -> list[Path]:
     """The boundary round each piece of a 2-D skeleton, from a tip and back to it (paper, section III-C; Suzuki and Abe 1985).
 
     Spurs go first: thinning leaves lines into the corners of an end, and the paper wants one line per branch (III-B). A
@@ -147,7 +148,7 @@ def _contours(skeleton: Skeleton, config: TraverseConfig) -> list[Path]:
     u, v = (skeleton.coords - skeleton.coords.min(axis=0) + 1).T
     image = np.zeros((v.max() + 2, u.max() + 2), dtype=np.uint8)
     image[v, u] = 1
-    without_spurs(image, v, u, config.min_branch * skeleton.radius)
+    without_spurs(image, v, u, config.min_branch * radius)
     lines = leaving(image, v, u)
     tips, meetings = (np.column_stack((u, v))[which] for which in (lines == 1, lines > 2))
     found, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)

@@ -47,7 +47,7 @@ def test_terms_add_up_and_merges_are_in_order(explained):
 
 def test_the_distance_term_is_the_distance(explained):
     found, stages = explained
-    unit = 1000 if stages.grid.coords.shape[1] == 3 else 1
+    unit = 1000 if stages.context.grid.coords.shape[1] == 3 else 1
     for merge in found.merges:
         gap = np.linalg.norm(np.subtract(*merge.chosen.points))
         assert merge.chosen.terms["distance"] == pytest.approx(unit * gap)

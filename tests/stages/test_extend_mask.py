@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from builders.contexts import context_of
 
 import doo3d
 from doo3d.config import ExtendMaskConfig
@@ -53,7 +54,7 @@ def dice(one, other):
 def test_a_strand_goes_on_to_the_border():
     whole = strand()
     mask = before(whole, 140)
-    found = extend_mask([chain()], foreground(photograph(whole), mask), CONFIG)
+    found = extend_mask([chain()], context_of(foreground(photograph(whole), mask)), CONFIG)
     assert found is not None
     assert dice(found, whole) > 0.93 > dice(mask, whole)
     assert not (mask & ~found).any()
@@ -61,25 +62,25 @@ def test_a_strand_goes_on_to_the_border():
 
 def test_only_as_far_as_wanted_and_as_it_goes():
     whole = strand()
-    near = extend_mask([chain()], foreground(photograph(whole), before(whole, 140)), ExtendMaskConfig(max_length=10))
+    near = extend_mask([chain()], context_of(foreground(photograph(whole), before(whole, 140))), ExtendMaskConfig(max_length=10))
     assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
     ended = before(whole, 200)
-    found = extend_mask([chain()], foreground(photograph(ended), before(whole, 140)), CONFIG)
+    found = extend_mask([chain()], context_of(foreground(photograph(ended), before(whole, 140))), CONFIG)
     assert abs(np.nonzero(found)[1].max() - 200) <= 3 * RADIUS
 
 
 def test_what_is_whole_stays():
     ended = before(strand(), 140)
-    assert extend_mask([chain()], foreground(photograph(ended), ended), CONFIG) is None
-    assert extend_mask([], foreground(photograph(ended), ended), CONFIG) is None
-    assert extend_mask([chain()], foreground(photograph(strand()), ended), ExtendMaskConfig()) is None  # not wanted
+    assert extend_mask([chain()], context_of(foreground(photograph(ended), ended)), CONFIG) is None
+    assert extend_mask([], context_of(foreground(photograph(ended), ended)), CONFIG) is None
+    assert extend_mask([chain()], context_of(foreground(photograph(strand()), ended)), ExtendMaskConfig()) is None  # not wanted
 
 
 def test_a_background_of_its_colour_is_not_the_strand():
     whole = strand()
     image = photograph(whole)
     image[:, 140:] = photograph(np.ones_like(whole))[:, 140:]
-    assert extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG) is None
+    assert extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG) is None
 
 
 @pytest.mark.parametrize(("width", "over"), [(20, True), (90, False)])
@@ -87,20 +88,20 @@ def test_what_hides_it_is_jumped_if_it_is_narrow(width, over):
     whole = strand()
     image = photograph(whole)
     image[:, 160 : 160 + width] = (20, 120, 30)
-    found = extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG)
+    found = extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG)
     assert (np.nonzero(before(whole, WIDTH) if found is None else found)[1].max() == WIDTH - 1) == over
 
 
 def test_a_light_that_changes_along_it_is_followed():
     whole = strand()
     image = (photograph(whole) * np.linspace(1, 0.45, WIDTH)[:, None]).astype(np.uint8)
-    assert dice(extend_mask([chain()], foreground(image, before(whole, 140)), CONFIG), whole) > 0.93
+    assert dice(extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG), whole) > 0.93
 
 
 def test_nothing_is_known_without_an_image_or_in_depth():
-    assert extend_mask([chain()], Foreground(np.zeros((1, 2)), mask=strand()), CONFIG) is None
+    assert extend_mask([chain()], context_of(Foreground(np.zeros((1, 2)), mask=strand())), CONFIG) is None
     deep = Foreground(np.zeros((1, 3)), mask=strand(), color=photograph(strand()))
-    assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], deep, CONFIG) is None
+    assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], context_of(deep), CONFIG) is None
 
 
 def test_in_the_preset_image_remnants_become_one_strand():
@@ -114,5 +115,5 @@ def test_in_the_preset_image_remnants_become_one_strand():
     off = np.abs(np.interp(detection.chains[0].joints[:, 0], *LINE.T) - detection.chains[0].joints[:, 1])
     assert off.max() < 2
     assert np.ptp(detection.chains[0].joints[:, 0]) > WIDTH - 12
-    short = doo3d.detect(photograph(whole), doo3d.load_config("image", {"grow.reach": 0}), mask)
+    short = doo3d.detect(photograph(whole), doo3d.load_config("image", {"extend_mask.max_length": 0}), mask)
     assert all(np.ptp(chain.joints[:, 0]) < 100 for chain in short.chains)

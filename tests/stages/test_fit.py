@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 
 from doo3d.config import FitConfig
 from doo3d.stages.fit import fit
 from doo3d.types import Path
+
+
+def fitted(paths, config):
+    """The chains along paths, with the segment length of the config."""
+    return fit(paths, context_of(segment_length=config.segment_length), config)
 
 
 def literal(contour, length, small):
@@ -63,15 +69,15 @@ def test_against_the_paper(seed, dim):
     points = jagged(seed, dim)
     expected = literal(points, 2.5, np.radians(55))
     assert len(expected) > 2
-    lie(fit([Path(points)], FitConfig(segment_length=2.5, max_turn=55)), expected)
+    lie(fitted([Path(points)], FitConfig(segment_length=2.5, max_turn=55)), expected)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_plane_is_the_plane(seed):
     points = jagged(seed, 2)
     config = FitConfig(segment_length=2.5)
-    flat = fit([Path(points)], config)
-    solid = fit([Path(np.column_stack((points, np.zeros(len(points)))))], config)
+    flat = fitted([Path(points)], config)
+    solid = fitted([Path(np.column_stack((points, np.zeros(len(points)))))], config)
     assert len(solid) == len(flat)
     for two, three in zip(flat, solid, strict=True):
         np.testing.assert_array_equal(three.joints[:, :2], two.joints)
@@ -84,7 +90,7 @@ def straight(length, dim, spacing=0.1):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_line_gives_whole_segments(dim):
-    (chain,) = fit([Path(straight(10.35, dim))], FitConfig(segment_length=1.0))
+    (chain,) = fitted([Path(straight(10.35, dim))], FitConfig(segment_length=1.0))
     np.testing.assert_allclose(chain.joints, straight(10, dim, 1.0), atol=1e-12)
     assert chain.segment_length == 1.0
     assert not chain.closed
@@ -93,13 +99,13 @@ def test_a_line_gives_whole_segments(dim):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_path_shorter_than_a_segment_gives_none(dim):
     config = FitConfig(segment_length=1.0)
-    assert fit([Path(straight(0.9, dim))], config) == []
+    assert fitted([Path(straight(0.9, dim))], config) == []
     curled = np.pad(0.45 * np.column_stack((np.cos(np.arange(30)), np.sin(np.arange(30)))), ((0, 0), (0, dim - 2)))
-    assert fit([Path(curled)], config) == []
-    assert fit([Path(np.zeros((1, dim)))], config) == []
-    assert fit([Path(np.zeros((0, dim)))], config) == []
-    assert fit([], config) == []
-    (chain,) = fit([Path(straight(0.9, dim)), Path(straight(1.1, dim))], config)
+    assert fitted([Path(curled)], config) == []
+    assert fitted([Path(np.zeros((1, dim)))], config) == []
+    assert fitted([Path(np.zeros((0, dim)))], config) == []
+    assert fitted([], config) == []
+    (chain,) = fitted([Path(straight(0.9, dim)), Path(straight(1.1, dim))], config)
     assert len(chain.joints) == 2
 
 
@@ -107,7 +113,7 @@ def test_a_path_shorter_than_a_segment_gives_none(dim):
 def test_a_contour_round_a_branch_ends_a_chain_at_the_tip(dim):
     """There and back: the way back starts from the tip, the farthest point, which is not a whole number of segments out."""
     out = straight(5.4, dim)
-    chains = fit([Path(np.concatenate((out, out[-2::-1])))], FitConfig(segment_length=1.0))
+    chains = fitted([Path(np.concatenate((out, out[-2::-1])))], FitConfig(segment_length=1.0))
     lie(chains, [straight(5.0, dim, 1.0), out[-1] - straight(5.0, dim, 1.0)])
 
 
@@ -115,7 +121,7 @@ def test_a_contour_round_a_branch_ends_a_chain_at_the_tip(dim):
 def test_a_sharp_turn_ends_a_chain(turn, chains):
     heading = np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
     points = np.concatenate((straight(5.0, 2), [5, 0] + np.arange(0.1, 5.05, 0.1)[:, None] * heading))
-    found = fit([Path(points)], FitConfig(segment_length=1.0, max_turn=60))
+    found = fitted([Path(points)], FitConfig(segment_length=1.0, max_turn=60))
     assert len(found) == chains
     np.testing.assert_allclose(found[0].joints[:6], straight(5.0, 2, 1.0), atol=1e-9)
     np.testing.assert_allclose(found[-1].joints[-1], [5, 0] + (5 if chains == 1 else 4) * heading, atol=1.1)
@@ -125,7 +131,7 @@ def test_a_sharp_turn_ends_a_chain(turn, chains):
 def test_a_ring_makes_one_closed_chain(dim):
     angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     points = np.pad(5 * np.column_stack((np.cos(angle), np.sin(angle))), ((0, 0), (0, dim - 2)))
-    (chain,) = fit([Path(points, closed=True)], FitConfig(segment_length=1.0))
+    (chain,) = fitted([Path(points, closed=True)], FitConfig(segment_length=1.0))
     assert chain.closed
     assert np.linalg.norm(chain.joints[-1] - chain.joints[0]) < 1.0
     assert chain.length == pytest.approx(2 * np.pi * 5, abs=1.2)
@@ -133,7 +139,7 @@ def test_a_ring_makes_one_closed_chain(dim):
 
 def test_an_open_path_back_to_its_start_is_not_closed():
     angle = np.linspace(0, 2 * np.pi, 200)
-    (chain,) = fit([Path(np.column_stack((np.cos(angle), np.sin(angle))))], FitConfig(segment_length=0.2))
+    (chain,) = fitted([Path(np.column_stack((np.cos(angle), np.sin(angle))))], FitConfig(segment_length=0.2))
     assert not chain.closed
 
 
@@ -142,7 +148,7 @@ def test_an_open_path_back_to_its_start_is_not_closed():
 def test_points_farther_apart_than_a_segment_are_followed_to_the_end(dim, closed):
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=not closed)
     points = np.pad(8 * np.column_stack((np.cos(angle), np.sin(angle))), ((0, 0), (0, dim - 2)))
-    (chain,) = fit([Path(points, closed=closed)], FitConfig(segment_length=0.1))
+    (chain,) = fitted([Path(points, closed=closed)], FitConfig(segment_length=0.1))
     assert chain.length == pytest.approx(2 * np.pi * 8, rel=0.01)
     assert np.abs(np.linalg.norm(chain.joints, axis=1) - 8).max() < 0.05
     assert chain.closed == closed
@@ -151,5 +157,5 @@ def test_points_farther_apart_than_a_segment_are_followed_to_the_end(dim, closed
 def test_what_is_given_stays():
     points = jagged(0, 3)
     before = points.copy()
-    fit([Path(points)], FitConfig(segment_length=2.0))
+    fitted([Path(points)], FitConfig(segment_length=2.0))
     np.testing.assert_array_equal(points, before)

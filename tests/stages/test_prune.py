@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 
 from doo3d.config import PruneConfig
 from doo3d.geometry.polyline import perpendicular, unit
@@ -21,7 +22,7 @@ def chain(start, way, count, dim=3):
 
 
 def run(*chains):
-    return prune(list(chains), PruneConfig(width=WIDTH), 1.0)
+    return prune(list(chains), context_of(), PruneConfig(width=WIDTH))
 
 
 def joints(chains):
@@ -131,15 +132,15 @@ def test_a_chain_that_crosses_itself_is_cut_once(dim):
 @pytest.mark.parametrize(("width", "apart", "count"), [(0.3, 0.25, 1), (0.3, 0.35, 2), (0.6, 0.35, 1)])
 def test_the_width_decides(dim, width, apart, count):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, apart), (1, 0), 4, dim)]
-    assert len(prune(parallel, PruneConfig(width=width), 1.0)) == count
+    assert len(prune(parallel, context_of(), PruneConfig(width=width))) == count
 
 
 @dims
 def test_the_width_comes_from_the_voxel(dim):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
     config = PruneConfig(width_over_voxel=1.5)
-    assert len(prune(parallel, config, 0.2)) == 2
-    assert len(prune(parallel, config, 0.3)) == 1
+    assert len(prune(parallel, context_of(voxel=0.2), config)) == 2
+    assert len(prune(parallel, context_of(voxel=0.3), config)) == 1
 
 
 def test_strands_over_each_other_do_not_overlap():
@@ -174,4 +175,4 @@ def test_nothing_overlaps_afterwards():
 
 
 def test_empty_in_empty_out():
-    assert prune([], PruneConfig(), 1.0) == []
+    assert prune([], context_of(), PruneConfig()) == []

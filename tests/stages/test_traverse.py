@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 from builders.errors import refuses
 from scipy.spatial import cKDTree
 
@@ -16,6 +17,7 @@ from doo3d.types import Skeleton
 
 SIZE, RADIUS = 0.003, 0.005
 RING = 0.08
+CONTEXT = context_of(radius=RADIUS, voxel=SIZE)
 
 
 def skeleton_of(*curves, dim=3):
@@ -27,7 +29,7 @@ def skeleton_of(*curves, dim=3):
     if dim == 2:
         assert (coords[:, 2] == coords[0, 2]).all()
         coords, low = coords[:, :2], low[:2]
-    return Skeleton(coords - low, coords * SIZE, SIZE, RADIUS)
+    return Skeleton(coords - low, coords * SIZE)
 
 
 def spoke(degrees, length=0.1, dive=0.0):
@@ -42,7 +44,7 @@ def ring(x=0.0, radius=RING, tilt=0.0):
 
 
 def run(*curves, dim=3, **settings):
-    return traverse(skeleton_of(*curves, dim=dim), TraverseConfig(**settings))
+    return traverse(skeleton_of(*curves, dim=dim), CONTEXT, TraverseConfig(**settings))
 
 
 def check_ordered(path, curve, skip=0.0):
@@ -182,18 +184,18 @@ def test_a_winding_curve_in_space_is_one_path(seed):
 @both
 def test_empty_in_empty_out(dim):
     empty = np.zeros((0, dim))
-    assert traverse(Skeleton(empty.astype(np.int64), empty, SIZE, RADIUS), TraverseConfig()) == []
+    assert traverse(Skeleton(empty.astype(np.int64), empty), CONTEXT, TraverseConfig()) == []
 
 
 @both
 def test_one_voxel_is_no_path(dim):
-    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim)), SIZE, RADIUS), TraverseConfig()) == []
+    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim))), CONTEXT, TraverseConfig()) == []
 
 
 def contours_of(*curves, radius=4.0, **settings):
     """The contours round curves (P, 2) of whole pixels."""
     coords = np.unique(np.concatenate(curves), axis=0)
-    return traverse(Skeleton(coords, coords + 0.5, 1.0, radius), TraverseConfig(method="contours", **settings))
+    return traverse(Skeleton(coords, coords + 0.5), context_of(radius=radius), TraverseConfig(method="contours", **settings))
 
 
 def line(start, step, count):
@@ -230,4 +232,4 @@ def test_contours_are_of_the_plane():
     coords = np.zeros((3, 3), dtype=np.int64)
     coords[:, 0] = range(3)
     with refuses("config-mode", kind=ConfigError):
-        traverse(Skeleton(coords, coords.astype(float), 1.0, 1.0), TraverseConfig(method="contours"))
+        traverse(Skeleton(coords, coords.astype(float)), context_of(), TraverseConfig(method="contours"))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...config import RefineConfig
+from ...config import CrossingsConfig, RefineConfig
 from ...geometry.intersections import Lines, Meetings, meetings
 from ...kernels.sampling import bilinear
 from ...types import Array, Chain, Crossing, Floats, Foreground, Path, SegmentRef
+from .. import FrameContext
 from ..refine.estimation import infer_viewpoint
 from ..refine.samples import lay
 from .depth_order import Look, by_color, by_surface, strands
@@ -56,26 +57,26 @@ class View:
     scale: Callable[[Floats], Floats]
 
 
-def find_crossings(chains: list[Chain], foreground: Foreground, config: RefineConfig | None = None) -> tuple[Crossing, ...]:
+def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
     """Every place where two strands, of one chain or of two, cross in the view; in the order of the chains and along them.
 
     The view is the camera's. A cloud is seen from its viewpoint; where that is not known from its origin if it looks as seen
     from there, and else from above, along its z axis. In 2-D there is no depth, and only colour tells which strand is upper:
     where it does not, it is the first, and `confidence` is 0.
 
-    foreground : what the chains were found in. config : as for `refine`, with which clouds without a viewpoint are looked at.
     """
     if not chains:
         return ()
+    foreground = context.foreground
     closed = [chain.closed for chain in chains]
-    view = view_of(with_sensor(foreground, chains, config or RefineConfig()))
+    view = view_of(with_sensor(foreground, chains))
     flat, away = [view.project(chain.joints) for chain in chains], [view.away(chain.joints) for chain in chains]
     found = meetings(flat, closed)
     if not len(found.angle):
         return ()
     radius = np.array([chain.radius for chain in chains])[found.chain]
     lines = Lines.of([np.column_stack(both) for both in zip(flat, away, strict=True)], closed)
-    odds = _odds(found, lines, radius, view, foreground)
+    odds = _odds(found, lines, radius, view, foreground if config.use_color else replace(foreground, color=None))
     return tuple(_crossing(found, k, chains, float(value)) for k, value in enumerate(odds))
 
 
@@ -108,13 +109,13 @@ def _odds(found: Meetings, lines: Lines, radius: Floats, view: View, foreground:
     return odds
 
 
-def with_sensor(foreground: Foreground, chains: list[Chain], config: RefineConfig) -> Foreground:
+def with_sensor(foreground: Foreground, chains: list[Chain]) -> Foreground:
     """The foreground; a cloud that does not say where its sensor stood and looks as seen from its origin was seen from there."""
     if foreground.viewpoint is not None or foreground.camera is not None or foreground.points.shape[1] == 2:
         return foreground
     paths = [Path(chain.joints[:-1] if chain.closed else chain.joints, chain.closed) for chain in chains]
     radius = float(np.median([chain.radius for chain in chains]))
-    return infer_viewpoint(foreground, lay(paths, radius, config, chains[0].segment_length), config)
+    return infer_viewpoint(foreground, lay(paths, radius, RefineConfig(), chains[0].segment_length), RefineConfig())
 
 
 def view_of(foreground: Foreground) -> View:

@@ -14,6 +14,7 @@ from ...geometry.polyline import steps, unit
 from ...kernels.end_tangents import courses
 from ...types import Assembly, Chain, Floats
 from ...visibility import Visibility
+from .. import FrameContext
 from . import costs
 from .assignment import STRATEGIES, Pair, insist
 from .confidence import Link, alternatives, sureness
@@ -53,18 +54,16 @@ class Joined:
     ways: Callable[[list[Pair]], Floats]
 
 
-def merge(
-    chains: list[Chain], config: MergeConfig, radius: float, fill: FillConfig | None = None, visibility: Visibility | None = None
-) -> list[Assembly]:
+def merge(chains: list[Chain], context: FrameContext, config: MergeConfig, fill: FillConfig | None = None) -> list[Assembly]:
     """Join the two ends with the lowest cost (equation 5), again and again, until the wanted number of chains is left
     or no pair is good enough; longest first.
 
-    radius : m, of the object, that `direction_length` and `min_length` are counted in.
-    fill, visibility : where a camera is known, the way across a gap costs for what of it runs through free space.
+    fill : how gap paths are led; where a camera is known, a gap path costs for its parts in free space.
     """
     if not chains:
         return []
-    joined = join(chains, config, radius, fill or FillConfig(), visibility)
+    radius = context.radius
+    joined = join(chains, config, radius, fill or FillConfig(), context.visibility)
     result = _assemble(chains, joined.ends, joined.links, joined.confidence)
     result.sort(key=lambda assembly: -sum(len(piece) - 1 for piece in assembly.pieces))
     if config.chains is not None:

@@ -10,25 +10,23 @@ from ...config import RefineConfig
 from ...geometry.equal_segments import bulged, carried, equal_ring, equal_segments
 from ...geometry.polyline import arc_length
 from ...kernels.nearest import nearest
-from ...types import Chain, Connection, Floats, Foreground, Path, VoxelGrid
+from ...types import Chain, Connection, Floats, Foreground, Path
 from ...visibility import Visibility
+from .. import FrameContext
 from .cross_sections import thinned
 from .end_extension import carried_on
 from .estimation import infer_viewpoint, to_axis
 from .samples import Ahead, Stations, ahead, extended, lay
 
 
-def refine(
-    paths: list[Path], config: RefineConfig, segment_length: float, foreground: Foreground, grid: VoxelGrid,
-    visibility: Visibility | None = None,
-) -> list[Chain]:  # fmt: skip
+def refine(paths: list[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:
     """Chains along the axis, equal segments from end to end; longest first.
 
-    paths : on the seen surface, m (in the mask, px, in 2-D). grid : the surface, as voxels with centroids. foreground,
-    visibility : mask and camera, where there are any: the width of the mask gives the radius and the middle of its sides.
+    paths : on the seen surface, m (in the mask, px, in 2-D). Where there is a mask, its width gives the radius.
     """
     if not paths:
         return []
+    foreground, grid, visibility, segment_length = context.foreground, context.grid, context.visibility, context.segment_length
     stations = lay(paths, grid.radius, config, segment_length)
     points = _ascending(foreground.points)
     paths = extended(paths, stations, config, points, grid.size)

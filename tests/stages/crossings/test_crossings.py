@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 from builders.drawn_masks import CAMERA, depth_of, frame_of, line, surface
 
 import doo3d
+from doo3d.config import CrossingsConfig
 from doo3d.geometry.equal_segments import equal_ring
 from doo3d.kernels.equal_chords import walk
 from doo3d.stages.crossings.crossings import find_crossings
@@ -44,7 +46,7 @@ def foreground(*axes, depth=True):
 def test_the_nearer_is_the_upper(angle, order, turned):
     axes = [over(angle)[:: -1 if turned else 1], LOW][::order]
     chains = [even(axis) for axis in axes]
-    (found,) = find_crossings(chains, foreground(*axes))
+    (found,) = find_crossings(chains, context_of(foreground(*axes)), CrossingsConfig())
     upper = 0 if order == 1 else 1
     assert (found.upper.chain, found.lower.chain) == (upper, 1 - upper)
     assert found.confidence > 0.99
@@ -61,7 +63,7 @@ def test_the_depth_image_decides_where_the_chains_do_not(raised):
     """Both chains in one plane; only the surface tells which of them passes over the other."""
     axes = [over(height=2 * RADIUS if raised == 0 else -2 * RADIUS), LOW]
     level = [even(over(height=0.0)), even(LOW)]
-    (found,) = find_crossings(level, foreground(*axes))
+    (found,) = find_crossings(level, context_of(foreground(*axes)), CrossingsConfig())
     assert found.upper.chain == raised
     assert found.confidence > 0.9
 
@@ -69,8 +71,8 @@ def test_the_depth_image_decides_where_the_chains_do_not(raised):
 def test_chains_decide_where_there_is_no_depth_and_are_less_sure():
     axes = [over(), LOW]
     chains = [even(axis) for axis in axes]
-    (blind,) = find_crossings(chains, foreground(*axes, depth=False))
-    (seen,) = find_crossings(chains, foreground(*axes))
+    (blind,) = find_crossings(chains, context_of(foreground(*axes, depth=False)), CrossingsConfig())
+    (seen,) = find_crossings(chains, context_of(foreground(*axes)), CrossingsConfig())
     assert blind.upper.chain == 0
     assert 0 < blind.confidence < seen.confidence
 
@@ -78,7 +80,7 @@ def test_chains_decide_where_there_is_no_depth_and_are_less_sure():
 def test_where_chains_and_surface_contradict_each_other_the_surface_counts_and_it_is_less_sure():
     axes = [over(), LOW]
     right, wrong = [even(axis) for axis in axes], [even(over(height=-2 * RADIUS)), even(LOW)]
-    one, other = (find_crossings(chains, foreground(*axes))[0] for chains in (right, wrong))
+    one, other = (find_crossings(chains, context_of(foreground(*axes)), CrossingsConfig())[0] for chains in (right, wrong))
     assert one.upper.chain == other.upper.chain == 0
     assert other.confidence < one.confidence - 1e-4
 
@@ -86,21 +88,21 @@ def test_where_chains_and_surface_contradict_each_other_the_surface_counts_and_i
 def test_a_chain_that_crosses_itself_and_a_ring():
     t = np.linspace(-1.25, 1.25, 2000)
     loop = np.column_stack((0.15 * (t**3 - 0.8 * t), 0.12 * t**2 - 0.06, 0.5 - 0.006 * t))
-    (found,) = find_crossings([even(loop)], foreground(loop))
+    (found,) = find_crossings([even(loop)], context_of(foreground(loop)), CrossingsConfig())
     assert found.upper.segment > found.lower.segment
     assert found.confidence > 0.99
     t = np.linspace(0, 2 * np.pi, 2000)
     eight = np.column_stack((0.1 * np.sin(t), 0.06 * np.sin(2 * t), 0.5 - 0.01 * np.cos(t)))
     joints = equal_ring(eight[:-1], STEP)
-    (found,) = find_crossings([Chain(joints, STEP, RADIUS, closed=True)], foreground(eight))
+    (found,) = find_crossings([Chain(joints, STEP, RADIUS, closed=True)], context_of(foreground(eight)), CrossingsConfig())
     count = len(joints) - 1
     assert min(found.upper.segment, count - found.upper.segment) < 3
     assert abs(found.lower.segment - count / 2) < 3
 
 
 def test_no_chains_and_no_crossings():
-    assert find_crossings([], foreground(LOW)) == ()
-    assert find_crossings([even(LOW)], foreground(LOW)) == ()
+    assert find_crossings([], context_of(foreground(LOW)), CrossingsConfig()) == ()
+    assert find_crossings([even(LOW)], context_of(foreground(LOW)), CrossingsConfig()) == ()
 
 
 TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
@@ -114,7 +116,7 @@ def test_a_cloud_from_its_viewpoint(order):
     for sensor, upper in ((np.zeros(3), 0), (np.array([0, 0, 1.0]), 1)):
         chains = [even(axis @ TURN.T + 1) for axis in axes]
         cloud = Foreground(points @ TURN.T + 1, viewpoint=TURN @ sensor + 1)
-        (found,) = find_crossings(chains, cloud)
+        (found,) = find_crossings(chains, context_of(cloud), CrossingsConfig())
         assert found.upper.chain == (upper if order == 1 else 1 - upper)
         assert found.confidence > 0.9
 
@@ -126,9 +128,9 @@ def test_a_cloud_without_a_viewpoint(order):
     near = 0 if order == 1 else 1
     chains = [even(axis) for axis in axes]
     half = Foreground(np.concatenate([surface(axis, RADIUS, np.zeros(3)) for axis in axes]))
-    assert find_crossings(chains, half)[0].upper.chain == near
+    assert find_crossings(chains, context_of(half), CrossingsConfig())[0].upper.chain == near
     whole = Foreground(np.concatenate([surface(axis, RADIUS) for axis in axes]))
-    (found,) = find_crossings(chains, whole)
+    (found,) = find_crossings(chains, context_of(whole), CrossingsConfig())
     assert found.upper.chain == 1 - near
     assert found.confidence > 0.9
 
@@ -160,7 +162,7 @@ def test_in_an_image_the_strand_goes_on_whose_sides_do(angles, upper):
     """Both of one colour: only light and dark across a strand tell."""
     lines = [flat(angle) for angle in angles]
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
-    (found,) = find_crossings(chains, ribbons(lines[1 - upper], lines[upper]))
+    (found,) = find_crossings(chains, context_of(ribbons(lines[1 - upper], lines[upper])), CrossingsConfig())
     assert found.upper.chain == upper
     assert found.confidence > 0.9
     np.testing.assert_allclose(found.point, [130, 100], atol=0.5)
@@ -171,16 +173,16 @@ def test_in_an_image_the_strand_goes_on_whose_colour_does(upper):
     lines = [flat(0.2), flat(1.4)]
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(lines[1 - upper], lines[upper], shaded=False, colors=((60, 60, 200), (60, 170, 60)))
-    assert find_crossings(chains, image)[0].upper.chain == upper
+    assert find_crossings(chains, context_of(image), CrossingsConfig())[0].upper.chain == upper
 
 
 def test_in_an_image_that_does_not_tell_nothing_is_sure():
     lines = [flat(0.2), flat(1.4)]
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(*lines, shaded=False)
-    (found,) = find_crossings(chains, image)
+    (found,) = find_crossings(chains, context_of(image), CrossingsConfig())
     assert (found.upper.chain, found.confidence) == (0, 0.0)
-    assert find_crossings(chains, replace(image, color=None))[0].confidence == 0.0
+    assert find_crossings(chains, context_of(replace(image, color=None)), CrossingsConfig())[0].confidence == 0.0
 
 
 def test_in_the_detection_and_in_its_document():

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 from builders.drawn_masks import frame_of, line, wave
 
 import doo3d
@@ -135,7 +136,7 @@ def settings(**changes):
 def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
     least = {}
     for degrees in (90, 50, 20):
-        joined = merge(star(np.radians(degrees)), settings(strategy=strategy), RADIUS)
+        joined = merge(star(np.radians(degrees)), context_of(radius=RADIUS), settings(strategy=strategy))
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
         assert all(len(assembly.confidence) == len(assembly.costs) for assembly in joined)
         least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
@@ -146,8 +147,8 @@ def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
 def test_a_rival_makes_a_connection_doubtful():
     one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
     rival = chain((0.01, 0.004), (1, 0.1))
-    (alone, *_) = merge([one, right], settings(chains=None, min_length=0), RADIUS)
-    joined = merge([one, right, rival], settings(chains=None, min_length=0), RADIUS)
+    (alone, *_) = merge([one, right], context_of(radius=RADIUS), settings(chains=None, min_length=0))
+    joined = merge([one, right, rival], context_of(radius=RADIUS), settings(chains=None, min_length=0))
     doubtful = next(assembly for assembly in joined if assembly.confidence)
     assert alone.confidence[0] > 0.9
     assert doubtful.confidence[0] < 0.3
@@ -164,7 +165,7 @@ def test_ways_through_free_space_are_no_alternatives():
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
-    blind = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(direction_length=1.0), None)
+    blind = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(tangent_window_radii=1.0), None)
     assert blind[0, 1] == pytest.approx(40 + 2 * 40)
     assert cost[0, 2] == 40
 
@@ -174,13 +175,17 @@ def test_filling_says_which_step_lies_in_the_gap(closed):
     pieces = [np.column_stack((np.arange(5.0) + at, np.zeros(5), np.ones(5))) for at in (0, 8.5, 12.7)]
     ways = np.array([[1.0, 0, 0], [-1.0, 0, 0]])
     count = 3 if closed else 2
-    (path,) = fill([Assembly(tuple(pieces), (ways,) * count, (0.0,) * count, 1.0, closed, (0.9, 0.4, 0.7)[:count])], FillConfig())
+    (path,) = fill(
+        [Assembly(tuple(pieces), (ways,) * count, (0.0,) * count, 1.0, closed, (0.9, 0.4, 0.7)[:count])],
+        context_of(),
+        FillConfig(),
+    )
     assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):
         assert start - 1e-9 <= points[step, 0]
         assert points[step + 1, 0] <= end + 1e-9
-    (path,) = fill([Assembly(tuple(pieces), (ways,) * 2, (0.0,) * 2, 1.0)], FillConfig())
+    (path,) = fill([Assembly(tuple(pieces), (ways,) * 2, (0.0,) * 2, 1.0)], context_of(), FillConfig())
     assert path.joins == ()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 from builders.errors import refuses
 
 from doo3d.geometry.polyline import unit
@@ -88,7 +89,9 @@ def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
     pieces = [line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)]
 
     def joined(**own):
-        merged = merge(pieces, MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, own=own), 0.003)
+        merged = merge(
+            pieces, context_of(radius=0.003), MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, custom_costs=own)
+        )
         return {round(piece[0, 1], 3) for piece in merged[0].pieces}
 
     monkeypatch.setitem(costs.OWN, "left", lambda points, directions: np.maximum(0, points[:, None, 1] + points[None, :, 1]))

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from builders.contexts import context_of
 
 from doo3d.config import FillConfig, MergeConfig, load_config
 from doo3d.geometry.polyline import unit
@@ -31,8 +32,9 @@ def config(**settings):
     return MergeConfig(**({"chains": 1, "max_cost": np.inf, "max_gap": np.inf, "free_space_weight": 0.0} | settings))
 
 
-def run(chains, settings, **more):
-    return merge(chains, settings, RADIUS if chains[0].joints.shape[1] == 3 else 1000 * RADIUS, **more)
+def run(chains, settings, fill=None, visibility=None):
+    radius = RADIUS if chains[0].joints.shape[1] == 3 else 1000 * RADIUS
+    return merge(chains, context_of(radius=radius, visibility=visibility), settings, fill)
 
 
 def gaps(assembly):
@@ -272,7 +274,7 @@ def test_short_ones_go_when_the_number_is_left_to_the_data():
 
 
 def test_empty_in_empty_out():
-    assert merge([], MergeConfig(), RADIUS) == []
+    assert merge([], context_of(radius=RADIUS), MergeConfig()) == []
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
 from doo3d.geometry.polyline import arc_length, densify, steps
+from doo3d.stages import FrameContext
 from doo3d.stages.refine.refine import refine
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import voxelize
@@ -49,7 +50,7 @@ def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, f
     grid = voxelize(foreground, VoxelizeConfig(radius=radius))
     visibility = Visibility.of(foreground, VisibilityConfig(), radius)
     path = Path(rough(axis, radius, foreground), closed, filled)
-    return refine([path], config or RefineConfig(), step, foreground, grid, visibility)
+    return refine([path], FrameContext(foreground, grid, visibility, step), config or RefineConfig())
 
 
 def inner(chain, count=3):
@@ -143,21 +144,21 @@ def flags(occluded, view="image", known=True):
 
 
 @pytest.mark.parametrize("view", ["image", "seen", "whole"])
-@pytest.mark.parametrize("occluded", ["carried", "mapped", "both"])
+@pytest.mark.parametrize("occluded", ["from_gaps", "from_depth", "both"])
 def test_the_gap_is_occluded(view, occluded):
     found, middle = flags(occluded, view)
     assert found[middle < 0.033].all()
     assert not found[middle > 0.047].any()
 
 
-@pytest.mark.parametrize(("occluded", "some"), [("carried", False), ("mapped", True), ("both", False)])
+@pytest.mark.parametrize(("occluded", "some"), [("from_gaps", False), ("from_depth", True), ("both", False)])
 def test_a_gap_that_merging_did_not_fill(occluded, some):
     found, middle = flags(occluded, known=False)
     assert found[middle < 0.033].all() == some
     assert found.any() == some
 
 
-@pytest.mark.parametrize(("occluded", "some"), [("carried", True), ("mapped", False), ("both", False)])
+@pytest.mark.parametrize(("occluded", "some"), [("from_gaps", True), ("from_depth", False), ("both", False)])
 def test_a_filled_gap_where_there_are_points(occluded, some):
     axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
     foreground = scene(axis, 0.004, "image")
@@ -175,7 +176,7 @@ def test_what_only_colour_saw_is_not_occluded():
     depth[:, 280:360] = 0
     foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask)
     path = rough(axis, 0.004, foreground)
-    for occluded in ("both", "mapped"):
+    for occluded in ("both", "from_depth"):
         (chain,) = run(
             axis, 0.004, "image", filled=np.abs(path[1:, 0]) < 0.02, config=RefineConfig(occluded=occluded), foreground=foreground
         )
@@ -236,7 +237,7 @@ def test_turning_space_turns_the_chain(seed):
 
 
 def test_no_rounds_stay_on_the_surface():
-    (chain,) = run(line([-0.1, 0, 0.5], [0.1, 0, 0.5]), 0.006, "image", config=RefineConfig(rounds=0))
+    (chain,) = run(line([-0.1, 0, 0.5], [0.1, 0, 0.5]), 0.006, "image", config=RefineConfig(iterations=0))
     assert np.median(chain.joints[:, 2]) == pytest.approx(0.5 - 0.8 * 0.006, abs=0.001)
 
 
@@ -246,7 +247,9 @@ def test_longest_first():
     foreground = segment(frame, SegmentConfig(), mask)
     grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
     paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
-    chains = refine(paths, RefineConfig(), STEP, foreground, grid, Visibility.of(foreground, VisibilityConfig(), 0.004))
+    chains = refine(
+        paths, FrameContext(foreground, grid, Visibility.of(foreground, VisibilityConfig(), 0.004), STEP), RefineConfig()
+    )
     assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
 
 
@@ -257,4 +260,4 @@ def test_what_is_shorter_than_half_a_segment_gives_nothing():
 
 def test_empty_in_empty_out():
     empty = Foreground(np.zeros((0, 3)))
-    assert refine([], Config().refine, STEP, empty, voxelize(empty, VoxelizeConfig())) == []
+    assert refine([], FrameContext(empty, voxelize(empty, VoxelizeConfig()), None, STEP), Config().refine) == []

@@ -53,7 +53,7 @@ def test_points_lie_where_they_were_seen():
 def test_steady_points_have_less_noise():
     noise = 0.001 * np.random.default_rng(0).normal(size=DEPTH.shape)
     flat = np.where(SEEN, 0.5 + noise, 0)
-    found = segment(frame(flat), SegmentConfig(edge_tolerance=0.01), SEEN)
+    found = segment(frame(flat), SegmentConfig(outlier_slope=0.01), SEEN)
     assert np.std(found.filtered[:, 2]) < 0.5 * np.std(found.points[:, 2])
     assert segment(frame(flat), SegmentConfig(smooth=False), SEEN).filtered is None
 
@@ -286,7 +286,7 @@ def test_the_input_is_not_written_to():
 def test_lines_of_an_image_are_taken_with_a_word_of_warning():
     file = SAMPLES / "crossing" / "color" / "000000.jpg"
     image = Image(np.ascontiguousarray(cv2.imread(str(file))[:, :, ::-1]))
-    found = segment(image, SegmentConfig(max_width=np.inf, max_ratio=np.inf))
+    found = segment(image, SegmentConfig(max_width=np.inf, max_width_ratio=np.inf))
     assert found.notes == (LINES,)
-    assert segment(image, SegmentConfig(method="ridge", max_width=np.inf, max_ratio=np.inf)).notes == ()
+    assert segment(image, SegmentConfig(method="ridge", max_width=np.inf, max_width_ratio=np.inf)).notes == ()
     assert segment(image, SegmentConfig(), found.mask).notes == ()
