@@ -43,7 +43,8 @@ def arc_length(points: Floats) -> Floats:
 
 def resample(points: Floats, at: Array) -> Floats:
     """Points of the polyline (P, D) at the arc lengths `at` (S,) -> (S, D); beyond its ends, its ends."""
-    return np.asarray(lines.resample(points, np.asarray(at, dtype=float)))
+    along = lines.arc_length(points)
+    return np.column_stack([np.interp(at, along, column) for column in points.T])
 
 
 def densify(points: Floats, spacing: float) -> Floats:

@@ -158,6 +158,8 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
 def _announced(data: bytes) -> tuple[int, int]:
     """The bytes that LZFSE data says it unpacks to, and how many blocks it has, by the heads of the blocks.
 
+    LZFSE data holds no total to check, and lzfse.decompress knows no limit: a small file could otherwise fill the memory.
+
     github.com/lzfse/lzfse, src/lzfse_internal.h: each head is a mark and the unpacked length; then what its payload needs.
     """
     total, blocks, at = 0, 0, 0
