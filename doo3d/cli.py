@@ -14,10 +14,10 @@ from .commands.arguments import (
     EndOption,
     EveryOption,
     FramesOption,
+    InputOption,
     MaskOption,
     Overrides,
     Preset,
-    ReadOption,
     StartOption,
     config_of,
 )
@@ -85,7 +85,7 @@ def doo3d(
       doo3d detect photo.jpg -c image --mask mask.png  in 2-D: a photograph, a folder of them, or a video
       doo3d tune capture                               colour ranges and lengths for this camera and object
       doo3d explain capture --frame 0                  why the chains of a frame are what they are
-      doo3d info capture --sheet sheet.png             what the capture is, and a sheet of its frames
+      doo3d info capture --contact-sheet sheet.png     what the capture is, and a sheet of its frames
       doo3d config > mine.yaml                         all settings, to change and give back with -c mine.yaml
       doo3d compare capture                            where 3-D and 2-D differ
       doo3d report out                                 a page to look at what was found; doo3d video out
@@ -106,7 +106,7 @@ def detect(
     config: Preset = "default",
     overrides: Overrides = None,
     mask: MaskOption = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -134,7 +134,7 @@ def detect(
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
       doo3d detect sample_clouds/crossing -o out --stages 0
-      doo3d detect capture -o out --fuse-views --read trajectory=poses.txt
+      doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
 
     A run that was ended, however that was, goes on where it was when the same command is given again.
 
@@ -147,7 +147,7 @@ def detect(
     from .inputs.frame_selection import Selection, selected
 
     effective = config_of(config, overrides)
-    reading = ReadOptions.of(read or [])
+    reading = ReadOptions.from_pairs(input_options or [])
     opened = open_capture(capture, effective.mode == "2d", mask, reading)
     opened = selected(opened, Selection(every, start, end, frames))
     if fuse_views:
@@ -195,7 +195,7 @@ def compare(
         list[str] | None, typer.Option("--set-2d", metavar="KEY=VALUE", help="Set one field for the 2-D mode.")
     ] = None,
     mask: MaskOption = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -220,7 +220,7 @@ def compare(
     effective = config_of(config, overrides)
     wanted = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_flat = load_config(flat, wanted | parse_overrides(flat_overrides or []))
-    opened = open_capture(capture, masks=mask, reading=ReadOptions.of(read or []))
+    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or []))
     opened = selected(opened, Selection(every, start, end, frames))
     from .compare import compare_capture
 

@@ -23,9 +23,11 @@ MaskOption = Annotated[
     Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
 ]
 
-ReadOption = Annotated[
+InputOption = Annotated[
     list[str] | None,
-    typer.Option("--read", metavar="KEY=VALUE", help="How INPUT is to be read, such as depth_scale=5000; repeat for more."),
+    typer.Option(
+        "--input-option", metavar="KEY=VALUE", help="How INPUT is to be read, such as depth_scale=5000; repeat for more."
+    ),
 ]
 
 EveryOption = Annotated[

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import ConfigError, InputError
 from . import photos
-from .arguments import MaskOption, Overrides, Preset, ReadOption, config_of, save, split
+from .arguments import InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .progress import counting, say_compiling
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def capture(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
     truth: Truth = None,
     mask: MaskOption = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
@@ -119,8 +119,13 @@ def capture(
     from ..evaluation.benchmark import cases
     from ..inputs import ReadOptions
 
-    chosen = cases.capture_cases(capture, truth, masks=mask, reading=ReadOptions.of(read or []))
-    settings = {"capture": str(capture), "truth": truth and str(truth), "masks": mask and str(mask), "read": read or []}
+    chosen = cases.capture_cases(capture, truth, masks=mask, options=ReadOptions.from_pairs(input_options or []))
+    settings = {
+        "capture": str(capture),
+        "truth": truth and str(truth),
+        "masks": mask and str(mask),
+        "input_options": input_options or [],
+    }
     _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
 
 

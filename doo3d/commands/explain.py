@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .arguments import FrameOption, MaskOption, Overrides, Preset, ReadOption, config_of, frame_of, new_file, save
+from .arguments import FrameOption, InputOption, MaskOption, Overrides, Preset, config_of, frame_of, new_file, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def explain(
     config: Preset = "default",
     overrides: Overrides = None,
     mask: MaskOption = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     document: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the same, with every number, here.")
     ] = None,
@@ -41,7 +41,7 @@ def explain(
     from ..inputs import ReadOptions, open_capture
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.of(read or []))
+    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options or []))
     entry = frame_of(opened, frame)
     if document is not None:
         new_file(document, force)

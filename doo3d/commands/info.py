@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import EndOption, EveryOption, FramesOption, MaskOption, ReadOption, StartOption
+from .arguments import EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
 
 if TYPE_CHECKING:
     from ..inputs.capture import FrameData
@@ -27,12 +27,14 @@ def info(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="Whatever doo3d detect takes.")],
     sheet: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw the frames that are looked at into this PNG or JPEG; else nothing is."),
+        typer.Option(
+            "--contact-sheet", metavar="FILE", help="Draw the frames that are looked at into this PNG or JPEG; else nothing is."
+        ),
     ] = None,
     document: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
     samples: Annotated[int, typer.Option(min=1, metavar="N", help="How many frames are looked at, evenly.")] = 8,
     mask: MaskOption = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -43,15 +45,18 @@ def info(
     \b
     Examples:
       doo3d info sample_clouds/crossing
-      doo3d info sample_clouds/crossing --sheet sheet.png --samples 12
+      doo3d info sample_clouds/crossing --contact-sheet sheet.png --samples 12
 
     Nothing is written but the sheet. Exit code 0: all frames that were looked at can be read; 1: some cannot; 2: none.
     """
     from ..inputs import ReadOptions, format_class, open_capture
     from ..inputs.frame_selection import Selection, selected
-    from ..inputs.inspection import summarise
+    from ..inputs.inspection import summarize_capture
 
-    opened = selected(open_capture(capture, masks=mask, reading=ReadOptions.of(read or [])), Selection(every, start, end, frames))
+    opened = selected(
+        open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or [])),
+        Selection(every, start, end, frames),
+    )
     if sheet:
         _check_place(sheet, capture)
     from ..viz import contact_sheet as drawing
@@ -65,7 +70,7 @@ def info(
         blank = drawing.Tile(caption, fault=look.error or "")
         tiles.append(blank if shot is None else drawing.tile(caption, shot.data, shot.mask))
 
-    found = summarise(opened, samples, see if sheet else lambda look, shot: None)
+    found = summarize_capture(opened, samples, see if sheet else lambda look, shot: None)
     if document:
         typer.echo(json.dumps(found.to_dict(), indent=2, allow_nan=False))
     else:
@@ -165,10 +170,11 @@ def _clouds(good: Sequence[Look]) -> str:
 
 def _check_place(sheet: Path, capture: Path) -> None:
     if sheet.suffix.lower() not in _PICTURES:
-        raise InputError(f"--sheet {sheet}: expected a name that ends in {', '.join(_PICTURES)}", code="out-suffix")
+        raise InputError(f"--contact-sheet {sheet}: expected a name that ends in {', '.join(_PICTURES)}", code="out-suffix")
     if capture.resolve() in (sheet.resolve(), *sheet.resolve().parents):
         raise InputError(
-            f"--sheet {sheet}: belongs to the input, which would no longer be what it is: give another place", code="out-in-input"
+            f"--contact-sheet {sheet}: belongs to the input, which would no longer be what it is: give another place",
+            code="out-in-input",
         )
 
 
@@ -181,4 +187,6 @@ def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     try:
         write_bytes(path, cv2.imencode(path.suffix.lower(), sheet(title, tiles)[:, :, ::-1])[1].tobytes())
     except OSError as error:
-        raise InputError(f"--sheet {path}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
+        raise InputError(
+            f"--contact-sheet {path}: cannot be written to ({error.strerror or error})", code="out-unwritable"
+        ) from None

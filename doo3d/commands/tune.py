@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import FrameOption, Overrides, ReadOption, config_of, frame_of, new_file, save
+from .arguments import FrameOption, InputOption, Overrides, config_of, frame_of, new_file, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def tune(
         typer.Option("--config", "-c", help="What to start from: a preset or a YAML file; by default what fits INPUT."),
     ] = None,
     overrides: Overrides = None,
-    read: ReadOption = None,
+    input_options: InputOption = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the files if they are there.")] = False,
 ) -> None:
     """Propose colour ranges, voxel size and segment length for the object in INPUT, and draw what they take.
@@ -47,11 +47,11 @@ def tune(
       doo3d tune photo.jpg --pick 412,230 --pick 600,118
     """
     from ..config import load_config, parse_overrides
-    from ..inputs import FLAT, ReadOptions, open_capture
+    from ..inputs import IMAGE_FORMATS, ReadOptions, open_capture
 
     given = config_of(config, overrides) if config else None
-    opened = open_capture(capture, given is not None and given.mode == "2d", None, ReadOptions.of(read or []))
-    used = given or load_config(PRESETS[opened.format in FLAT], parse_overrides(overrides or []))
+    opened = open_capture(capture, given is not None and given.mode == "2d", None, ReadOptions.from_pairs(input_options or []))
+    used = given or load_config(PRESETS[opened.format in IMAGE_FORMATS], parse_overrides(overrides or []))
     entry = frame_of(opened, frame)
     picture = out.with_suffix(".png")
     if out.suffix not in (".yaml", ".yml"):

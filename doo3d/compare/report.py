@@ -12,7 +12,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import DooError, InputError
-from ..inputs import FLAT, Capture, FrameRef
+from ..inputs import IMAGE_FORMATS, Capture, FrameRef
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.detection_json import dumps
 from ..runs.frame import UNEXPECTED, unexpected
@@ -74,7 +74,7 @@ def compare_capture(
     ------
     InputError : the capture has no depth; `out` holds something else, or cannot be written to.
     """
-    if capture.format in FLAT:
+    if capture.format in IMAGE_FORMATS:
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json", code="mode-needs-depth"
         )

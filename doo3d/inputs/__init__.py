@@ -16,7 +16,7 @@ from .formats.trajectory import PosedCapture
 from .read_options import DEFAULT, ReadOptions
 from .support.images import is_image
 
-__all__ = ["FLAT", "FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
+__all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
 FORMATS: dict[str, str | CaptureFormat] = {
     "bag": "bag.reader:BagCapture",
@@ -32,7 +32,7 @@ FORMATS: dict[str, str | CaptureFormat] = {
     "photos": "formats.photos:PhotosCapture",
     "video": "formats.video:VideoCapture",
 }
-FLAT = ("photos", "video")  # those that give images without depth, for the 2-D mode
+IMAGE_FORMATS = ("photos", "video")  # those that give images without depth, for the 2-D mode
 
 
 def format_class(name: str) -> CaptureFormat:
@@ -46,16 +46,16 @@ def format_class(name: str) -> CaptureFormat:
 
 
 def open_capture(
-    path: str | Path, flat: bool = False, masks: str | Path | None = None, reading: ReadOptions = DEFAULT
+    path: str | Path, images_only: bool = False, masks: str | Path | None = None, options: ReadOptions = DEFAULT
 ) -> Capture:
     """What is at `path`, as a sequence of frames that load when asked.
 
     Parameters
     ----------
     path : a folder or a file, in any of the formats of `FORMATS`.
-    flat : for the 2-D mode: of a folder with colour and depth the colour images alone.
+    images_only : for the 2-D mode: of a folder with colour and depth the colour images alone.
     masks : instead of the capture's own: an image for a capture of one frame, or a folder of them.
-    reading : what the capture does not say itself, such as topics, intrinsics, a depth scale.
+    options : what the capture does not say itself, such as topics, intrinsics, a depth scale.
 
     Raises
     ------
@@ -65,20 +65,20 @@ def open_capture(
     try:
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
-        for name in sorted(FORMATS, key=lambda name: flat and name not in FLAT):
-            if (found := format_class(name)).can_read(path) or (name == "pairs" and _camera_is_said(path, reading)):
-                capture = found(path, reading)
-                if reading.trajectory is not None:
-                    capture = PosedCapture(capture, reading.trajectory, reading.tolerance)
+        for name in sorted(FORMATS, key=lambda name: images_only and name not in IMAGE_FORMATS):
+            if (found := format_class(name)).can_read(path) or (name == "pairs" and _camera_is_said(path, options)):
+                capture = found(path, options)
+                if options.trajectory is not None:
+                    capture = PosedCapture(capture, options.trajectory, options.tolerance)
                 return MaskedCapture(capture, Path(masks)) if masks is not None else capture
         raise _unknown(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
 
 
-def _camera_is_said(path: Path, reading: ReadOptions) -> bool:
+def _camera_is_said(path: Path, options: ReadOptions) -> bool:
     """Whether `path` is an image of whose camera the user says enough to take it for depth."""
-    return reading.camera is not None and path.is_file() and is_image(path)
+    return options.camera is not None and path.is_file() and is_image(path)
 
 
 def _unknown(path: Path) -> InputError:

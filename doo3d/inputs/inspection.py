@@ -114,7 +114,9 @@ class Summary:
         }
 
 
-def summarise(capture: Capture, samples: int, see: Callable[[Look, FrameData | None], None] = lambda look, shot: None) -> Summary:
+def summarize_capture(
+    capture: Capture, samples: int, see: Callable[[Look, FrameData | None], None] = lambda look, shot: None
+) -> Summary:
     """Look at up to `samples` frames of a capture, evenly from the first to the last, one in memory at a time.
 
     see : called with each look and its shot, None where it cannot be read.
@@ -190,7 +192,7 @@ def _depth_notes(summary: Summary) -> list[str]:
     wrong, factor = ("large", median) if median > far else ("small", 1 / median)
     return [
         f"the median depth is {median:.4g} m, too {wrong} for a depth camera, as if the unit were wrong by some {factor:.0g}: "
-        "check the units per metre (--read depth_scale=...; 1000 for millimetres)"
+        "check the units per metre (--input-option depth_scale=...; 1000 for millimetres)"
     ]
 
 

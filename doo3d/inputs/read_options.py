@@ -29,7 +29,7 @@ class ReadOptions(BaseModel):
     )
 
     @staticmethod
-    def of(pairs: list[str]) -> ReadOptions:
+    def from_pairs(pairs: list[str]) -> ReadOptions:
         """From KEY=VALUE pairs, values as YAML.
 
         Raises
@@ -41,20 +41,22 @@ class ReadOptions(BaseModel):
             key, equals, text = pair.partition("=")
             if not equals or not key.strip():
                 raise InputError(
-                    f"--read {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
+                    f"--input-option {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
                     code="override-invalid",
                 )
             try:
                 values[key.strip()] = yaml.safe_load(text)
             except yaml.YAMLError as error:
-                raise InputError(f"--read {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
+                raise InputError(
+                    f"--input-option {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid"
+                ) from None
         try:
             return ReadOptions(**values)
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))
             known = f"; there are {', '.join(ReadOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
-            raise InputError(f"--read {key}: {first['msg']}{known}", code=invalid_code([first["type"]])) from None
+            raise InputError(f"--input-option {key}: {first['msg']}{known}", code=invalid_code([first["type"]])) from None
 
 
 DEFAULT = ReadOptions()

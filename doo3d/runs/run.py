@@ -18,7 +18,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import InputError
-from ..inputs import FLAT, Capture, FrameRef, ReadOptions
+from ..inputs import IMAGE_FORMATS, Capture, FrameRef, ReadOptions
 from ..inputs.support.fingerprint import fingerprint
 from ..outputs import SUFFIXES
 from ..outputs.run_folder import ResultsFolder
@@ -105,7 +105,7 @@ def run(
         two frames have one name; images without depth are given and the config is for 3-D; the scheduler cannot be reached.
     MissingDependency : workers are wanted and dask.distributed is not installed.
     """
-    if capture.format in FLAT and config.mode != "2d":
+    if capture.format in IMAGE_FORMATS and config.mode != "2d":
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json: use a 2-D config, the "
             "preset image or paper_2d (-c image)",

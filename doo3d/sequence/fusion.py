@@ -129,7 +129,7 @@ def fuse(entries: Iterable[FrameRef], config: Config) -> Cloud:
     if lost and not poses:
         raise InputError(
             "no frame says where its camera was, which fusing them needs: a capture with poses (TUM, BOP, a bag with tf), or "
-            "--read trajectory=FILE",
+            "--input-option trajectory=FILE",
             code="pose-missing",
         )
     if fine is None or coarse is None:

@@ -77,13 +77,13 @@ def found(shot: FrameData, near: float = 0.03) -> None:
     assert abs(chains[0].length - LENGTH) < near
 
 
-def refused(path: Path, code: str, *parts: str, index: int | None = None, reading: ReadOptions | None = None) -> None:
+def refused(path: Path, code: str, *parts: str, index: int | None = None, options: ReadOptions | None = None) -> None:
     """Opening is refused with this code, in a sentence with these parts; with an index it is the frame that is refused."""
-    reading = reading or ReadOptions()
+    options = options or ReadOptions()
     if index is None:
         with refuses(code, *parts):
-            open_capture(path, reading=reading)
+            open_capture(path, options=options)
     else:
-        entry = open_capture(path, reading=reading).frames[index]
+        entry = open_capture(path, options=options).frames[index]
         with refuses(code, *parts):
             entry.load()

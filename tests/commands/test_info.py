@@ -33,7 +33,7 @@ def test_bad_frames(doo3d, capture):
     folder = capture(frames=3)
     files = sorted((folder / "depth").iterdir())
     files[1].write_bytes(files[1].read_bytes()[:100])
-    code, out, _ = doo3d("info", folder, "--sheet", "sheet.png")
+    code, out, _ = doo3d("info", folder, "--contact-sheet", "sheet.png")
     assert code == 1
     assert "looked at   3 frames, of which 1 cannot be read" in out
     assert "unreadable  000001: " in out
@@ -54,7 +54,7 @@ def test_of_many_bad_frames_a_few_reasons_are_enough(doo3d, capture):
 
 
 def test_json(doo3d, capture):
-    code, out, err = doo3d("info", capture(frames=9), "--json", "--samples", 2, "--every", 2, "--sheet", "a.jpg")
+    code, out, err = doo3d("info", capture(frames=9), "--json", "--samples", 2, "--every", 2, "--contact-sheet", "a.jpg")
     found = json.loads(out)
     assert code == 0
     assert (found["schema"], found["input"]["frames"], found["frames"], found["selection"]) == ("doo3d/info/1", 9, 5, "--every 2")
@@ -65,7 +65,7 @@ def test_json(doo3d, capture):
 
 def test_a_cloud_and_a_video(doo3d):
     np.savez("scan.npz", points=np.random.default_rng(0).uniform(0, 1, (100, 3)))
-    code, out, _ = doo3d("info", "scan.npz", "--sheet", "scan.png")
+    code, out, _ = doo3d("info", "scan.npz", "--contact-sheet", "scan.png")
     assert code == 0
     assert "holds       points, no viewpoints" in out
     assert "cloud       100 points; x 0." in out
@@ -73,7 +73,7 @@ def test_a_cloud_and_a_video(doo3d):
     for i in range(12):
         video.write(np.full((48, 64, 3), 20 * i, np.uint8))
     video.release()
-    code, out, _ = doo3d("info", "film.avi", "--start", "0.5s", "--sheet", "film.png")
+    code, out, _ = doo3d("info", "film.avi", "--start", "0.5s", "--contact-sheet", "film.png")
     assert code == 0
     assert "frames      7 frames, 000005 to 000011" in out
     assert "selection   --start 0.5s, of 12 frames" in out
@@ -88,7 +88,7 @@ def test_places_where_no_sheet_is_drawn(doo3d, capture):
         ("sheet", r"ends in .png"),
         (Path("nowhere") / "sheet.png", "cannot be written to"),
     ):
-        code, _, err = doo3d("info", folder, "--sheet", sheet)
+        code, _, err = doo3d("info", folder, "--contact-sheet", sheet)
         assert code == 2
         assert why in err
         assert len(err.splitlines()) == 1
@@ -97,8 +97,8 @@ def test_places_where_no_sheet_is_drawn(doo3d, capture):
 
 def test_the_same_sheet_every_time(doo3d, capture):
     folder = capture(frames=2)
-    doo3d("info", folder, "--sheet", "a.png")
-    doo3d("info", folder, "--sheet", "b.png")
+    doo3d("info", folder, "--contact-sheet", "a.png")
+    doo3d("info", folder, "--contact-sheet", "b.png")
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
 
 

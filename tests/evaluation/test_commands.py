@@ -99,11 +99,13 @@ def test_frames_that_cannot_be_read_are_wrong(doo3d, tmp_path):
 
 
 def test_how_a_capture_is_to_be_read_is_told_to_evaluate(doo3d):
-    code, _, err = doo3d("evaluate", "capture", SAMPLES / "straight", "--read", "nothing=1")
+    code, _, err = doo3d("evaluate", "capture", SAMPLES / "straight", "--input-option", "nothing=1")
     assert code == 2
     assert code_in(err) == "key-unknown"
-    assert "--read nothing" in err
-    code, out, _ = doo3d("evaluate", "capture", SAMPLES / "straight", "--read", "depth_scale=500")  # twice as far as it is
+    assert "--input-option nothing" in err
+    code, out, _ = doo3d(
+        "evaluate", "capture", SAMPLES / "straight", "--input-option", "depth_scale=500"
+    )  # twice as far as it is
     assert code == 0
     assert re.search(r" 0/1 +0\.0 %", out)
 

@@ -11,7 +11,7 @@ from doo3d.errors import InputError
 from doo3d.inputs import open_capture
 from doo3d.inputs.capture import FrameData, FrameRef
 from doo3d.inputs.frame_selection import Selection, selected
-from doo3d.inputs.inspection import summarise
+from doo3d.inputs.inspection import summarize_capture
 from doo3d.types import Camera, Cloud, Frame
 
 
@@ -38,7 +38,7 @@ def frame(depth, fx=100.0, cx=20.0):
 
 
 def test_what_a_folder_holds(capture):
-    found = summarise(open_capture(capture(frames=20, mask=True)), 5)
+    found = summarize_capture(open_capture(capture(frames=20, mask=True)), 5)
     assert [look.index for look in found.looks] == [0, 5, 10, 14, 19]
     assert (found.frames, found.names, found.timing, found.notes) == (20, ("000000", "000019"), None, [])
     assert all(look.kind == "depth" and look.color and look.mask and not look.pose for look in found.looks)
@@ -51,7 +51,7 @@ def test_depth_and_what_is_missing():
     depth = np.full((30, 40), 0.5)
     depth[:, :10] = 0
     depth[0, 39] = 99.0  # a single reading does not make the range
-    found = summarise(Made([frame(depth), frame(0.7)]), 8)
+    found = summarize_capture(Made([frame(depth), frame(0.7)]), 8)
     assert found.depth == pytest.approx((0.5, 0.6, 0.7))
     assert found.missing == pytest.approx(0.125)
     assert len(found.looks) == 2
@@ -70,12 +70,12 @@ def test_depth_and_what_is_missing():
     ],
 )
 def test_what_looks_wrong(shots, said):
-    (note,) = summarise(Made(shots), 8).notes
+    (note,) = summarize_capture(Made(shots), 8).notes
     assert re.search(said, note), note
 
 
 def test_when_the_frames_were_taken():
-    found = summarise(Made([frame(0.5)] * 5, [10.0, 10.1, 10.2, 12.2, 12.3]), 1)
+    found = summarize_capture(Made([frame(0.5)] * 5, [10.0, 10.1, 10.2, 12.2, 12.3]), 1)
     assert found.timing.rate == pytest.approx(10)
     assert (found.timing.first, found.timing.last) == (10.0, 12.3)
     assert (found.timing.longest, found.timing.longest_after) == (pytest.approx(2.0), "f2")
@@ -83,7 +83,7 @@ def test_when_the_frames_were_taken():
 
 
 def test_of_a_selection_the_numbers_are_those_of_the_whole():
-    found = summarise(selected(Made([frame(0.5)] * 10), Selection(every=4, start="1")), 8)
+    found = summarize_capture(selected(Made([frame(0.5)] * 10), Selection(every=4, start="1")), 8)
     assert [look.index for look in found.looks] == [1, 5, 9]
     assert (found.frames, found.total, found.selection) == (3, 10, "--start 1 --every 4")
 
@@ -97,11 +97,11 @@ def test_one_shot_in_memory_at_a_time():
             super().__init__([frame(0.5)] * count)
             self.frames = [FrameRef(e.name, e.source, lambda e=e: order.append(e.name) or e.loader()) for e in self.frames]
 
-    found = summarise(Loud(3), 3, lambda look, shot: order.append(shot.data.depth.shape))
+    found = summarize_capture(Loud(3), 3, lambda look, shot: order.append(shot.data.depth.shape))
     assert order == ["f0", (30, 40), "f1", (30, 40), "f2", (30, 40)]
     assert not any(isinstance(value, FrameData | Frame) for look in found.looks for value in vars(look).values())
 
 
 def test_a_capture_without_frames():
-    found = summarise(Made([]), 8)
+    found = summarize_capture(Made([]), 8)
     assert (found.frames, found.looks, found.depth, found.notes) == (0, (), None, [])

@@ -7,14 +7,14 @@ from doo3d.inputs import ReadOptions
 
 
 def test_values_are_yaml():
-    given = ReadOptions.of(
+    given = ReadOptions.from_pairs(
         ["depth_topic=/camera/depth", "depth_scale=5000", "camera=[525, 525, 319.5, 239.5]", "trajectory=poses.txt"]
     )
     assert given.depth_topic == "/camera/depth"
     assert given.depth_scale == 5000
     assert given.camera == (525, 525, 319.5, 239.5)
     assert given.trajectory == Path("poses.txt")
-    assert ReadOptions.of([]) == ReadOptions()
+    assert ReadOptions.from_pairs([]) == ReadOptions()
 
 
 @pytest.mark.parametrize(
@@ -29,4 +29,4 @@ def test_values_are_yaml():
 )
 def test_what_cannot_be_is_said(pair, code, part):
     with refuses(code, part):
-        ReadOptions.of([pair])
+        ReadOptions.from_pairs([pair])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
-from doo3d.inputs import FLAT, FORMATS, open_capture
+from doo3d.inputs import FORMATS, IMAGE_FORMATS, open_capture
 
 
 def test_every_registered_class_is_there():
@@ -34,7 +34,7 @@ def test_folder_of_captures_names_them(capture):
 
 def test_one_depth_image_is_but_an_image(capture):
     """What it lacks for 3-D, the run says."""
-    assert open_capture(capture() / "depth" / "000000.png").format in FLAT
+    assert open_capture(capture() / "depth" / "000000.png").format in IMAGE_FORMATS
 
 
 @pytest.mark.parametrize("flat", [False, True])

@@ -66,7 +66,7 @@ def capture_cases(
     truth: str | Path | None = None,
     family: str | None = None,
     masks: str | Path | None = None,
-    reading: ReadOptions = DEFAULT,
+    options: ReadOptions = DEFAULT,
 ) -> list[Case]:
     """The frames of a capture that its truth knows; the others are left out.
 
@@ -74,7 +74,7 @@ def capture_cases(
     ----------
     capture : in any of the formats that are read in 3-D. truth : a file as `write_truth` writes it; None: truth.json in the
     capture's folder, or <name>.truth.json beside a cloud. family : None: the capture's name. masks : instead of
-    the capture's own, an image or a folder of them. reading : what the capture does not say itself.
+    the capture's own, an image or a folder of them. options : what the capture does not say itself.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def capture_cases(
     from ...inputs import open_capture
 
     capture = Path(capture)
-    entries = {entry.name: entry for entry in open_capture(capture, masks=masks, reading=reading).frames}
+    entries = {entry.name: entry for entry in open_capture(capture, masks=masks, options=options).frames}
     path = Path(truth) if truth is not None else _truth_of(capture)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in entries]:

@@ -30,7 +30,8 @@ def partners_of(path: Path, depth: Found, color: Found, tolerance: float) -> Arr
     if not (apart <= tolerance * 1e9).any():
         raise InputError(
             f"{path}: no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, the nearest is "
-            f"{apart.min() / 1e9:.3f} s off: give --read tolerance=..., or --read color_topic=none to do without colour",
+            f"{apart.min() / 1e9:.3f} s off: give --input-option tolerance=..., or read the depth alone, with "
+            "--input-option color_topic=none",
             code="times-apart",
         )
     return np.asarray(np.where(apart <= tolerance * 1e9, near, -1))
@@ -56,7 +57,7 @@ def relation(
         raise InputError(
             f"{bag.path}: {color.name} ({color.size[0]}x{color.size[1]}, frame {frames[1]!r}) is not aligned to {depth.name} "
             f"({depth.size[0]}x{depth.size[1]}, frame {frames[0]!r}), and no transform between the two is in the bag: name a "
-            "topic that is aligned, or read the depth alone, with --read color_topic=none",
+            "topic that is aligned, or read the depth alone, with --input-option color_topic=none",
             code="extrinsics-missing",
         )
     together = np.allclose(move, np.eye(4), atol=1e-7)
@@ -64,7 +65,7 @@ def relation(
         if not together or color.size != depth.size:
             raise InputError(
                 f"{bag.path}: there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}: "
-                "read the depth alone, with --read color_topic=none",
+                "read the depth alone, with --input-option color_topic=none",
                 code="intrinsics-missing",
             )
         return depth.lens, None

@@ -29,7 +29,7 @@ _OPTICAL = "optical"  # in the name of a frame: the camera is at its origin (REP
 class BagCapture:
     """The depth images of a bag, each with the colour image nearest in time; or its clouds; or its colour images alone.
 
-    Frames are in the order of their headers' stamps. A depth image without a colour image within `reading.tolerance` is a
+    Frames are in the order of their headers' stamps. A depth image without a colour image within `options.tolerance` is a
     frame without colour. Of a bag that is cut off or damaged what is whole is used, and one more frame fails and says so.
     """
 
@@ -38,20 +38,20 @@ class BagCapture:
     )
     format = "bag"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("rosbags.typesys", "bags")
         self.path = path
         bag = Bag(path)
         try:
             index = bag.index()
             faults = bag.faults()
-            streams = Streams(bag, index, reading)
+            streams = Streams(bag, index, options)
             transforms = transforms_of(bag, index)
             self.parts = _parts(index, streams)
             if streams.cloud is not None:
                 self.frames = _clouds(path, streams.cloud, transforms)
             elif streams.depth is not None:
-                self.frames = _frames(bag, index, streams.depth, streams.color, transforms, reading)
+                self.frames = _frames(bag, index, streams.depth, streams.color, transforms, options)
             elif streams.color is not None:
                 self.frames = _images(path, streams.color)
             else:
@@ -97,14 +97,14 @@ class _Recipe:
 
 
 def _frames(
-    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream | None, transforms: Transforms, reading: ReadOptions
+    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream | None, transforms: Transforms, options: ReadOptions
 ) -> list[FrameRef]:
     assert depth.lens is not None
     clock = depth.found.clock()
     recipe = _Recipe(bag.path, stamp_of(bag.path), depth.found.topic, depth.lens, depth.scale)
     partners = np.full(len(clock), -1)
     if color is not None:
-        partners = partners_of(bag.path, depth.found, color.found, reading.tolerance)
+        partners = partners_of(bag.path, depth.found, color.found, options.tolerance)
         lens, extrinsics = relation(bag, index, depth, color, transforms, int(clock[0]))
         recipe = replace(recipe, color=color.found.topic, color_lens=lens, extrinsics=extrinsics)
     entries = []

@@ -53,13 +53,15 @@ def depth_scale(bag: Bag, index: Mapping[str, Found], topic: str) -> float:
     option = next((index[given] for given in (name, name.replace(" ", "_")) if given in index), None)
     if option is None or not len(option):
         raise InputError(
-            f"{bag.path}: does not say the unit of its depth (there is no {name}): give it, such as --read depth_scale=1000",
+            f"{bag.path}: does not say the unit of its depth (there is no {name}): "
+            "give it, such as --input-option depth_scale=1000",
             code="depth-unit",
         )
     unit = float(bag.message(option.topic, option.place(0)).data)
     if not 0 < unit < 1:
         raise InputError(
-            f"{bag.path}: {name} is {unit} m, which cannot be: give the unit, such as --read depth_scale=1000", code="depth-unit"
+            f"{bag.path}: {name} is {unit} m, which cannot be: give the unit, such as --input-option depth_scale=1000",
+            code="depth-unit",
         )
     return 1 / unit
 
@@ -76,7 +78,7 @@ def extrinsics(bag: Bag, index: Mapping[str, Found], depth: str, color: str) -> 
     if not shared:
         raise InputError(
             f"{bag.path}: does not say where the camera of {color} is beside that of {depth} (there are no tf topics of the "
-            "two): read the depth alone, with --read color_topic=none",
+            "two): read the depth alone, with --input-option color_topic=none",
             code="extrinsics-missing",
         )
     return np.asarray(places[color][shared[0]] @ np.linalg.inv(places[depth][shared[0]]))

@@ -43,8 +43,8 @@ class Stream:
 class Streams:
     """The topics to read. depth, color, cloud : None where there is none, or it is not wanted."""
 
-    def __init__(self, bag: Bag, index: Mapping[str, Found], reading: ReadOptions) -> None:
-        self._bag, self._index, self._reading = bag, index, reading
+    def __init__(self, bag: Bag, index: Mapping[str, Found], options: ReadOptions) -> None:
+        self._bag, self._index, self._options = bag, index, options
         self.depth: Stream | None = None
         self.color: Stream | None = None
         self.cloud = self._given("cloud_topic", ("sensor_msgs/msg/PointCloud2",))
@@ -53,12 +53,12 @@ class Streams:
         self._images = self._whole_images()
         self.depth = self._choose("depth_topic", _is_depth, self._depth_rank)
         self.color = self._choose("color_topic", _is_color, self._color_rank)
-        if self.depth is None and reading.depth_topic is None:
+        if self.depth is None and options.depth_topic is None:
             clouds = [found for found in index.values() if found.topic.kind.endswith("/PointCloud2") and len(found)]
-            if clouds and reading.color_topic is None:
+            if clouds and options.color_topic is None:
                 self.cloud = self._single(clouds, lambda found: (found.topic.name.count("/"),), "cloud_topic")
         if self.depth is not None:
-            self.depth = self._with_lens(self.depth, reading.info_topic)
+            self.depth = self._with_lens(self.depth, options.info_topic)
         if self.color is not None:
             self.color = self._with_lens(self.color, None)
 
@@ -82,7 +82,7 @@ class Streams:
 
     def _given(self, key: str, kinds: tuple[str, ...]) -> Found | None:
         """The topic that the user names, whatever it holds; None where he names none."""
-        wanted = getattr(self._reading, key)
+        wanted = getattr(self._options, key)
         if wanted is None or wanted == NONE:
             return None
         found = self._index.get(wanted) or self._index.get(f"/{wanted}")
@@ -93,7 +93,7 @@ class Streams:
         return found
 
     def _choose(self, key: str, fits: Callable[[Stream], bool], rank: Callable[[Found], tuple[Any, ...]]) -> Stream | None:
-        if getattr(self._reading, key) == NONE:
+        if getattr(self._options, key) == NONE:
             return None
         given = self._given(key, _IMAGES)
         if given is not None:
@@ -110,7 +110,7 @@ class Streams:
         if len(best) > 1 and rank(best[0]) == rank(best[1]):
             same = [found.topic.name for found in best if rank(found) == rank(best[0])]
             raise InputError(
-                f"{self._bag.path}: {', '.join(same)} are equally good: choose with --read {key}={same[0]}",
+                f"{self._bag.path}: {', '.join(same)} are equally good: choose with --input-option {key}={same[0]}",
                 code="topic-ambiguous",
             )
         return best[0]
@@ -136,21 +136,21 @@ class Streams:
 
     def _with_lens(self, stream: Stream, info: str | None) -> Stream:
         """The stream with what the bag and the user say of its camera."""
-        reading, depth = self._reading, stream is self.depth
+        options, depth = self._options, stream is self.depth
         scale = stream.scale
-        if depth and reading.depth_scale is not None:
-            scale = reading.depth_scale
+        if depth and options.depth_scale is not None:
+            scale = options.depth_scale
         elif depth and realsense.stream_of(stream.name) and not stream.encoding.startswith("32F"):
             scale = realsense.depth_scale(self._bag, self._index, stream.name)
-        if depth and reading.camera is not None:
-            fx, fy, cx, cy = reading.camera
+        if depth and options.camera is not None:
+            fx, fy, cx, cy = options.camera
             lens: Lens | None = Lens(Camera(fx, fy, cx, cy, *stream.size))
         else:
             lens = self._lens(stream, info)
         if depth and lens is None:
             raise InputError(
                 f"{self._bag.path}: there is no CameraInfo for {stream.name} (looked for {_info_name(stream.name)}): "
-                "name one with --read info_topic=..., or give the camera, --read 'camera=[fx, fy, cx, cy]'",
+                "name one with --input-option info_topic=..., or give the camera, --input-option 'camera=[fx, fy, cx, cy]'",
                 code="intrinsics-missing",
             )
         return Stream(stream.found, stream.encoding, stream.size, lens, scale)
@@ -175,9 +175,9 @@ class Streams:
             raise InputError(
                 f"{where} is for {size[0]}x{size[1]} but the images of {stream.name} are {stream.size[0]}x{stream.size[1]}: "
                 + (
-                    "name the right one with --read info_topic=..., or give --read 'camera=[fx, fy, cx, cy]'"
+                    "name the right one with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
                     if _is_depth(stream)
-                    else "read the depth alone, with --read color_topic=none"
+                    else "read the depth alone, with --input-option color_topic=none"
                 ),
                 code="intrinsics-size",
             )

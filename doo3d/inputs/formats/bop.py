@@ -34,7 +34,7 @@ class BopCapture:
     what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"
     format = "bop"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         cameras = read_json(path / CAMERAS)
         depth = images_in(path / "depth")
@@ -58,7 +58,7 @@ class BopCapture:
                     folder,
                     tuple(masks.get(name, ())),
                     cameras.get(str(int(name))) if name.isdecimal() else None,
-                    reading,
+                    options,
                 ),
             )
             for name in sorted({**depth, **color})
@@ -78,7 +78,7 @@ def _load(
     folder: Path | None,
     masks: tuple[Path, ...],
     camera: Any,
-    reading: ReadOptions,
+    options: ReadOptions,
 ) -> FrameData:
     if depth is None:
         raise InputError(f"{path / 'depth'}: there is no depth image {name}", code="depth-missing")
@@ -87,22 +87,22 @@ def _load(
     where = f"{path / CAMERAS}: image {int(name) if name.isdecimal() else name}"
     if not isinstance(camera, dict):
         raise InputError(f"{where}: is not there (or not an object), expected cam_K and depth_scale", code="intrinsics-missing")
-    sensor = Sensor(_pinhole(camera, reading, where), _scale(camera, reading, where))
+    sensor = Sensor(_pinhole(camera, options, where), _scale(camera, options, where))
     return load_files(Files(depth, color, masks), sensor, name, None, _pose(camera, where))
 
 
-def _pinhole(camera: dict[str, Any], reading: ReadOptions, where: str) -> Pinhole:
-    if reading.camera is not None:
-        return reading.camera
+def _pinhole(camera: dict[str, Any], options: ReadOptions, where: str) -> Pinhole:
+    if options.camera is not None:
+        return options.camera
     if "cam_K" not in camera:
         raise InputError(f"{where}: has no cam_K", code="intrinsics-missing")
     return pinhole_of(camera["cam_K"], f"{where}: cam_K")
 
 
-def _scale(camera: dict[str, Any], reading: ReadOptions, where: str) -> float:
+def _scale(camera: dict[str, Any], options: ReadOptions, where: str) -> float:
     """Units per metre, from millimetres per unit."""
-    if reading.depth_scale is not None:
-        return reading.depth_scale
+    if options.depth_scale is not None:
+        return options.depth_scale
     scale = camera.get("depth_scale")
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
         raise InputError(

@@ -37,7 +37,7 @@ class CloudCapture:
     )
     format = "cloud"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         files = images_in(path, SUFFIXES).values() if path.is_dir() else [path]
         self.frames = [entry for file in files for entry in _entries(file, alone=file == path)]

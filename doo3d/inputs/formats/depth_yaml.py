@@ -48,14 +48,14 @@ class PairsCapture:
     what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
     format = "pairs"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         if path.is_dir():
-            self.frames = [_entry(_image(file), file, reading) for file in _described(path)]
+            self.frames = [_entry(_image(file), file, options) for file in _described(path)]
         elif path.suffix.lower() in _BESIDE:
-            self.frames = [_entry(_image(path), path, reading)]
+            self.frames = [_entry(_image(path), path, options)]
         else:
-            self.frames = [_entry(path, _yaml(path), reading)]
+            self.frames = [_entry(path, _yaml(path), options)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -89,31 +89,31 @@ def _image(file: Path) -> Path:
     return next((image for image in images if image.is_file()), images[0])
 
 
-def _entry(image: Path, file: Path | None, reading: ReadOptions) -> FrameRef:
+def _entry(image: Path, file: Path | None, options: ReadOptions) -> FrameRef:
     # the file is read here for the time alone; one that is broken fails when its frame is loaded
     try:
-        time = _read(file, reading).timestamp
+        time = _read(file, options).timestamp
     except InputError:
         time = None
-    return FrameRef(image.stem, image, partial(_load, image, file, reading), time)
+    return FrameRef(image.stem, image, partial(_load, image, file, options), time)
 
 
-def _load(image: Path, file: Path | None, reading: ReadOptions) -> FrameData:
-    said = _read(file, reading)
+def _load(image: Path, file: Path | None, options: ReadOptions) -> FrameData:
+    said = _read(file, options)
     folder = (file or image).parent
     pose = None if said.pose is None else check_pose(said.pose, f"{file}: pose")
     files = Files(image, folder / said.color if said.color else None, (folder / said.mask,) if said.mask else ())
     return load_files(files, Sensor(said.camera, said.depth_scale), image.stem, said.timestamp, pose, required=True)
 
 
-def _read(file: Path | None, reading: ReadOptions) -> Beside:
+def _read(file: Path | None, options: ReadOptions) -> Beside:
     """What the file says, where the user says nothing else.
 
     Raises
     ------
     InputError : it is not YAML, or a value is missing or cannot be.
     """
-    said = {"camera": reading.camera, "depth_scale": reading.depth_scale, "color": reading.color and reading.color.absolute()}
+    said = {"camera": options.camera, "depth_scale": options.depth_scale, "color": options.color and options.color.absolute()}
     said = {key: value for key, value in said.items() if value is not None}
     values = {} if file is None else _values(file)
     try:
@@ -122,7 +122,7 @@ def _read(file: Path | None, reading: ReadOptions) -> Beside:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
         raise InputError(
-            f"{file or '--read'}: {key}: {first['msg']}; there are {', '.join(Beside.model_fields)}",
+            f"{file or '--input-option'}: {key}: {first['msg']}; there are {', '.join(Beside.model_fields)}",
             code=invalid_code([first["type"]]),
         ) from None
 

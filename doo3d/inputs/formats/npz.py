@@ -38,15 +38,15 @@ class ArraysCapture:
     what: ClassVar[str] = "an NPZ of arrays (depth, K, with color, depth_scale, mask, pose, timestamps)"
     format = "arrays"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         changed = path.stat().st_mtime_ns
         heads = {name: _head(path, name) for name in _names(path) if name in _STACKS or name in _SMALL}
         count = _count(path, heads)
         small = {name: _per_frame(path, name, heads[name], count) for name in _SMALL if name in heads}
-        if "K" not in small and reading.camera is None:
+        if "K" not in small and options.camera is None:
             raise InputError(
-                f"{path}: has no K, the (3, 3) camera matrix: add it, or say --read 'camera=[fx, fy, cx, cy]'",
+                f"{path}: has no K, the (3, 3) camera matrix: add it, or say --input-option 'camera=[fx, fy, cx, cy]'",
                 code="intrinsics-missing",
             )
         times = _times(path, small.get("timestamps"))
@@ -63,8 +63,8 @@ class ArraysCapture:
                     i,
                     name,
                     parts,
-                    reading.camera or small["K"][i],
-                    reading.depth_scale or (small["depth_scale"][i].item() if "depth_scale" in small else None),
+                    options.camera or small["K"][i],
+                    options.depth_scale or (small["depth_scale"][i].item() if "depth_scale" in small else None),
                     small["pose"][i] if "pose" in small else None,
                     times[i] if times else None,
                 ),

@@ -36,12 +36,12 @@ class FolderCapture:
     )
     format = "folder"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         depth = images_in(path / "depth")
         if not depth:
             raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
-        camera, scale = _lens(path / INTRINSICS, reading)
+        camera, scale = _lens(path / INTRINSICS, options)
         color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
         others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
         names = sorted(set(depth).union(*others.values()), key=natural)
@@ -60,12 +60,12 @@ class FolderCapture:
         return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
 
 
-def _lens(path: Path, reading: ReadOptions) -> tuple[Camera | Pinhole, float]:
+def _lens(path: Path, options: ReadOptions) -> tuple[Camera | Pinhole, float]:
     """The camera, or as much of it as the user gives, and the units per metre."""
-    if reading.camera is not None and not path.exists():
-        return reading.camera, reading.depth_scale or DEFAULT_DEPTH_SCALE
+    if options.camera is not None and not path.exists():
+        return options.camera, options.depth_scale or DEFAULT_DEPTH_SCALE
     camera, scale = read_intrinsics(path)
-    return reading.camera or camera, reading.depth_scale or scale
+    return options.camera or camera, options.depth_scale or scale
 
 
 def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> FrameData:
@@ -101,7 +101,7 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
     except FileNotFoundError:
         raise InputError(
             f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
-            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --read 'camera=[fx, fy, cx, cy]'",
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --input-option 'camera=[fx, fy, cx, cy]'",
             code="intrinsics-missing",
         ) from None
     except OSError as error:

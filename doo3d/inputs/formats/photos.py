@@ -26,7 +26,7 @@ class PhotosCapture:
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"
     format = "photos"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         self.frames = _folder(path) if path.is_dir() else [_alone(path)]
 

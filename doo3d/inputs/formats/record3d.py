@@ -44,7 +44,7 @@ class Record3DCapture:
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"
     format = "record3d"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("lzfse", "record3d")
         self.path = path
         recorded = _open(path)
@@ -57,7 +57,7 @@ class Record3DCapture:
         changed = path.stat().st_mtime_ns
         self.frames = []
         for stem in stems:
-            pinhole, time, pose = _pinhole(path, about, stem, size, reading), _time(about, stem), _row(about, "poses", stem)
+            pinhole, time, pose = _pinhole(path, about, stem, size, options), _time(about, stem), _row(about, "poses", stem)
             self.frames.append(FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose), time))
 
     @staticmethod
@@ -208,10 +208,10 @@ def _time(about: dict[str, Any], stem: str) -> float | None:
     return int(stem) / rate if isinstance(rate, int | float) and rate > 0 and stem.isdecimal() else None
 
 
-def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int], reading: ReadOptions) -> Pinhole:
+def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int], options: ReadOptions) -> Pinhole:
     """In pixels of the depth: what the metadata says is in pixels of the colour, and is scaled as the author does."""
-    if reading.camera is not None:
-        return reading.camera
+    if options.camera is not None:
+        return options.camera
     width, height = _size(path, about, "w", "h")
     own = _row(about, "perFrameIntrinsicCoeffs", stem)
     where = f"{path}: {METADATA}"

@@ -50,12 +50,12 @@ class RedwoodCapture:
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
     format = "redwood"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        found = _found(path, reading.tolerance)
+        found = _found(path, options.tolerance)
         log = _log(path)
         poses = _logged(log) if log else {}
-        sensor = _sensor(reading, PINHOLE, SCALE)
+        sensor = _sensor(options, PINHOLE, SCALE)
         self.frames = [_entry(path, each, sensor, poses.get(each.number)) for each in found]
 
     @staticmethod
@@ -74,14 +74,14 @@ class IclCapture:
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"
     format = "icl"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         truth = next(iter(sorted(path.glob("*.gt.freiburg"))), None)
         poses: dict[int, Floats] = {}
         if truth is not None:
             found = read_trajectory(truth)
             poses = {round(time): _UP @ pose @ _UP for time, pose in zip(found.times.tolist(), found.poses, strict=True)}
-        sensor = _sensor(reading, ICL_PINHOLE, ICL_SCALE)
+        sensor = _sensor(options, ICL_PINHOLE, ICL_SCALE)
         self.frames = [
             _entry(path, each, sensor, poses.get(int(each.name)) if each.name.isdecimal() else None) for each in _found(path, 0)
         ]
@@ -105,8 +105,8 @@ def _first_is_stamped(folder: Path) -> bool:
     return first is not None and _STAMPED.fullmatch(first.stem) is not None
 
 
-def _sensor(reading: ReadOptions, pinhole: Pinhole, scale: float) -> Sensor:
-    return Sensor(reading.camera or pinhole, reading.depth_scale or scale, None if reading.camera else SIZE)
+def _sensor(options: ReadOptions, pinhole: Pinhole, scale: float) -> Sensor:
+    return Sensor(options.camera or pinhole, options.depth_scale or scale, None if options.camera else SIZE)
 
 
 def _found(path: Path, tolerance: float) -> list[_Found]:

@@ -153,7 +153,7 @@ def _by_time(capture: Capture, found: Trajectory, tolerance: float, file: Path) 
         known = [time for time in times if time is not None]
         raise InputError(
             f"{file}: its poses are from {found.times[0]} to {found.times[-1]} s, the frames from {min(known)} to "
-            f"{max(known)} s: none is within {tolerance} s of another (--read tolerance=...)",
+            f"{max(known)} s: none is within {tolerance} s of another (--input-option tolerance=...)",
             code="times-apart",
         )
     return poses

@@ -35,24 +35,24 @@ class TumCapture:
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
     format = "tum"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         times, depth = _listed(path / DEPTH)
         color: list[Path | None] = [None] * len(depth)
         if (path / COLOR).is_file():
             others, images = _listed(path / COLOR)
-            one, other = associate(times, others, reading.tolerance)
+            one, other = associate(times, others, options.tolerance)
             if not len(one):
                 raise InputError(
                     f"{path}: {DEPTH} goes from {times[0]} to {times[-1]} s, {COLOR} from {others[0]} to {others[-1]} s: no "
-                    f"two images are within {reading.tolerance} s of each other (--read tolerance=...)",
+                    f"two images are within {options.tolerance} s of each other (--input-option tolerance=...)",
                     code="times-apart",
                 )
             times, depth, color = times[one], [depth[i] for i in one], [images[i] for i in other]
         truth = read_trajectory(path / TRUTH) if (path / TRUTH).is_file() else None
-        sensor = Sensor(reading.camera or PINHOLE, reading.depth_scale or SCALE, None if reading.camera else SIZE)
+        sensor = Sensor(options.camera or PINHOLE, options.depth_scale or SCALE, None if options.camera else SIZE)
         self.frames = [
-            _entry(Files(*files), sensor, time, truth, reading.tolerance)
+            _entry(Files(*files), sensor, time, truth, options.tolerance)
             for files, time in zip(zip(depth, color, strict=True), times.tolist(), strict=True)
         ]
 

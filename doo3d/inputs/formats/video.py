@@ -42,7 +42,7 @@ class VideoCapture:
     what: ClassVar[str] = "a video file (MP4, MOV, AVI, MKV, ...)"
     format = "video"
 
-    def __init__(self, path: Path, reading: ReadOptions = DEFAULT) -> None:
+    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         found, stat = _probe(path), path.stat()
         stamp = (stat.st_mtime_ns, stat.st_size)

@@ -76,7 +76,7 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     if size is not None and size != (width, height):
         raise InputError(
             f"the depth is {width}x{height} but the format's own intrinsics are for {size[0]}x{size[1]}: "
-            "give those of this camera, --read 'camera=[fx, fy, cx, cy]'",
+            "give those of this camera, --input-option 'camera=[fx, fy, cx, cy]'",
             code="intrinsics-size",
         )
     return Camera(*pinhole, width=width, height=height)
@@ -94,7 +94,7 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
     if measured.size and not _NEAR <= (middle := float(np.median(measured))) <= _FAR:
         raise InputError(
             f"{path}: the depth is {middle:.3g} m in the middle with depth_scale={scale:g} (units per metre), which makes no "
-            "sense: give the right one, --read depth_scale=1000 for millimetres",
+            "sense: give the right one, --input-option depth_scale=1000 for millimetres",
             code="depth-unit",
         )
 

@@ -128,7 +128,7 @@ class _Clouds:
         self._count = min(max(int(_CLOUDS * _IN_BASE64 / _POINT / max(frames, 1)), _POINTS[0]), _POINTS[1])
         source = results.manifest.get("input", {})
         try:
-            capture = open_capture(source["path"], reading=ReadOptions(**source.get("reading", {})))
+            capture = open_capture(source["path"], options=ReadOptions(**source.get("reading", {})))
             if capture.format != source.get("format"):
                 raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
             self._entries = {entry.name: entry for entry in capture.frames}

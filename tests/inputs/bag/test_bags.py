@@ -53,7 +53,7 @@ def named(kind: str) -> str:
 
 
 def frames(path: Path, **said) -> list[Frame]:
-    return [entry.load().data for entry in open_capture(path, reading=ReadOptions(**said)).frames]
+    return [entry.load().data for entry in open_capture(path, options=ReadOptions(**said)).frames]
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_two_cameras_have_to_be_told_apart(tmp_path):
         made.image(f"/{name}/depth/image_raw", SECOND, slope(), "16UC1")
         made.info(f"/{name}/depth/camera_info", SIZE, NUMBERS)
     path = made.write(tmp_path / "a.bag")
-    with refuses("topic-ambiguous", "/left/depth/image_raw, /right/depth/image_raw", "--read depth_topic="):
+    with refuses("topic-ambiguous", "/left/depth/image_raw, /right/depth/image_raw", "--input-option depth_topic="):
         open_capture(path)
     assert len(frames(path, depth_topic="/right/depth/image_raw")) == 1
 

@@ -46,7 +46,7 @@ def scene(kind: str = "ros1", depth: np.ndarray | None = None, color: np.ndarray
 
 
 def only(path: Path, **said):
-    (entry,) = open_capture(path, reading=ReadOptions(**said)).frames
+    (entry,) = open_capture(path, options=ReadOptions(**said)).frames
     return entry.load()
 
 

@@ -37,7 +37,7 @@ def file_of(path: Path) -> Path:
 
 def refused(path: Path, code: str, *parts: str, **said) -> None:
     with refuses(code, *parts):
-        open_capture(path, reading=ReadOptions(**said))
+        open_capture(path, options=ReadOptions(**said))
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_camera_info_under_another_name(tmp_path):
     made.info("/calibration", SIZE, NUMBERS, frame="elsewhere")
     path = made.write(tmp_path / "a.bag")
     refused(path, "intrinsics-missing", DEPTH)
-    assert open_capture(path, reading=ReadOptions(info_topic="/calibration")).frames[0].load().data.camera.fx == NUMBERS[0]
+    assert open_capture(path, options=ReadOptions(info_topic="/calibration")).frames[0].load().data.camera.fx == NUMBERS[0]
 
 
 @pytest.mark.parametrize("key", ["depth_topic", "color_topic", "info_topic", "cloud_topic"])
@@ -196,7 +196,7 @@ def test_clocks_that_have_nothing_in_common(tmp_path):
     made.image(COLOR, 500 * SECOND, tint(), "rgb8")
     path = made.write(tmp_path / "a.bag")
     refused(path, "times-apart", COLOR, "0.03 s", "498.", "tolerance=")
-    assert open_capture(path, reading=ReadOptions(color_topic="none")).frames[0].load().data.color is None
+    assert open_capture(path, options=ReadOptions(color_topic="none")).frames[0].load().data.color is None
 
 
 def test_colour_of_another_camera_of_which_nothing_is_known(tmp_path):

@@ -59,7 +59,7 @@ def test_a_topic_that_is_not_there(refused, tmp_path):
     made = Script("mcap")
     made.image("/depth/image", SECOND, np.ones((4, 4), np.uint16), "16UC1")
     path = made.write(tmp_path / "bag")
-    assert "/depth/image" in refused(path, "--read", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
+    assert "/depth/image" in refused(path, "--input-option", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
 
 
 def test_in_the_image_mode_the_colour_is_taken(doo3d, tmp_path):

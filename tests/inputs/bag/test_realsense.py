@@ -75,7 +75,7 @@ def test_without_a_unit_it_is_asked_for(tmp_path):
     path = write(recording(unit=None), tmp_path / "a.bag")
     with refuses("depth-unit", OPTION, "depth_scale"):
         open_capture(path)
-    frame = open_capture(path, reading=ReadOptions(depth_scale=1000)).frames[0].load().data
+    frame = open_capture(path, options=ReadOptions(depth_scale=1000)).frames[0].load().data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
 
 
@@ -91,4 +91,4 @@ def test_without_extrinsics_it_is_said(tmp_path):
     path = write(recording(extrinsics=False), tmp_path / "a.bag")
     with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(path)
-    assert open_capture(path, reading=ReadOptions(color_topic="none")).frames[0].load().data.color is None
+    assert open_capture(path, options=ReadOptions(color_topic="none")).frames[0].load().data.color is None

@@ -83,7 +83,7 @@ def test_a_scene_without_poses(make):
 
 
 def test_what_the_user_says_goes_first(make):
-    shot = open_capture(make(cam_K=None, depth_scale=None), reading=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
+    shot = open_capture(make(cam_K=None, depth_scale=None), options=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
     camera = shot.frames[1].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (500, 501, 300, 200)
     assert shot.frames[1].load().data.depth.max() == pytest.approx(2 * scene().depth.max(), abs=1e-3)

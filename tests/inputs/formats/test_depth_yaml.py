@@ -60,23 +60,23 @@ def test_a_tiff_of_metres(make, tmp_path):
 
 def test_what_the_user_says(tmp_path, monkeypatch):
     depth, photo = put(tmp_path / "d.png", units(4000)), put(tmp_path / "photos" / "c.png", scene().color)
-    check(open_capture(depth, reading=SAID.model_copy(update={"color": photo})).frames[0].load(), 1 / 4000)
-    assert open_capture(depth, reading=SAID).frames[0].load().data.color is None
+    check(open_capture(depth, options=SAID.model_copy(update={"color": photo})).frames[0].load(), 1 / 4000)
+    assert open_capture(depth, options=SAID).frames[0].load().data.color is None
     monkeypatch.chdir(tmp_path)
-    said = ReadOptions.of([f"camera={[*map(float, scene().pinhole)]}", "depth_scale=4000", "color=photos/c.png"])
-    check(open_capture("d.png", reading=said).frames[0].load(), 1 / 4000)
+    said = ReadOptions.from_pairs([f"camera={[*map(float, scene().pinhole)]}", "depth_scale=4000", "color=photos/c.png"])
+    check(open_capture("d.png", options=said).frames[0].load(), 1 / 4000)
 
 
 def test_what_the_user_says_goes_first(make):
     path = make(camera=[1.0, 2.0, 3.0, 4.0], depth_scale=1)
-    check(open_capture(path, reading=SAID).frames[0].load(), 1 / 4000)
+    check(open_capture(path, options=SAID).frames[0].load(), 1 / 4000)
 
 
 def test_from_the_command_line(make, doo3d, tmp_path):
     path = make()
     path.with_suffix(".yaml").unlink()
     camera = f"camera={[*map(float, scene().pinhole)]}"
-    said = [word for pair in (camera, "depth_scale=4000", "color=photo.png") for word in ("--read", pair)]
+    said = [word for pair in (camera, "depth_scale=4000", "color=photo.png") for word in ("--input-option", pair)]
     code, out, err = doo3d("detect", path, "-o", tmp_path / "out", *said)
     assert code == 0, err
     assert "1 chain   1.080 m" in out
@@ -85,7 +85,7 @@ def test_from_the_command_line(make, doo3d, tmp_path):
 def test_photographs_and_results_stay_what_they_are(make, tmp_path):
     make()
     assert open_capture(tmp_path / "photo.png").format == "photos"
-    assert open_capture(make(), flat=True).format == "photos"
+    assert open_capture(make(), images_only=True).format == "photos"
     (tmp_path / "cable.yaml").write_text("segment:\n  camera: 1\n")
     assert open_capture(tmp_path).format == "photos"
 

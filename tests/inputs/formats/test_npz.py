@@ -44,7 +44,7 @@ def test_whole_numbers_have_a_unit(tmp_path, given):
     check(open_capture(save(tmp_path / "a.npz", depth=units(4000), **given)).frames[0].load(), 1 / 4000)
     check(open_capture(save(tmp_path / "a.npz", depth=units(1000).astype(np.int64))).frames[0].load(), 1 / 1000)
     check(
-        open_capture(save(tmp_path / "a.npz", depth=units(5000)), reading=ReadOptions(depth_scale=5000)).frames[0].load(),
+        open_capture(save(tmp_path / "a.npz", depth=units(5000)), options=ReadOptions(depth_scale=5000)).frames[0].load(),
         1 / 5000,
     )
 
@@ -113,7 +113,7 @@ def test_a_file_that_was_written_anew(tmp_path):
 def test_the_camera_that_the_user_says(tmp_path):
     path = save(tmp_path / "a.npz", K=None)
     refused(path, "intrinsics-missing", "a.npz", "K")
-    check(open_capture(path, reading=ReadOptions(camera=scene().pinhole)).frames[0].load(), 0)
+    check(open_capture(path, options=ReadOptions(camera=scene().pinhole)).frames[0].load(), 0)
 
 
 def test_an_npz_of_points_is_a_cloud(tmp_path):

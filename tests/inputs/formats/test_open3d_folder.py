@@ -90,7 +90,7 @@ def test_a_mask_saved_as_colour_picture(capture):
 def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
     folder, said = capture(mask=True), ReadOptions(camera=(410, 420, 150, 110), depth_scale=2000)
     for _ in range(2):
-        shot = open_capture(folder, reading=said).frames[0].load()
+        shot = open_capture(folder, options=said).frames[0].load()
         camera = shot.data.camera
         assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
         assert (camera.width, camera.height) == (320, 240)
@@ -101,9 +101,9 @@ def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
 
 def test_one_of_the_two_alone(capture):
     folder = capture(intrinsics={"depth_scale": 2000})
-    shot = open_capture(folder, reading=ReadOptions(camera=(410, 420, 150, 110))).frames[0].load()
+    shot = open_capture(folder, options=ReadOptions(camera=(410, 420, 150, 110))).frames[0].load()
     assert shot.data.depth[0, 0] == pytest.approx(0.28)
-    shot = open_capture(folder, reading=ReadOptions(depth_scale=500)).frames[0].load()
+    shot = open_capture(folder, options=ReadOptions(depth_scale=500)).frames[0].load()
     assert shot.data.depth[0, 0] == pytest.approx(1.12)
     assert shot.data.camera.fx == 400
 

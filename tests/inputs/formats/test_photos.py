@@ -49,7 +49,7 @@ def turn_png(path: Path, orientation: int) -> Path:
 
 
 def load(path: Path, index: int = 0, **how):
-    return open_capture(path, flat=True, **how).frames[index].load()
+    return open_capture(path, images_only=True, **how).frames[index].load()
 
 
 def color_of(path: Path) -> np.ndarray:
@@ -232,7 +232,7 @@ def test_the_colour_of_a_recorded_folder(capture):
     folder = capture(frames=2, mask=True)
     put(folder / "preview.png", picture())
     assert open_capture(folder).format == "folder"
-    opened = open_capture(folder, flat=True)
+    opened = open_capture(folder, images_only=True)
     assert opened.format == "photos"
     assert [entry.name for entry in opened.frames] == ["000000", "000001"]
     shot = opened.frames[1].load()
@@ -256,7 +256,7 @@ def test_depth_and_intrinsics_need_not_be_there(capture):
 
 
 def test_a_recorded_folder_without_colour_is_what_it_was(capture):
-    assert open_capture(capture(color=False), flat=True).format == "folder"
+    assert open_capture(capture(color=False), images_only=True).format == "folder"
 
 
 # --- what cannot be read -----------------------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ def test_recordings_without_poses_and_sizes_of_depth(make):
 
 
 def test_the_camera_that_the_user_says(make):
-    camera = open_capture(make(K=None, size=SMALL), reading=ReadOptions(camera=(1, 2, 3, 4))).frames[0].load().data.camera
+    camera = open_capture(make(K=None, size=SMALL), options=ReadOptions(camera=(1, 2, 3, 4))).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (1, 2, 3, 4)
 
 

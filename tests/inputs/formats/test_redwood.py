@@ -56,7 +56,7 @@ def icl(tmp_path):
 
 def test_names_with_times(scan):
     log(scan / "scan.log", (1, POSE), (3, OTHER))
-    opened = open_capture(scan, reading=OWN)
+    opened = open_capture(scan, options=OWN)
     assert opened.format == "redwood"
     assert [entry.name for entry in opened.frames] == ["0000001-000000000000", "0000003-000000066737"]
     assert [entry.timestamp for entry in opened.frames] == [0.0, 0.066737]
@@ -101,7 +101,7 @@ def test_icl(icl):
     check(ten, 1 / 5000, (481.2, 480, 319.5, 239.5))
     assert zero.pose is None
     assert np.allclose(ten.pose[:3, 3], (1, -2, 3))
-    found(open_capture(icl, reading=OWN).frames[0].load())
+    found(open_capture(icl, options=OWN).frames[0].load())
     # a point that the set's own camera (y up) sees at the same pixel is the same point of the mirrored world
     seen, flip = np.array([0.1, 0.2, 0.7, 1]), np.diag([1.0, -1, 1, 1])
     assert np.allclose(one.pose @ seen, flip @ POSE @ flip @ seen)

@@ -40,13 +40,13 @@ def test_between_two_poses(tmp_path):
 
 def test_by_order_where_frames_have_no_times(capture, tmp_path):
     file = write(tmp_path / "a.txt", f"10 {LINE}", f"20 {TURNED}")
-    opened = open_capture(capture(frames=2), reading=ReadOptions(trajectory=file))
+    opened = open_capture(capture(frames=2), options=ReadOptions(trajectory=file))
     entries = pickle.loads(pickle.dumps(opened.frames))
     assert np.allclose(entries[0].load().pose, POSE)
     assert entries[1].load().pose[0, 3] == 0.3
     assert opened.format == "folder"
     with refuses("frame-count", "a.txt: has 2", "capture3 has 3"):
-        open_capture(capture("capture3", frames=3), reading=ReadOptions(trajectory=file))
+        open_capture(capture("capture3", frames=3), options=ReadOptions(trajectory=file))
 
 
 def test_by_time_and_below_masks(tmp_path):
@@ -54,18 +54,18 @@ def test_by_time_and_below_masks(tmp_path):
     masks = tmp_path / "masks"
     put(masks / "000001.png", np.eye(4, 5, dtype=bool))
     file = write(tmp_path / "a.txt", f"1.99 {LINE}", f"2.99 {TURNED}")
-    opened = open_capture(tmp_path / "a.npz", masks=masks, reading=ReadOptions(trajectory=file))
+    opened = open_capture(tmp_path / "a.npz", masks=masks, options=ReadOptions(trajectory=file))
     shot = opened.frames[1].load()
     assert np.allclose(shot.pose, POSE)
     assert shot.mask.sum() == 4
-    assert open_capture(tmp_path / "a.npz", reading=ReadOptions(trajectory=file)).frames[0].load().pose is None
+    assert open_capture(tmp_path / "a.npz", options=ReadOptions(trajectory=file)).frames[0].load().pose is None
 
 
 def test_times_that_never_meet(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.full((3, 4, 5), 700), K=np.diag([5.0, 5, 1]), timestamps=[1.0, 2.0, 3.0])
     file = write(tmp_path / "a.txt", f"1305031453.3 {LINE}")
     with refuses("times-apart", "a.txt", "1305031453.3", "1.0 to 3.0 s", "tolerance"):
-        open_capture(tmp_path / "a.npz", reading=ReadOptions(trajectory=file))
+        open_capture(tmp_path / "a.npz", options=ReadOptions(trajectory=file))
 
 
 @pytest.mark.parametrize(
@@ -84,12 +84,12 @@ def test_times_that_never_meet(tmp_path):
 def test_broken(capture, tmp_path, lines, code, parts):
     file = write(tmp_path / "a.txt", *lines)
     with refuses(code, "a.txt", *parts):
-        open_capture(capture(), reading=ReadOptions(trajectory=file))
+        open_capture(capture(), options=ReadOptions(trajectory=file))
 
 
 def test_no_text_and_no_file(capture, tmp_path):
     (tmp_path / "a.txt").write_bytes(bytes(range(128, 256)))
     with refuses("file-not-text", "a.txt"):
-        open_capture(capture(), reading=ReadOptions(trajectory=tmp_path / "a.txt"))
+        open_capture(capture(), options=ReadOptions(trajectory=tmp_path / "a.txt"))
     with refuses("file-missing", "b.txt"):
-        open_capture(capture("other"), reading=ReadOptions(trajectory=tmp_path / "b.txt"))
+        open_capture(capture("other"), options=ReadOptions(trajectory=tmp_path / "b.txt"))

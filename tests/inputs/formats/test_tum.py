@@ -40,7 +40,7 @@ def folder_of(path: Path) -> Path:
 
 
 def test_depth_colour_camera_and_pose(sequence):
-    opened = open_capture(sequence, reading=OWN)
+    opened = open_capture(sequence, options=OWN)
     assert opened.format == "tum"
     assert [entry.name for entry in opened.frames] == ["100.000000", "100.033333", "100.066667"]
     assert [entry.timestamp for entry in opened.frames] == [100.0, 100.033333, 100.066667]
@@ -56,7 +56,7 @@ def test_depth_colour_camera_and_pose(sequence):
 def test_the_benchmarks_own_camera(sequence):
     camera = open_capture(sequence).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525, 525, 319.5, 239.5)
-    assert open_capture(sequence, reading=ReadOptions(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
+    assert open_capture(sequence, options=ReadOptions(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
         1.478, abs=1e-3
     )
 
@@ -97,7 +97,9 @@ def test_depth_alone(sequence):
 
 
 def test_results_are_called_after_the_times(sequence, doo3d, tmp_path):
-    code, _, err = doo3d("detect", sequence, "-o", tmp_path / "out", "--read", f"camera={list(map(float, scene().pinhole))}")
+    code, _, err = doo3d(
+        "detect", sequence, "-o", tmp_path / "out", "--input-option", f"camera={list(map(float, scene().pinhole))}"
+    )
     assert code == 0, err
     assert (tmp_path / "out" / "100.033333.json").is_file()
 
@@ -145,4 +147,4 @@ def test_the_own_camera_is_for_one_size(sequence):
 
 @pytest.mark.parametrize("scale", [2.0, 5e6])
 def test_a_unit_that_makes_no_sense(sequence, scale):
-    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, reading=ReadOptions(depth_scale=scale))
+    refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, options=ReadOptions(depth_scale=scale))
