@@ -24,7 +24,7 @@ FORCED_MIN_LENGTH_RATIO = 0.1
 
 def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     """The paper's rule. Free space only ever adds to a cost, so it is asked for only of the pair that would be next."""
-    group = list(range(len(cost) // 2))
+    group = list(range(len(cost) // 2))  # scipy's DisjointSet is no shorter here, and takes 60 ms to import
     used: set[int] = set()
     links: list[Link] = []
     rings: list[Link] = []
