@@ -58,13 +58,13 @@ def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
     from ..outputs.detection_json import dumps
     from ..outputs.ply import encode_points
     from ..types import Image
+    from ..viz.backdrop import backdrop_of, planar_backdrop
     from ..viz.png import encode_image
     from ..viz.stage_products import draw_product
-    from ..viz.view import flat_view, view_of
 
     data, stages, mask = run_with_stages(entry, config)
     found = explain(data, stages, config, mask)
-    view = flat_view(data.color) if isinstance(data, Image) else view_of(data)
+    backdrop = planar_backdrop(data.color) if isinstance(data, Image) else backdrop_of(data)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -75,7 +75,7 @@ def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
     }
     for product in products(stages, found):
         files[f"{product.name}.ply"] = encode_points(product.points, product.colors, product.edges)
-        files[f"{product.name}.png"] = encode_image(draw_product(view, product))
+        files[f"{product.name}.png"] = encode_image(draw_product(backdrop, product))
     for name, content in files.items():
         save(folder / name, content)
     return [folder / name for name in files]

@@ -65,9 +65,9 @@ def tune(
     say_compiling()
     from ..config.documentation import annotated_yaml
     from ..tuning import tune as propose
+    from ..viz.backdrop import backdrop_of
     from ..viz.png import encode_image
     from ..viz.tuning_preview import draw_tuned
-    from ..viz.view import view_of
 
     data = entry.load().data
     tuned = propose(data, used, picks, (region[0], region[1], region[2], region[3]) if region else None)
@@ -77,7 +77,7 @@ def tune(
         f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows what it takes.\n"
         f"# {command}\n\n{annotated_yaml(tuned.config, tuned.reasons)}",
     )
-    save(picture, encode_image(draw_tuned(view_of(data).image, tuned.mask, tuned.thing)))
+    save(picture, encode_image(draw_tuned(backdrop_of(data).image, tuned.mask, tuned.thing)))
     typer.echo("\n".join([*summary(tuned), f"{'next':<10} {command}", f"{'':<10} -> {out}, {picture}"]))
 
 

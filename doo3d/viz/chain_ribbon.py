@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..types import Bools, Chain, Crossing, Floats
+from .backdrop import Backdrop
 from .canvas import Canvas
 from .palette import DARK, LIGHT, Rgb
-from .view import View
 
 _SEEN, _HIDDEN, _EDGE = 0.50, 0.18, 0.66  # how opaque: ribbon, ribbon where occluded, dark edge
 _DASH = (7.0, 7.0)  # px at unit size: drawn, left out
@@ -34,13 +34,15 @@ class Strand:
     unit: float
 
     @staticmethod
-    def of(chain: Chain, view: View, color: Rgb, unit: float) -> Strand:
-        """The chain as `view` shows it."""
+    def of(chain: Chain, backdrop: Backdrop, color: Rgb, unit: float) -> Strand:
+        """Return the chain as it lies on the backdrop."""
+        view = backdrop.projection
+        distance = view.distance(chain.joints)
         radii = np.where(np.isfinite(chain.radii), chain.radii, 0.0)
-        half = np.maximum(radii * view.scale(chain.joints), 0.5 * unit)
+        half = np.maximum(radii * view.scale(distance), 0.5 * unit)
         points = view.project(chain.joints)
         radius = chain.radius if np.isfinite(chain.radius) else 0.0
-        return Strand(points, half, view.distance(chain.joints), radius, chain.occluded, color, chain.closed, unit)
+        return Strand(points, half, distance, radius, chain.occluded, color, chain.closed, unit)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
         """The stretches of segments that are chosen, on the image, and alike in being hidden; as slices of joints."""

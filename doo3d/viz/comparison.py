@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from ..types import Array, Floats, Frame
+from .backdrop import backdrop_of
 from .canvas import Canvas
 from .palette import CHAINS, DARK, LIGHT, Rgb
-from .view import view_of
 
 SOLID, FLAT = CHAINS[0], CHAINS[1]
 MARK: Rgb = (255, 60, 60)
@@ -32,7 +32,7 @@ def draw_comparison(
     -------
     (H, W, 3) uint8 RGB, of the frame's size.
     """
-    image = view_of(data).image
+    image = backdrop_of(data).image
     height, width = image.shape[:2]
     unit = max(1.0, float(np.sqrt(height * width)) / _UNIT)
     canvas = Canvas(height, width)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from ..types import Array, Bools, Cloud, Frame, Image
+from .backdrop import backdrop_of
 from .palette import CHAINS, LIGHT, Rgb
-from .view import view_of
 
 WIDTH = 1600  # px, of the sheet
 _BOX = (384, 288)  # px, the largest that one picture becomes
@@ -40,7 +40,7 @@ class Tile:
 def tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = None) -> Tile:
     """A frame made small: its colour with the outline of the mask, and its depth; a cloud along the axis of its least spread."""
     if isinstance(data, Cloud):
-        return Tile(caption, (_small(view_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
+        return Tile(caption, (_small(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
     color = data.color
     pictures = () if color is None else (_outlined(_small(color, cv2.INTER_AREA), mask),)
     # nearest, for a mean of near and far is nowhere

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
+from .backdrop import backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, bridges
 from .palette import DARK, LIGHT, Rgb, chain_color
-from .view import flat_view, view_of
 
 _UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _CAPTIONS = 8  # chains that have a line of their own in the caption
@@ -33,12 +33,12 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     -------
     (H, W, 3) uint8 RGB, of the frame's size.
     """
-    view = view_of(data)
+    backdrop = backdrop_of(data)
     if detection.mode == "2d":
-        view = flat_view(view.image)
-    height, width = view.image.shape[:2]
+        backdrop = planar_backdrop(backdrop.image)
+    height, width = backdrop.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / _UNIT)
-    strands = [Strand.of(chain, view, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
+    strands = [Strand.of(chain, backdrop, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
         strand.paint(canvas, np.ones(len(strand.hidden), dtype=bool))
@@ -49,7 +49,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
             strands[index].bridge(canvas, chosen)
     for strand in reversed(strands):
         strand.ends(canvas)
-    return _caption(canvas.over(view.image), canvas, detection)
+    return _caption(canvas.over(backdrop.image), canvas, detection)
 
 
 def caption_lines(detection: Detection) -> list[str]:

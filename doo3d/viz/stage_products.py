@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from ..types import Array, Bools, Floats, Ints
+from .backdrop import Backdrop
 from .canvas import Canvas
 from .palette import DARK, LIGHT
-from .view import View
 
 _UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _DIM = 0.45  # of the image's brightness that is left beneath what is drawn
@@ -32,18 +32,18 @@ class Product:
     labels: dict[int, str] = field(default_factory=dict)
 
 
-def draw_product(view: View, product: Product) -> Array:
-    """The image of the view, dimmed, with the product over it: (H, W, 3) uint8 RGB."""
-    height, width = view.image.shape[:2]
+def draw_product(backdrop: Backdrop, product: Product) -> Array:
+    """The backdrop, dimmed, with the product over it: (H, W, 3) uint8 RGB."""
+    height, width = backdrop.image.shape[:2]
     unit = max(1.0, float(np.sqrt(height * width)) / _UNIT)
-    picture = np.asarray(np.rint(view.image * _DIM), dtype=np.uint8)
+    picture = np.asarray(np.rint(backdrop.image * _DIM), dtype=np.uint8)
     if product.mask is not None and product.mask.shape == (height, width):
-        picture[product.mask] = view.image[product.mask]
+        picture[product.mask] = backdrop.image[product.mask]
         borders, _ = cv2.findContours(product.mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         cv2.drawContours(picture, borders, -1, (60, 220, 90), max(1, round(unit)))
         return picture
     canvas = Canvas(height, width)
-    at = view.project(product.points)
+    at = backdrop.projection.project(product.points)
     good: Bools = np.asarray(np.isfinite(at).all(axis=1))
     linked = np.zeros(len(at), dtype=bool)
     linked[product.edges.ravel()] = True

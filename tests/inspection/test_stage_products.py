@@ -16,8 +16,8 @@ from builders.paths import SAMPLES
 
 from doo3d.errors import MissingDependency
 from doo3d.outputs.ply import encode_points
+from doo3d.viz.backdrop import planar_backdrop
 from doo3d.viz.stage_products import Product, draw_product
-from doo3d.viz.view import flat_view
 
 NAMES = ["1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned", "7-merges", "8-chains"]
 
@@ -82,7 +82,7 @@ def test_a_product_is_drawn_where_it_is():
     image = np.full((80, 120, 3), 90, np.uint8)
     ends = np.array([[20.0, 40.0], [100.0, 40.0]])
     product = Product("x", ends, np.array([[250, 0, 0]] * 2, dtype=np.uint8), np.array([[0, 1]]))
-    picture = draw_product(flat_view(image), product).astype(int)
+    picture = draw_product(planar_backdrop(image), product).astype(int)
     red = picture[:, :, 0] - picture[:, :, 1] > 100
     assert red[40, 25:95].all()
     assert not red[:30].any()

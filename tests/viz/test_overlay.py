@@ -7,9 +7,9 @@ import pytest
 
 from doo3d.types import Camera, Chain, Cloud, Crossing, Detection, Frame, SegmentRef
 from doo3d.viz import draw
+from doo3d.viz.backdrop import SIZE, backdrop_of, depth_picture
 from doo3d.viz.overlay import caption_lines
 from doo3d.viz.palette import chain_color
-from doo3d.viz.view import SIZE, depth_picture, view_of
 
 CAMERA = Camera(600, 600, 320, 240, 640, 480)
 
@@ -168,13 +168,13 @@ def test_a_cloud_is_shown_whole_with_its_chain_on_it(viewpoint, colored):
     points = chain.joints[rng.integers(0, 41, 4000)] + rng.normal(0, 0.003, (4000, 3))
     colors = np.full((4000, 3), 250, np.uint8) if colored else None
     cloud = Cloud(points, colors, viewpoint=viewpoint)
-    view = view_of(cloud)
-    at = view.project(points)
-    assert view.image.shape == (SIZE[1], SIZE[0], 3)
+    backdrop = backdrop_of(cloud)
+    at = backdrop.projection.project(points)
+    assert backdrop.image.shape == (SIZE[1], SIZE[0], 3)
     assert ((at > 0) & (at < SIZE)).all(axis=1).mean() > 0.98
     assert np.ptp(at[:, 0]) > 0.6 * SIZE[0]
     shown = draw(cloud, Detection((chain,), coordinates="cloud"))
-    start, end = view.project(chain.joints[[0, -1]])
+    start, end = backdrop.projection.project(chain.joints[[0, -1]])
     assert np.abs(shown[round(start[1]), round(start[0])].astype(int) - chain_color(0)).max() < 12
     assert np.isfinite(end).all()
 

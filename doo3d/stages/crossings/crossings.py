@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ...config import CrossingsConfig, RefineConfig
 from ...geometry.intersections import Lines, Meetings, meetings
+from ...geometry.projection import Projection, axes_along
 from ...kernels.sampling import bilinear
-from ...types import Array, Chain, Crossing, Floats, Foreground, Path, SegmentRef
+from ...types import Array, Camera, Chain, Crossing, Floats, Foreground, Path, SegmentRef
 from .. import FrameContext
 from ..refine.estimation import infer_viewpoint
 from ..refine.samples import lay
@@ -43,18 +43,11 @@ NOISE = 6.0
 NEAREST = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
 
+FROM_ABOVE = np.diag((1.0, 1.0, -1.0))
+"""Axes of the view of a cloud without a viewpoint: x right, y down in the view, along -z."""
 
-@dataclass(frozen=True)
-class View:
-    """How things lie in the view.
-
-    project : (N, D) -> (N, 2), NaN where it cannot be seen. away : (N, D) -> (N,) distance. scale : distances (...) ->
-    length in the view of one unit of length there.
-    """
-
-    project: Callable[[Floats], Floats]
-    away: Callable[[Floats], Floats]
-    scale: Callable[[Floats], Floats]
+UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
+"""Intrinsics of the view of a cloud with a viewpoint: positions are tangents of angles."""
 
 
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
@@ -69,8 +62,8 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
         return ()
     foreground = context.foreground
     closed = [chain.closed for chain in chains]
-    view = view_of(with_sensor(foreground, chains))
-    flat, away = [view.project(chain.joints) for chain in chains], [view.away(chain.joints) for chain in chains]
+    view = projection_of(with_sensor(foreground, chains))
+    flat, away = [view.project(chain.joints) for chain in chains], [view.distance(chain.joints) for chain in chains]
     found = meetings(flat, closed)
     if not len(found.angle):
         return ()
@@ -89,7 +82,7 @@ def _crossing(found: Meetings, k: int, chains: list[Chain], odds: float) -> Cros
     return Crossing(places[upper], places[1 - upper], joints[0] * (1 - part) + joints[1] * part, float(np.tanh(abs(odds) / 2)))
 
 
-def _odds(found: Meetings, lines: Lines, radius: Floats, view: View, foreground: Foreground) -> Floats:
+def _odds(found: Meetings, lines: Lines, radius: Floats, view: Projection, foreground: Foreground) -> Floats:
     """Log odds that the first strand of each crossing is the upper: (C,). radius : (C, 2) of the strands."""
     depth = lines.at(found.chain, found.segment + found.part)[..., 2]
     seen = strands(found, lines, radius * view.scale(depth))
@@ -118,35 +111,19 @@ def with_sensor(foreground: Foreground, chains: list[Chain]) -> Foreground:
     return infer_viewpoint(foreground, lay(paths, radius, RefineConfig(), chains[0].segment_length), RefineConfig())
 
 
-def view_of(foreground: Foreground) -> View:
-    """The view of a camera, from a viewpoint, from above, or, in 2-D, of the image."""
-    camera, viewpoint = foreground.camera, foreground.viewpoint
+def projection_of(foreground: Foreground) -> Projection:
+    """Return the projection of a camera, from a viewpoint, from above, or, in 2-D, of the image."""
     if foreground.points.shape[1] == 2:
-        return View(lambda points: points, lambda points: np.zeros(len(points)), np.ones_like)
-    if camera is not None:
-        focal = float(np.sqrt(camera.fx * camera.fy))
-        return View(camera.project, lambda points: np.asarray(points[:, 2]), lambda away: focal / away)
+        return Projection.planar()
+    if foreground.camera is not None:
+        return Projection.of_camera(foreground.camera)
+    viewpoint = foreground.viewpoint
     if viewpoint is None:
-        return View(lambda points: np.asarray(points[:, :2]), lambda points: np.asarray(-points[:, 2]), np.ones_like)
-    axes = _axes(foreground.points.mean(axis=0) - viewpoint)
-
-    def project(points: Floats) -> Floats:
-        turned = (points - viewpoint) @ axes.T
-        return np.asarray(turned[:, :2] / np.where(turned[:, 2:] > 0, turned[:, 2:], np.nan))
-
-    return View(project, lambda points: np.asarray((points - viewpoint) @ axes[2]), lambda away: 1 / away)
+        return Projection.parallel(np.zeros(3), FROM_ABOVE)
+    return Projection.perspective(viewpoint, axes_along(foreground.points.mean(axis=0) - viewpoint), UNIT_CAMERA)
 
 
-def _axes(direction: Floats) -> Floats:
-    """(3, 3) rows: a right-handed system whose third axis is the direction."""
-    size = float(np.linalg.norm(direction))
-    forward = direction / size if size > 0 else np.array((0.0, 0.0, 1.0))
-    side = np.cross(np.eye(3)[np.argmin(np.abs(forward))], forward)
-    side /= np.linalg.norm(side)
-    return np.array([side, np.cross(forward, side), forward])
-
-
-def _surface(foreground: Foreground, view: View, places: Floats, half: Floats) -> Look:
+def _surface(foreground: Foreground, view: Projection, places: Floats, half: Floats) -> Look:
     """Where the surface lies at places in the view: the depth image's pixels of the object, or points of the cloud near there."""
     if foreground.depth is not None and foreground.mask is not None:
         depth, mask = foreground.depth, foreground.mask
@@ -156,7 +133,7 @@ def _surface(foreground: Foreground, view: View, places: Floats, half: Floats) -
             return np.where((found > 0) & (_nearest(mask, at) > 0), found, np.nan)
 
         return measured
-    flat, away = view.project(foreground.points), view.away(foreground.points)
+    flat, away = view.project(foreground.points), view.distance(foreground.points)
     width = float(half.max())
     near = np.zeros(len(flat), dtype=bool)
     for place in places:

@@ -1,0 +1,113 @@
+"""The image that chains are drawn upon, and the projection of points to its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..geometry.projection import Projection, spread_axes, upright_axes_along
+from ..types import Array, Camera, Cloud, Floats, Frame, Image
+
+SIZE = (1280, 720)  # px, of the picture of a cloud
+MARGIN = 0.1  # share of the picture of a cloud, on each side
+POINT_WIDTH = 1.2  # of a point, in square roots of the pixels per point: a surface shows no holes
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """An image to draw upon.
+
+    image : (H, W, 3) uint8 RGB.
+    projection : of points to pixels of the image.
+    """
+
+    image: Array
+    projection: Projection
+
+
+def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
+    """Return a frame's colour image (or its depth in shades), the picture of a cloud's points, or the image itself."""
+    if isinstance(data, Frame):
+        image = data.color if data.color is not None else depth_picture(data.depth)
+        return Backdrop(image, Projection.of_camera(data.camera))
+    if isinstance(data, Cloud):
+        return _cloud_backdrop(data)
+    return planar_backdrop(data.color if isinstance(data, Image) else np.asarray(data))
+
+
+def depth_picture(depth: Array) -> Array:
+    """(H, W) m, 0 = none -> (H, W, 3) uint8 RGB: near is bright, none is nearly black."""
+    seen = depth > 0
+    if not seen.any():
+        return np.full((*depth.shape, 3), 20, np.uint8)
+    near, far = np.percentile(depth[seen], (2, 98))
+    bright = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
+    picture = cv2.applyColorMap(np.uint8(40 + 150 * bright), cv2.COLORMAP_BONE)[:, :, ::-1].copy()
+    picture[~seen] = 20
+    return np.asarray(picture)
+
+
+def planar_backdrop(image: Array) -> Backdrop:
+    """Return an image for chains in its own pixels, 2-D."""
+    return Backdrop(image, Projection.planar())
+
+
+def _cloud_backdrop(cloud: Cloud) -> Backdrop:
+    """Return the picture of a cloud, in perspective from its viewpoint, or in parallel along the axis of least spread."""
+    projection = _cloud_projection(cloud)
+    if not len(cloud.points):
+        width, height = SIZE
+        return Backdrop(np.full((height, width, 3), 30, np.uint8), projection)
+    return Backdrop(_points_picture(cloud, projection), projection)
+
+
+def _cloud_projection(cloud: Cloud) -> Projection:
+    """Return the projection in which most points of a cloud fill the picture."""
+    width, height = SIZE
+    if not len(cloud.points):
+        return Projection.of_camera(Camera(width, width, width / 2, height / 2, width, height))
+    center = cloud.points.mean(axis=0)
+    if cloud.viewpoint is None:
+        axes = spread_axes(cloud.points - center)
+        scale, offset = _fitted((cloud.points - center) @ axes[:2].T)
+        return Projection.parallel(center, axes, scale, offset)
+    axes = upright_axes_along(center - cloud.viewpoint)
+    in_view = (cloud.points - cloud.viewpoint) @ axes.T
+    focal, (cx, cy) = _fitted(in_view[:, :2] / np.maximum(in_view[:, 2:], 1e-9))
+    return Projection.perspective(cloud.viewpoint, axes, Camera(focal, focal, cx, cy, width, height))
+
+
+def _fitted(positions: Floats) -> tuple[float, Floats]:
+    """Return the scale and the (2,) offset, px, with which 99 % of (N, 2) positions lie inside the margins of the picture."""
+    low, high = np.percentile(positions, (0.5, 99.5), axis=0)
+    scale = float(np.min(np.array(SIZE) * (1 - 2 * MARGIN) / np.maximum(high - low, 1e-9)))
+    return scale, np.asarray(np.array(SIZE) / 2 - scale * (low + high) / 2)
+
+
+def _points_picture(cloud: Cloud, projection: Projection) -> Array:
+    """(H, W, 3) uint8 RGB: the points as small squares on dark ground, far ones first."""
+    width, height = SIZE
+    shade = np.linspace(46, 22, height)[:, None, None]
+    picture: Array = np.rint(shade * np.array((0.86, 0.95, 1.15))).repeat(width, axis=1).astype(np.uint8)
+    distance = projection.distance(cloud.points)
+    order = np.argsort(-distance, kind="stable")
+    if cloud.colors is not None:
+        colors = cloud.colors[order]
+    else:
+        low, high = np.percentile(distance, (1, 99))
+        near = 1 - np.clip((distance[order] - low) / max(high - low, 1e-9), 0, 1)
+        colors = np.rint((110 + 110 * near[:, None]) * np.array((0.9, 0.97, 1.0))).astype(np.uint8)
+    at = projection.project(cloud.points[order])
+    good = np.isfinite(at).all(axis=1) & (np.abs(at) < 4 * max(SIZE)).all(axis=1)
+    at, colors = np.rint(at[good]).astype(int), colors[good]
+    if not len(at):
+        return picture
+    free = np.sqrt(np.prod(np.ptp(at, axis=0) + 1.0) / len(at))
+    wide = int(np.clip(np.ceil(POINT_WIDTH * free), 1, 6))
+    for step in np.ndindex(wide, wide):
+        u, v = (at + step - wide // 2).T
+        inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        picture[v[inside], u[inside]] = colors[inside]
+    return picture
