@@ -1,4 +1,4 @@
-"""`python -m doo3d` is the command `doo3d`."""
+"""`python -m doo3d` runs the command `doo3d`."""
 
 from .cli import main
 

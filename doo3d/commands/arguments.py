@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and what is done with them."""
+"""Arguments and options shared by several commands, and the helpers that resolve them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
 ]
 MaskOption = Annotated[
-    Path | None, typer.Option("--mask", help="The object's pixels, instead of the capture's own: an image, or a folder of them.")
+    Path | None, typer.Option("--mask", help="Mask of the object, replacing the capture's own: an image, or a folder of them.")
 ]
 
 InputOption = Annotated[
@@ -30,61 +30,61 @@ InputOption = Annotated[
     ),
 ]
 
-EveryOption = Annotated[
-    int, typer.Option(min=1, metavar="N", help="Of the frames left by the others, the first and then every Nth.")
-]
+EveryOption = Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")]
 StartOption = Annotated[
     str | None,
     typer.Option(
-        metavar="PLACE",
-        help="The first frame: its number from 0 (12), or from the end (-1 is the last), or a time since the first frame (12.5s; "
+        metavar="POSITION",
+        help="First frame: its number from 0 (12), or from the end (-1 is the last), or a time since the first frame (12.5s; "
         "-2s is two seconds before the last).",
     ),
 ]
-EndOption = Annotated[str | None, typer.Option(metavar="PLACE", help="The last frame, as --start; it is included.")]
+EndOption = Annotated[str | None, typer.Option(metavar="POSITION", help="Last frame, given like --start; it is included.")]
 FramesOption = Annotated[
     str | None,
     typer.Option(
         metavar="LIST",
-        help="Frames and spans of them as for --start, both ends included: 3,7,10-20 or 2s-4.5s; a single time is the frame "
+        help="Frames and ranges, given like --start, both ends included: 3,7,10-20 or 2s-4.5s; a single time selects the frame "
         "nearest to it.",
     ),
 ]
+FrameOption = Annotated[
+    str | None, typer.Option("--frame", metavar="N", help="Frame to use: its name, or its number from 0; -1 is the last.")
+]
+Results = Annotated[Path, typer.Argument(metavar="OUT", help="The folder that doo3d detect wrote.")]
+
+T = TypeVar("T")
 
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
-    """The effective configuration."""
+    """Return the effective configuration: a preset or YAML file with the overrides of --set.
+
+    Raises
+    ------
+    ConfigError : the preset, the file or an override cannot be used.
+    """
     from ..config import load_config, parse_overrides
 
     return load_config(name, parse_overrides(overrides or []))
 
 
 def split(names: str | None) -> list[str] | None:
-    """The names of a comma-separated list."""
+    """Return the names of a comma-separated list; None without one."""
     return None if names is None else [name.strip() for name in names.split(",")]
 
 
-def save(path: Path, content: str | bytes) -> None:
-    """Write a file, or say why not."""
-    from ..outputs.atomic import write_bytes
-
-    try:
-        write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
-
-
-FrameOption = Annotated[
-    str | None, typer.Option("--frame", metavar="N", help="Which frame: its name, or its number from 0; -1 is the last.")
-]
-
-
 def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> FrameRef:
-    """The frame that is called so, or has that number; the first without.
+    """Return the frame of a name or number.
+
+    Parameters
+    ----------
+    capture : the capture to search.
+    wanted : name of the frame, or its number from 0 (negative from the end); None selects the first.
+    option : the option that `wanted` was given with, for the error message.
 
     Raises
     ------
-    InputError : there is none.
+    InputError : the capture has no such frame.
     """
     frames = capture.frames
     for entry in frames:
@@ -93,48 +93,47 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
     try:
         return frames[int(wanted or 0)]
     except (ValueError, IndexError):
-        shown = f"{frames[0].name} to {frames[-1].name}" if len(frames) > 1 else "".join(entry.name for entry in frames)
+        names = f"{frames[0].name} to {frames[-1].name}" if len(frames) > 1 else "".join(entry.name for entry in frames)
         raise InputError(
-            f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {shown}", code="frame-unknown"
+            f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {names}", code="frame-unknown"
         ) from None
 
 
-def new_file(path: Path, force: bool) -> Path:
-    """A place to write to.
+def check_new_file(path: Path, force: bool) -> None:
+    """Refuse to write a file over another, or into a missing folder.
 
     Raises
     ------
-    InputError : something is there already, and it is not to be replaced.
-    """
-    if path.exists() and not force:
-        raise InputError(f"{path} exists: give another name with -o, or --force to replace it", code="out-exists")
-    return path
-
-
-Results = Annotated[Path, typer.Argument(metavar="OUT", help="What doo3d detect wrote.")]
-T = TypeVar("T")
-
-
-def free(path: Path, force: bool) -> None:
-    """Refuse to write over a file, or into a folder that there is not.
-
-    Raises
-    ------
-    InputError : the file is there and `force` is not given, or its folder is not there.
+    InputError : `path` is a folder; it exists and `force` is off; its folder does not exist.
     """
     if path.is_dir():
         raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
     if path.exists() and not force:
-        raise InputError(f"{path}: is there already: give another name with -o, or --force to write over it", code="out-exists")
+        raise InputError(f"{path}: exists already: give another name with -o, or --force to replace it", code="out-exists")
     if not path.absolute().parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist", code="out-folder-missing")
+        raise InputError(f"{path}: the folder {path.parent} does not exist: create it first", code="out-folder-missing")
 
 
-def with_progress(frames: Sequence[T]) -> Iterable[T]:
-    """The frames one after the other, with a bar on stderr where that is a terminal."""
-    if len(frames) < 2 or not sys.stderr.isatty():
-        return frames
+def save(path: Path, content: str | bytes) -> None:
+    """Write a file; text is encoded as UTF-8.
+
+    Raises
+    ------
+    InputError : the file cannot be written.
+    """
+    from ..outputs.atomic import write_bytes
+
+    try:
+        write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
+
+
+def with_progress(items: Sequence[T]) -> Iterable[T]:
+    """Yield the items one after the other, with a progress bar on stderr if that is a terminal."""
+    if len(items) < 2 or not sys.stderr.isatty():
+        return items
     from rich.console import Console
     from rich.progress import track
 
-    return track(frames, "", console=Console(stderr=True), transient=True)
+    return track(items, "", console=Console(stderr=True), transient=True)

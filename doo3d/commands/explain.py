@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .arguments import FrameOption, InputOption, MaskOption, Overrides, Preset, config_of, frame_of, new_file, save
+from .arguments import FrameOption, InputOption, MaskOption, Overrides, Preset, check_new_file, config_of, frame_of, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def explain(
     opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options or []))
     entry = frame_of(opened, frame)
     if document is not None:
-        new_file(document, force)
+        check_new_file(document, force)
     say_compiling()
     from ..inspection.explain import explain as account
 

@@ -12,13 +12,13 @@ import typer
 
 from ..errors import InputError
 from .arguments import EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
+from .exit_codes import NOTHING_DONE, SOME_FAILED
 
 if TYPE_CHECKING:
     from ..inputs.capture import FrameData
     from ..inputs.inspection import Look, Summary
     from ..viz.contact_sheet import Tile
 
-SOME_FAILED, ALL_FAILED = 1, 2  # exit codes
 MOST_REASONS = 3  # of frames that cannot be read
 _PICTURES = (".png", ".jpg", ".jpeg")
 
@@ -79,7 +79,7 @@ def info(
         _draw(sheet, f"{capture.resolve().name}   {found.format}   {_frames(found.frames)}", tiles)
         typer.echo(f"sheet -> {sheet}", err=document)
     if len(found.good) < len(found.looks):
-        raise typer.Exit(SOME_FAILED if found.good else ALL_FAILED)
+        raise typer.Exit(SOME_FAILED if found.good else NOTHING_DONE)
 
 
 def lines(found: Summary, what: str) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, save, with_progress
+from .arguments import Results, check_new_file, save, with_progress
 
 
 def report(
@@ -30,7 +30,7 @@ def report(
     from ..viz.report import report_page
 
     opened = open_results(results)
-    free(out, force)
+    check_new_file(out, force)
     page = report_page(opened, out.absolute().parent, clouds, with_progress)
     save(out, page)
     typer.echo(f"{len(opened.manifest['frames'])} frames, {len(page.encode()) / 1e6:.1f} MB -> {out}")

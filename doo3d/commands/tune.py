@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import FrameOption, InputOption, Overrides, config_of, frame_of, new_file, save
+from .arguments import FrameOption, InputOption, Overrides, check_new_file, config_of, frame_of, save
 from .progress import say_compiling
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def tune(
     if out.suffix not in (".yaml", ".yml"):
         raise InputError(f"-o {out}: a configuration is called .yaml", code="out-suffix")
     for path in (out, picture):
-        new_file(path, force)
+        check_new_file(path, force)
     picks = [(x, y) for x, y in (_numbers("--pick", text, 2) for text in pick or [])]
     region = _numbers("--box", box, 4) if box else None
     if picks and region:

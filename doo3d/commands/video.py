@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, with_progress
+from .arguments import Results, check_new_file, with_progress
 
 
 def video(
@@ -34,7 +34,7 @@ def video(
     from ..viz.video import write_video
 
     opened = open_results(results)
-    free(out, force)
+    check_new_file(out, force)
     made = write_video(opened, out, fps, codec, skip_failed, with_progress)
     failed = f" ({made.failed} failed, {'left out' if skip_failed else 'shown as such'})" if made.failed else ""
     frames = f"{made.frames} frame{'' if made.frames == 1 else 's'}"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, free, with_progress
+from .arguments import Results, check_new_file, with_progress
 from .progress import say_compiling
 
 
@@ -35,7 +35,7 @@ def view(
 
     opened = open_results(results)
     if save is not None:
-        free(save, force)
+        check_new_file(save, force)
     from ..inspection.rerun_viewer import Viewing, frames_of
 
     names = frames_of(opened, frame)

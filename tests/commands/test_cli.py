@@ -35,17 +35,17 @@ def test_one_line_per_frame_and_the_files(doo3d, capture):
         *("config.yaml", "manifest.json", "progress.jsonl"),
     ]
     found = json.loads(Path("results/000000.json").read_text())
-    assert found["schema"] == "doo3d/detection/1"
+    assert found["schema"] == "doo3d/detection/2"
     assert found["chains"][0]["radius"] == pytest.approx(0.005, abs=0.0015)
     assert cv2.imread("results/000000.png").shape == (240, 320, 3)
 
 
 def test_settings_reach_the_detection(doo3d, capture):
     Path("mine.yaml").write_text("fit:\n  segment_length: 0.02\n")
-    code, _, _ = doo3d("detect", capture(), "-c", "mine.yaml", "--set", "refine.rounds=1", "--set", "seed=7")
+    code, _, _ = doo3d("detect", capture(), "-c", "mine.yaml", "--set", "refine.iterations=1", "--set", "seed=7")
     assert code == 0
     effective = load_config("out/config.yaml")
-    assert (effective.fit.segment_length, effective.refine.rounds, effective.seed) == (0.02, 1, 7)
+    assert (effective.fit.segment_length, effective.refine.iterations, effective.seed) == (0.02, 1, 7)
     assert json.loads(Path("out/000000.json").read_text())["chains"][0]["segment_length"] == 0.02
 
 

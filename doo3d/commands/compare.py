@@ -1,0 +1,76 @@
+"""`doo3d compare`: the 3-D mode against the 2-D mode, frame by frame."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .arguments import (
+    EndOption,
+    EveryOption,
+    FramesOption,
+    InputOption,
+    MaskOption,
+    Overrides,
+    Preset,
+    StartOption,
+    config_of,
+)
+from .exit_codes import NOTHING_DONE, SOME_FAILED
+from .progress import say_compiling
+
+
+def compare(
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder with depth.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the pictures.")] = Path("compare"),
+    config: Preset = "default",
+    overrides: Overrides = None,
+    config_2d: Annotated[str, typer.Option("--config-2d", help="Preset or YAML file of the 2-D mode.")] = "image",
+    overrides_2d: Annotated[
+        list[str] | None, typer.Option("--set-2d", metavar="KEY=VALUE", help="Set one field of the 2-D mode; repeat for more.")
+    ] = None,
+    mask: MaskOption = None,
+    input_options: InputOption = None,
+    every: EveryOption = 1,
+    start: StartOption = None,
+    end: EndOption = None,
+    frames: FramesOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
+) -> None:
+    """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
+
+    Both agree if the 3-D chains, projected into the image, lie within 2 px of the 2-D chains (or within half their width if
+    that is more) and are in the same order. A wanted number of chains (merge.chains) counts for both.
+
+    \b
+    Example:
+      doo3d compare sample_clouds/crossing -o compare
+
+    Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
+    """
+    from ..config import load_config, parse_overrides
+    from ..inputs import ReadOptions, open_capture
+    from ..inputs.frame_selection import Selection, selected
+
+    effective = config_of(config, overrides)
+    shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
+    effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
+    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or []))
+    opened = selected(opened, Selection(every, start, end, frames))
+    from ..compare import compare_capture
+
+    column = max((len(entry.name) for entry in opened.frames), default=0)
+    say_compiling()
+    records = compare_capture(
+        *(opened, out, effective, effective_2d),
+        force=force,
+        report=lambda record: typer.echo("\n".join(record.lines(column)), err=record.comparison is None),
+    )
+    if not any(record.comparison for record in records):
+        raise typer.Exit(NOTHING_DONE)
+    agreeing = sum(record.agrees for record in records)
+    typer.echo(f"{agreeing} of {len(records)} frame{'s' * (len(records) > 1)} agree -> {out}")
+    if agreeing < len(records):
+        raise typer.Exit(SOME_FAILED)

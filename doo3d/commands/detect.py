@@ -1,0 +1,110 @@
+"""`doo3d detect`: the chains of every frame of a capture, into a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .arguments import (
+    EndOption,
+    EveryOption,
+    FramesOption,
+    InputOption,
+    MaskOption,
+    Overrides,
+    Preset,
+    StartOption,
+    config_of,
+)
+from .debug_frame import StagesOption, keep_stages, staged
+from .exit_codes import NOTHING_DONE, SOME_FAILED
+from .messages import closing_line
+from .progress import reporting, say_compiling
+
+
+def detect(
+    capture: Annotated[
+        Path,
+        typer.Argument(metavar="INPUT", help="A folder of frames, a bag, a cloud, a folder of clouds; in 2-D images or a video."),
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the results.")] = Path("out"),
+    config: Preset = "default",
+    overrides: Overrides = None,
+    mask: MaskOption = None,
+    input_options: InputOption = None,
+    every: EveryOption = 1,
+    start: StartOption = None,
+    end: EndOption = None,
+    frames: FramesOption = None,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Worker processes, each with one frame at a time; 0: this process alone, without dask.")
+    ] = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
+    ] = None,
+    fuse_views: Annotated[
+        bool,
+        typer.Option("--fuse-views", help="Fuse all frames to one cloud and detect in that; object at rest, known camera poses."),
+    ] = False,
+    stages: StagesOption = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Do all frames again, also those already finished in OUT.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+) -> None:
+    """Find the chains in every frame of INPUT and write them to OUT.
+
+    \b
+    Examples:
+      doo3d detect sample_clouds/crossing -o out
+      doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
+      doo3d detect sample_clouds/photos -o out -c image
+      doo3d detect capture -o out --workers 4
+      doo3d detect sample_clouds/crossing -o out --stages 0
+      doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
+
+    Interrupted runs resume: repeat the same command.
+
+    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
+    """
+    from ..runs.threads import single_thread
+
+    single_thread()
+    from ..inputs import ReadOptions, open_capture
+    from ..inputs.frame_selection import Selection, selected
+
+    effective = config_of(config, overrides)
+    read_options = ReadOptions.from_pairs(input_options or [])
+    opened = open_capture(capture, effective.mode == "2d", mask, read_options)
+    opened = selected(opened, Selection(every, start, end, frames))
+    if fuse_views:
+        from ..sequence.fusion import FusedCapture
+
+        opened = FusedCapture(opened, effective)
+    debug_frames = staged(opened, stages)
+    from ..runs.run import run
+
+    if not quiet:
+        say_compiling()
+    names = [entry.name for entry in opened.frames]
+    with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
+        summary = run(
+            *(opened, out, effective),
+            reading=read_options,
+            workers=workers,
+            scheduler=scheduler,
+            restart=restart,
+            force=force,
+            report=reporter,
+            resumed=reporter.resumed,
+        )
+    if not summary.succeeded:
+        if len(names) > 1:
+            typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)
+        raise typer.Exit(NOTHING_DONE)
+    if not quiet:
+        typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out)))
+    keep_stages(out, debug_frames, effective)
+    if summary.failed:
+        raise typer.Exit(SOME_FAILED)

@@ -1,0 +1,9 @@
+"""Exit codes of the commands; 0 is success."""
+
+from __future__ import annotations
+
+SOME_FAILED = 1
+"""Some frames failed, or the results compared differ."""
+
+NOTHING_DONE = 2
+"""Nothing was done: the input or the options cannot be used, or every frame failed."""

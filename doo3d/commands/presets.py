@@ -1,0 +1,15 @@
+"""`doo3d presets`: the configurations shipped with doo3d."""
+
+from __future__ import annotations
+
+import typer
+
+
+def presets() -> None:
+    """List the presets that -c takes by name."""
+    from ..config import preset_folder, preset_names
+
+    for name in preset_names():
+        lines = (preset_folder() / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+        comment = " ".join(line.removeprefix("#").strip() for line in lines if line.startswith("#"))
+        typer.echo(f"{name:<12}  {comment.partition('. ')[0].rstrip('.')}.")

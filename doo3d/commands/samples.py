@@ -1,0 +1,16 @@
+"""`doo3d samples`: captures and clouds with known truth, rendered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Output folder; made if missing.")]) -> None:
+    """Render the sample captures and clouds into FOLDER."""
+    from ..evaluation.sample_captures import write_samples
+
+    for path in write_samples(folder):
+        typer.echo(path)
