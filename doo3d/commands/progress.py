@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 def say_compiling() -> None:
     """Say so when the first run is going to compile."""
-    from ..kernels import compiled
+    from ..kernels import are_compiled
 
-    if not compiled():
+    if not are_compiled():
         typer.echo("the first run compiles for some seconds ...", err=True)
 
 

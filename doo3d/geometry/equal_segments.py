@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.equal_chords import lay, walk
+from ..kernels.equal_chords import cover_with_chords, lay_equal_chords
 from ..types import Floats
 from .polyline import arc_length, resample, steps, unit
 
@@ -12,7 +12,7 @@ ROUNDS = 50
 """Steps of Newton's method at most; a handful is usual."""
 
 
-def carried(axis: Floats, shift: float) -> Floats:
+def extrapolated(axis: Floats, shift: float) -> Floats:
     """The polyline (P, D) made longer by `shift` m straight on at its last point, or shorter."""
     if shift >= 0:
         return np.concatenate((axis, [axis[-1] + shift * unit(axis[-1] - axis[-2])]))
@@ -21,7 +21,7 @@ def carried(axis: Floats, shift: float) -> Floats:
     return np.concatenate((axis[along < keep], resample(axis, np.array([keep]))))
 
 
-def bulged(points: Floats, length: float) -> Floats:
+def sagitta_compensated(points: Floats, length: float) -> Floats:
     """The curve (P, D) moved outwards by length^2 / 12 of its curvature: chords of `length` then lie about it, not inside.
 
     The sagitta of a chord is length^2 / 8R, two thirds of it the mean distance of the chord from the arc. Bends of less than
@@ -45,7 +45,7 @@ def equal_segments(points: Floats, length: float) -> Floats:
     if total < length / 2:
         return points[:0]
     before, after = points[0] - length * unit(points[1] - points[0]), points[-1] + length * unit(points[-1] - points[-2])
-    return np.asarray(lay(np.concatenate(([before], points, [after])), length))
+    return np.asarray(cover_with_chords(np.concatenate(([before], points, [after])), length))
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
@@ -56,16 +56,16 @@ def equal_ring(points: Floats, length: float) -> Floats:
     (N + 1, D), N >= 3, or (0, D).
     """
     loop = np.concatenate((points, points[:1]))
-    joints = walk(loop, length)[0]
+    joints = lay_equal_chords(loop, length)[0]
     count = len(joints) - 1 + round(float(np.linalg.norm(loop[-1] - joints[-1])) / length)
     if count < 3:
         return points[:0]
     low, high = 0.5 * length, 1.5 * length
     for _ in range(60):
         chord = (low + high) / 2
-        joints, _ = walk(loop, chord)
+        joints, _ = lay_equal_chords(loop, chord)
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
-    joints = walk(loop, low)[0][:count]
+    joints = lay_equal_chords(loop, low)[0][:count]
     middle = joints.mean(axis=0)
     joints = _closed(middle + (joints - middle) * (length / low), length)
     return np.concatenate((joints, joints[:1]))

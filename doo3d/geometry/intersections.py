@@ -12,7 +12,7 @@ from ..types import Floats, Ints
 
 
 @dataclass(frozen=True)
-class Meetings:
+class Intersections:
     """C places where two strands meet in the view, first and second strand of each: (C, 2) arrays.
 
     chain : which. segment : of the chain. part : how far along the segment, 0 to 1. angle : (C,) radians between the two in
@@ -21,12 +21,12 @@ class Meetings:
 
     chain: Ints
     segment: Ints
-    part: Floats
+    t: Floats
     angle: Floats
-    place: Floats
+    point: Floats
 
 
-def meetings(lines: Sequence[Floats], closed: Sequence[bool]) -> Meetings:
+def find_intersections(lines: Sequence[Floats], closed: Sequence[bool]) -> Intersections:
     """Every proper intersection of polylines (N + 1, 2), in their order and along them; neighbours along one do not count.
 
     closed : per line, whether its last segment is followed by its first. Joints that are NaN cannot be seen.
@@ -52,7 +52,7 @@ def meetings(lines: Sequence[Floats], closed: Sequence[bool]) -> Meetings:
     size = np.linalg.norm(step[i], axis=1) * np.linalg.norm(step[j], axis=1)
     both = np.column_stack((i, j))
     angle = np.arcsin(np.clip(np.abs(turn[hit]) / size, 0, 1))
-    return Meetings(chain[both], segment[both], part, angle, start[i] + part[:, :1] * step[i])
+    return Intersections(chain[both], segment[both], part, angle, start[i] + part[:, :1] * step[i])
 
 
 def _near(start: Floats, step: Floats) -> tuple[Ints, Ints]:
@@ -70,7 +70,7 @@ def _turn(a: Floats, b: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Lines:
+class PolylineSet:
     """Polylines one after the other, to be looked up at fractional joints.
 
     values : (J, K) at the joints of all. first : (L,) the row of each line's first joint. segments : (L,) how many each has.
@@ -83,12 +83,13 @@ class Lines:
     closed: Ints
 
     @staticmethod
-    def of(lines: Sequence[Floats], closed: Sequence[bool]) -> Lines:
+    def from_polylines(lines: Sequence[Floats], closed: Sequence[bool]) -> PolylineSet:
         """Of polylines (N + 1, K)."""
         sizes = np.array([len(line) for line in lines])
-        return Lines(np.concatenate(lines), np.concatenate(([0], np.cumsum(sizes)[:-1])), sizes - 1, np.array(closed, dtype=bool))
+        first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
+        return PolylineSet(np.concatenate(lines), first, sizes - 1, np.array(closed, dtype=bool))
 
-    def at(self, line: Ints, joint: Floats) -> Floats:
+    def interpolate(self, line: Ints, joint: Floats) -> Floats:
         """Values (..., K) at places counted in joints (...); NaN beyond a line's ends, round and round where it is closed."""
         count = self.segments[line]
         inside = self.closed[line] | ((joint >= 0) & (joint <= count))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..kernels.medial_axis import middle
+from ..kernels.medial_axis import medial_axis
 from ..types import Array, Bools, Ints
 
 
@@ -28,7 +28,7 @@ def mask_pixels(mask: Bools) -> Ints:
 
 
 def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> float:
-    """The usual half-width along the middle lines of a mask (H, W): the median, as `usual_half` weights it.
+    """The usual half-width along the middle lines of a mask (H, W): the median, as `median_half_width` weights it.
 
     depth : (H, W) m, 0 = unknown; focal : px. Returns m, or px without a depth; 0 where there is no middle line of known depth.
     A strip of w pixels has the distance (w + 1) / 2 from its outside in its middle.
@@ -36,20 +36,20 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
     if not mask.any():
         return 0.0
     box = bounding_box(mask)
-    rows, columns, inside = middle(mask[box].copy())
+    rows, columns, inside = medial_axis(mask[box].copy())
     if depth is None:
-        return usual_half(inside - 0.5)
+        return median_half_width(inside - 0.5)
     scale = depth[box][rows, columns] / focal
-    return usual_half((inside[scale > 0] - 0.5) * scale[scale > 0])
+    return median_half_width((inside[scale > 0] - 0.5) * scale[scale > 0])
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:
     """The same from a distance transform: inside (H, W) px, distance to the nearest pixel outside the mask."""
     ridge = (inside > 0) & (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3) & (scale > 0)
-    return usual_half((inside[ridge] - 0.5) * scale[ridge])
+    return median_half_width((inside[ridge] - 0.5) * scale[ridge])
 
 
-def usual_half(half: Array) -> float:
+def median_half_width(half: Array) -> float:
     """The median of the half-widths (K,) of pixels of middle lines, each weighted by its width; 0 of none.
 
     The weight makes it the median over the area, so that specks count for little.

@@ -72,7 +72,7 @@ def moving_mean(points: Floats, half: int, closed: bool = False) -> Floats:
     return means[half:-half] if closed else means
 
 
-def smooth_fit(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
+def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
     """The sequence x (P, D) that minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of x|^2.
 
     Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), with a weight matrix for every point so that a place

@@ -9,17 +9,17 @@ from scipy.spatial import cKDTree
 
 from ..types import Floats, Foreground
 from .mask import mask_radius
-from .sparse_grid import SAMPLE, SEEDS, spacing
+from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 
 
 def point_spacing(foreground: Foreground) -> float:
     """Typical distance between neighbouring surface points, m: the pixel's footprint, or for a cloud from its density."""
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
-    return spacing(foreground.points)
+    return cloud_spacing(foreground.points)
 
 
-def seen_radius(foreground: Foreground, apart: float) -> float:
+def estimate_radius(foreground: Foreground, apart: float) -> float:
     """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
         return max(mask_radius(foreground.mask, foreground.depth, foreground.camera.fx), apart)
@@ -33,9 +33,9 @@ def _cloud_radius(points: Floats, apart: float) -> float:
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
     for a whole tube, told apart by the variance in depth.
     """
-    sample = points[:: max(1, len(points) // SAMPLE)]
+    sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
     tree = cKDTree(sample)
-    seeds = sample[:: max(1, len(sample) // SEEDS)]
+    seeds = sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     found: list[float] = []
     reach = 3 * apart * math.sqrt(len(points) / len(sample))

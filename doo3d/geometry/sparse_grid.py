@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..types import Bools, Floats, Ints
 
-SAMPLE, SEEDS = 8000, 80
+SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and places in it, that its density is measured on."""
 
 KEY_LIMIT = 2**62
@@ -28,7 +28,7 @@ class Cells:
     @property
     def coords(self) -> Ints:
         """(M, D) int64, place of each cell in the box, in lexicographic order."""
-        return unpack(self.keys, self.shape)
+        return unpack_keys(self.keys, self.shape)
 
     def sums(self, values: Floats) -> Floats:
         """(N, C) values of the points -> (M, C) their sums in each cell."""
@@ -46,16 +46,16 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
         return float(total)
     box = tuple(int(side) for side in shape)
     cell = np.ravel_multi_index(tuple(places.astype(np.int64).T), box).astype(np.int64)
-    keys = distinct(cell)
+    keys = sorted_unique(cell)
     return Cells(keys, box, np.searchsorted(keys, cell))
 
 
-def unpack(keys: Ints, shape: tuple[int, ...]) -> Ints:
+def unpack_keys(keys: Ints, shape: tuple[int, ...]) -> Ints:
     """Keys (M,) -> coords (M, D)."""
     return np.column_stack(np.unravel_index(keys, shape)).astype(np.int64)
 
 
-def distinct(keys: Ints) -> Ints:
+def sorted_unique(keys: Ints) -> Ints:
     """The different keys, ascending. (np.unique hashes integers, which is slower than sorting nearly sorted ones.)"""
     keys = np.sort(keys)
     return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys
@@ -68,12 +68,12 @@ def contains(keys: Ints, wanted: Ints) -> Bools:
     return np.asarray(keys[at] == wanted)
 
 
-def spacing(points: Floats) -> float:
+def cloud_spacing(points: Floats) -> float:
     """Typical distance between neighbouring points (N, 3) of a surface, m, from how many lie in a disc."""
-    sample = points[:: max(1, len(points) // SAMPLE)]
+    sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
     nearest = min(8, len(sample) - 1)
     if nearest < 1:
         return 1e-3
-    distance = cKDTree(sample).query(sample[:: max(1, len(sample) // SEEDS)], k=[nearest + 1])[0][:, 0]
+    distance = cKDTree(sample).query(sample[:: max(1, len(sample) // SAMPLE_SEEDS)], k=[nearest + 1])[0][:, 0]
     found = float(np.median(distance)) * math.sqrt(math.pi / nearest) * math.sqrt(len(sample) / len(points))
     return max(found, 1e-6)

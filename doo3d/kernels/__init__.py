@@ -5,34 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 
-def compiled() -> bool:
-    """Whether the kernels were compiled before, so that the next run does not spend seconds on it."""
+def are_compiled() -> bool:
+    """Return whether the kernels were compiled before, so that the next run does not spend seconds on it."""
     from numba.core.caching import FunctionCache
 
-    from . import (
-        arcs,
-        matching,
-        thinning,
-    )
-    from . import (
-        depth_filter as depth,
-    )
-    from . import (
-        end_tangents as ends,
-    )
-    from . import (
-        equal_chords as walking,
-    )
-    from . import (
-        second_best as exchanging,
-    )
-    from . import (
-        skeleton_graph as tracing,
-    )
+    from . import arcs, depth_filter, end_tangents, equal_chords, matching, second_best, skeleton_graph, thinning
 
     kernels = (
-        *(arcs.path, depth.agreement, ends.courses, exchanging.least, matching.settle),
-        *(thinning.thin, thinning.link, tracing.trace, walking.walk),
+        arcs.path,
+        depth_filter.count_agreeing_neighbors,
+        end_tangents.end_tangents,
+        equal_chords.lay_equal_chords,
+        matching.settle_dominant_pairs,
+        second_best.second_best_rise,
+        skeleton_graph.trace_branches,
+        thinning.link_neighbors,
+        thinning.thin_voxels,
     )
     folders = [Path(FunctionCache(kernel.py_func).cache_path) for kernel in kernels]
     return all(

@@ -7,7 +7,7 @@ import numpy as np
 
 
 @numba.njit(cache=True)
-def agreement(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
+def count_agreeing_neighbors(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
     """How many neighbours of each reading agree with it, of how many, and the mean of it and those that do.
 
     depth : (H, W) float32 m, 0 = none. mask : (H, W) bool, where neighbours may be. v, u : (N,) int64, the readings.
@@ -35,7 +35,7 @@ def agreement(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-de
 
 
 @numba.njit(cache=True)
-def steadied(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
+def sigma_filter(depth, mask, v, u, half, tolerance):  # type: ignore[no-untyped-def]
     """The mean of each reading and those about it that differ by less than `tolerance` m: (N,) float64 m.
 
     depth, mask, v, u, half : as for `agreement`.

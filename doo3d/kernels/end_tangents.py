@@ -9,7 +9,7 @@ import numpy as np
 
 
 @numba.njit(cache=True)
-def courses(joints, bounds, reach):  # type: ignore[no-untyped-def]
+def end_tangents(joints, bounds, reach):  # type: ignore[no-untyped-def]
     """Where either end of every chain is heading: the outward direction, and the curvature, which is square to it.
 
     Of a parabola (a line, from fewer than four joints) fitted over `reach` of it: a line over a length of a curve of radius R

@@ -17,7 +17,7 @@ def _distance(a, b):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def walk(points, length):  # type: ignore[no-untyped-def]
+def lay_equal_chords(points, length):  # type: ignore[no-untyped-def]
     """Lay chords of exactly `length` along a polyline, the first from its first point.
 
     A chord ends where the polyline first leaves the sphere of that radius about its start, and is put on it exactly.
@@ -61,7 +61,7 @@ def walk(points, length):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def lay(points, length):  # type: ignore[no-untyped-def]
+def cover_with_chords(points, length):  # type: ignore[no-untyped-def]
     """Chords of exactly `length` along a polyline that begins and ends `length` before and behind the curve to be covered.
 
     The whole number of chords that fits the curve best is laid so that they are as much too long, or too short, at one end
@@ -79,7 +79,7 @@ def lay(points, length):  # type: ignore[no-untyped-def]
         rest = np.empty((size - edge + 1, dim))
         rest[0] = points[edge - 1] + (points[edge] - points[edge - 1]) * ((start - along[edge - 1]) / step if step > 0 else 0.0)
         rest[1:] = points[edge:]
-        joints, at = walk(rest, length)
+        joints, at = lay_equal_chords(rest, length)
         at += start - length
         if count == 0:
             last = np.searchsorted(at, total, side="right") - 1

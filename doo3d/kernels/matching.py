@@ -8,13 +8,13 @@ import numpy as np
 from ..errors import require
 from ..types import Floats, Ints
 
-FEW = 16
+MAX_SUBSET_ENDS = 16
 """Members of a connected piece up to which all its subsets are tried: 2.5 times as fast as Edmonds' blossoms for 16 ends of a
 tangle (0.35 ms against 0.95 ms), no faster from 17."""
 
 
 @numba.njit(cache=True)
-def settle(weight):  # type: ignore[no-untyped-def]
+def settle_dominant_pairs(weight):  # type: ignore[no-untyped-def]
     """The pairs that belong to a matching of largest weight whatever the rest of it is, and what is left beside them.
 
     A pair that weighs at least as much as the best others of both its members together does: wherever it is missing, it may
@@ -70,7 +70,7 @@ def settle(weight):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def best(weight):  # type: ignore[no-untyped-def]
+def match_by_subsets(weight):  # type: ignore[no-untyped-def]
     """Return a matching of largest weight, by the totals of all subsets: time and memory grow as 2^E.
 
     weight : (E, E) float64, symmetric, 0 where there is no pair. Returns (E,) int64 what each is paired with, -1 for nothing.
@@ -102,7 +102,7 @@ def best(weight):  # type: ignore[no-untyped-def]
     return partner
 
 
-def matching(weight: Floats) -> Ints:
+def maximum_weight_matching(weight: Floats) -> Ints:
     """A maximum-weight matching: each is paired once at most, and the total weight of the pairs is the largest.
 
     What is surely paired is taken first; what is left, often nothing, falls in connected pieces: small ones are
@@ -114,11 +114,11 @@ def matching(weight: Floats) -> Ints:
     weight : (E, E), symmetric, 0 where two may not be paired. Returns (E,) what each is paired with, -1 for nothing.
     """
     partner: Ints
-    partner, piece = settle(weight)
+    partner, piece = settle_dominant_pairs(weight)
     for number in range(piece.max(initial=-1) + 1):
         members = np.flatnonzero(piece == number)
         among = weight[np.ix_(members, members)]
-        found = best(among) if len(members) <= FEW else _blossoms(among)
+        found = match_by_subsets(among) if len(members) <= MAX_SUBSET_ENDS else _blossoms(among)
         paired = found >= 0
         partner[members[paired]] = members[found[paired]]
     return partner

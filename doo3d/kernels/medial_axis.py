@@ -32,7 +32,7 @@ def _way(row, one, two, x, side):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def middle(mask):  # type: ignore[no-untyped-def]
+def medial_axis(mask):  # type: ignore[no-untyped-def]
     """The pixels of a mask (H, W) bool that are as far from its outside as their farthest neighbour.
 
     All around the mask is outside. The distance is the chamfer distance in two passes, down and up; both remember no more

@@ -76,7 +76,7 @@ def nearest(points, places, reach, limited):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def spread(points, distance, near, places, across, reach):  # type: ignore[no-untyped-def]
+def lateral_sums(points, distance, near, places, across, reach):  # type: ignore[no-untyped-def]
     """How many points belong to each place, and the sum of how far aside of it they lie: (S,) float64 and (S,) float64.
 
     points : (N, 2) float64, their `distance` and `near` from `nearest`. places, across : (S, 2), and the direction across there.
@@ -123,7 +123,7 @@ def _in_cells(places, reach):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def beside(points, tip, heading, reach, width):  # type: ignore[no-untyped-def]
+def points_near_line(points, tip, heading, reach, width):  # type: ignore[no-untyped-def]
     """The points in a box of half edge `reach` about a place that lie within `width` of a line through it.
 
     points : (N, D) float64. tip, heading : (D,) the place, and the line's unit direction.

@@ -110,7 +110,7 @@ def _lowest(row):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def least(full, partner, most, spare, settled, pairs, rings):  # type: ignore[no-untyped-def]
+def second_best_rise(full, partner, most, spare, settled, pairs, rings):  # type: ignore[no-untyped-def]
     """The least rise of the total without each of the connections (K, 2) int64, at most that of leaving its ends free: (K,)."""
     count = len(full)
     rise, column, low = np.empty((count + 1, count + 1)), np.empty(count + 1, np.int64), np.empty(count + 1)

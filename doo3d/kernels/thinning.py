@@ -34,7 +34,7 @@ _DIRECTIONS = np.array([int(np.flatnonzero((OFFSETS == face).all(axis=1))[0]) fo
 
 
 @numba.njit(cache=True)
-def link(keys, strides):  # type: ignore[no-untyped-def]
+def link_neighbors(keys, strides):  # type: ignore[no-untyped-def]
     """Neighbour table of sorted voxel keys.
 
     keys : (M,) int64, ascending. strides : (26,) int64, what each neighbour adds to a key (the box is padded, so
@@ -110,7 +110,7 @@ def _fields(table):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def thin(table):  # type: ignore[no-untyped-def]
+def thin_voxels(table):  # type: ignore[no-untyped-def]
     """Which voxels are the curve skeleton.
 
     Of the voxels that a direction uncovers no two neighbours are in the same field, and the fields take turns: one after
@@ -160,18 +160,18 @@ def thin(table):  # type: ignore[no-untyped-def]
     return alive
 
 
-def neighbours(coords: Ints) -> Ints:
+def neighbor_table(coords: Ints) -> Ints:
     """The neighbour table of voxels.
 
     coords : (M, 3) int64 >= 1 in lexicographic order. Returns (M, 26) int32, indices into coords or -1.
     """
     shape = coords.max(axis=0) + 2 if len(coords) else np.ones(3, dtype=np.int64)
     weight = np.array([shape[1] * shape[2], shape[2], 1], dtype=np.int64)
-    table: Ints = link(coords @ weight, OFFSETS @ weight)
+    table: Ints = link_neighbors(coords @ weight, OFFSETS @ weight)
     return table
 
 
 def skeletonize(coords: Ints) -> Bools:
     """(M, 3) int64 voxels >= 1 in lexicographic order -> (M,) bool, which of them thinning leaves."""
-    kept: Bools = thin(neighbours(coords))
+    kept: Bools = thin_voxels(neighbor_table(coords))
     return kept

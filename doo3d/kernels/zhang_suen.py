@@ -49,7 +49,7 @@ def _delete(codes, pixels, offsets):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def thin(coords):  # type: ignore[no-untyped-def]
+def thin_pixels(coords):  # type: ignore[no-untyped-def]
     """Which pixels of a mask are its skeleton, lines one pixel wide.
 
     Every pixel has a code, which of its neighbours are there, kept up to date with every deletion. What is deleted, or

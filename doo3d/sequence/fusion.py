@@ -12,7 +12,7 @@ import numpy as np
 from ..config import Config
 from ..errors import DooError, InputError
 from ..geometry.radius import point_spacing
-from ..geometry.sparse_grid import distinct
+from ..geometry.sparse_grid import sorted_unique
 from ..inputs import Capture, FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image, Ints
@@ -56,7 +56,7 @@ class _Voxels:
     def add(self, points: Floats, values: Floats) -> None:
         """One more frame: points (N, 3) m with values (N, C)."""
         keys = self.of(points)
-        merged = distinct(np.concatenate((self.keys, keys)))
+        merged = sorted_unique(np.concatenate((self.keys, keys)))
         old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
         sums: Floats = np.column_stack([np.bincount(new, weights=column, minlength=len(merged)) for column in values.T])
         frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)

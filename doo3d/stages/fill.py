@@ -6,7 +6,7 @@ import numpy as np
 
 from ..config import FillConfig
 from ..geometry.arcs import tangent_path
-from ..kernels.equal_chords import walk
+from ..kernels.equal_chords import lay_equal_chords
 from ..types import Assembly, Path
 from . import FrameContext
 
@@ -30,7 +30,7 @@ def _fill_one(assembly: Assembly, config: FillConfig) -> Path:
         start, end = points[-1][-1], piece[0]
         gap = float(np.linalg.norm(end - start))
         way = tangent_path(start, heading[0], end, heading[1], length / 20, inside=config.side == "inside")
-        joints = walk(way, length)[0][1:]
+        joints = lay_equal_chords(way, length)[0][1:]
         if len(joints) and np.linalg.norm(joints[-1] - end) < 1e-9 * length:
             joints = joints[:-1]
         last = assembly.closed and i == len(assembly.pieces) - 1

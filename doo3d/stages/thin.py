@@ -13,5 +13,5 @@ def thin(grid: VoxelGrid) -> Skeleton:
     """The voxels of the curve skeleton, each at the centroid of its points; in 2-D pixels, by Zhang and Suen's rule."""
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids)
-    kept = np.flatnonzero(zhang_suen.thin(grid.coords) if grid.coords.shape[1] == 2 else skeletonize(grid.coords))
+    kept = np.flatnonzero(zhang_suen.thin_pixels(grid.coords) if grid.coords.shape[1] == 2 else skeletonize(grid.coords))
     return Skeleton(grid.coords[kept], grid.centroids[kept])

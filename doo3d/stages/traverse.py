@@ -17,8 +17,8 @@ from ..config import TraverseConfig
 from ..errors import ConfigError
 from ..geometry.polyline import arc_length, moving_mean, resample, steps
 from ..kernels.clearance import first_clear
-from ..kernels.skeleton_graph import leaving, trace, without_spurs
-from ..kernels.thinning import neighbours
+from ..kernels.skeleton_graph import crossing_numbers, prune_spurs, trace_branches
+from ..kernels.thinning import neighbor_table
 from ..types import Floats, Ints, Path, Skeleton
 from . import FrameContext
 
@@ -148,8 +148,8 @@ def _contours(skeleton: Skeleton, radius: float, config: TraverseConfig) -> list
     u, v = (skeleton.coords - skeleton.coords.min(axis=0) + 1).T
     image = np.zeros((v.max() + 2, u.max() + 2), dtype=np.uint8)
     image[v, u] = 1
-    without_spurs(image, v, u, config.min_branch * radius)
-    lines = leaving(image, v, u)
+    prune_spurs(image, v, u, config.min_branch * radius)
+    lines = crossing_numbers(image, v, u)
     tips, meetings = (np.column_stack((u, v))[which] for which in (lines == 1, lines > 2))
     found, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     shift = skeleton.points[0] - (u[0], v[0])
@@ -179,7 +179,7 @@ def _build(skeleton: Skeleton) -> tuple[_Graph, list[Floats]]:
     coords: Ints = skeleton.coords
     if coords.shape[1] == 2:
         coords = np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
-    cluster, order, bounds, nodes = trace(neighbours(coords))
+    cluster, order, bounds, nodes = trace_branches(neighbor_table(coords))
     graph = _Graph()
     crowd = np.flatnonzero(cluster >= 0)
     node = cluster[crowd]

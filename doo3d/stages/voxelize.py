@@ -9,12 +9,12 @@ import numpy as np
 
 from ..config import VoxelizeConfig
 from ..errors import InputError
-from ..geometry.closing import close
+from ..geometry.closing import close_cells
 from ..geometry.mask import bounding_box, mask_radius
-from ..geometry.radius import point_spacing, seen_radius
-from ..geometry.sparse_grid import KEY_LIMIT, unpack, voxelize_points
-from ..kernels.skeleton_graph import components
-from ..kernels.thinning import neighbours
+from ..geometry.radius import estimate_radius, point_spacing
+from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
+from ..kernels.skeleton_graph import connected_components
+from ..kernels.thinning import neighbor_table
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 LEAST = 3
@@ -55,7 +55,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         zero = np.zeros((0, points.shape[1]))
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
     apart = point_spacing(foreground)
-    radius = config.radius or seen_radius(foreground, apart)
+    radius = config.radius or estimate_radius(foreground, apart)
     size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart)
     margin = CLOSING_ITERATIONS + 1
     if foreground.filtered is not None:
@@ -73,9 +73,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         raise InputError(_too_large(cells, KEY_LIMIT, size), code="voxels-too-many")
     if len(cells.keys) > MAX_VOXELS:
         raise InputError(_too_large(len(cells.keys), MAX_VOXELS, size), code="voxels-too-many")
-    grid = close(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    grid = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
     at = np.searchsorted(grid, cells.keys)
-    coords = unpack(grid, cells.shape)
+    coords = unpack_keys(grid, cells.shape)
     counts = np.zeros(len(grid), dtype=np.int64)
     counts[at] = np.bincount(cells.cell)
     centroids = origin + (coords + 0.5) * size
@@ -158,8 +158,8 @@ def _too_large(count: float, limit: float, size: float) -> str:
 
 def _finish(coords: Ints, centroids: Floats, counts: Ints, size: float, origin: Floats, radius: float, least: int) -> VoxelGrid:
     """Drop small pieces, and give the voxels that closing added the mean centroid of their neighbours that hold points."""
-    table = neighbours(_solid(coords))
-    label = components(table)
+    table = neighbor_table(_solid(coords))
+    label = connected_components(table)
     keep = np.bincount(label)[label] >= least
     added = np.flatnonzero((counts == 0) & keep)
     near = table[added]

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 from ..config import HsvRange
-from ..geometry.mask import usual_half
-from ..kernels.medial_axis import middle
+from ..geometry.mask import median_half_width
+from ..kernels.medial_axis import medial_axis
 from ..stages.segment.methods.hsv import in_ranges
 from ..types import Array, Bools
 
@@ -53,7 +53,7 @@ def thin_part(mask: Bools) -> Thin:
     if not mask.any():
         return none
     count, label, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
-    rows, columns, inside = middle(mask.copy())
+    rows, columns, inside = medial_axis(mask.copy())
     owner, half = label[rows, columns], np.maximum(inside - 0.5, 0.5)
     total = np.bincount(owner, half, count)
     usual = np.bincount(owner, half * half, count) / np.maximum(total, 1e-9)
@@ -66,7 +66,7 @@ def thin_part(mask: Bools) -> Thin:
     good[0] = False
     if not good.any():
         return none
-    half_width = usual_half(half[good[owner]])
+    half_width = median_half_width(half[good[owner]])
     good &= (usual > 0.4 * half_width) & (usual < 2.5 * half_width)
     return Thin(good[label], float(area[good].sum() / area[1:].sum()), float(length[good].sum()), half_width)
 

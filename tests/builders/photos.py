@@ -7,7 +7,7 @@ import numpy as np
 
 from doo3d.evaluation.photos.datasets import Photo, PhotoRef
 from doo3d.evaluation.photos.score import drawn_pixels
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Chain
 
 WIDTH, HEIGHT = 200, 150
@@ -16,7 +16,7 @@ COLORS = ((228, 26, 28), (55, 126, 184), (77, 175, 74))  # RGB, one per cable
 
 def strand(*corners, radius=4.0, length=5.0, radii=()):
     """A chain of equal segments along the corners (x, y) px."""
-    return Chain(walk(np.array(corners, dtype=float), length)[0], length, radius, np.asarray(radii, dtype=float))
+    return Chain(lay_equal_chords(np.array(corners, dtype=float), length)[0], length, radius, np.asarray(radii, dtype=float))
 
 
 def cross(radius=4.0):

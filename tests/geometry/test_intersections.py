@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from doo3d.geometry.intersections import Lines, meetings
+from doo3d.geometry.intersections import PolylineSet, find_intersections
 
 
 def one_by_one(lines, closed):
@@ -35,7 +35,7 @@ def test_every_meeting_is_found_once_and_in_order(seed):
     lines = [np.cumsum(rng.normal(size=(n, 2)), axis=0) for n in rng.integers(2, 40, size=3)]
     closed = [False, False, True]
     lines[2] = np.concatenate((lines[2], lines[2][:1]))
-    found = meetings(lines, closed)
+    found = find_intersections(lines, closed)
     assert rows(found) == one_by_one(lines, closed)
     assert len(found.angle) > 0
 
@@ -45,32 +45,32 @@ def test_place_part_and_angle():
     one = np.array([[0.0, 0], [4, 0]])
     other = np.array([1.0, 0]) + np.outer((-2, 3), (np.cos(slope), np.sin(slope)))
     for turned in (other, other[::-1]):
-        found = meetings([one, turned], [False, False])
-        np.testing.assert_allclose(found.place, [[1, 0]], atol=1e-12)
-        assert found.part[0, 0] == pytest.approx(0.25)
+        found = find_intersections([one, turned], [False, False])
+        np.testing.assert_allclose(found.point, [[1, 0]], atol=1e-12)
+        assert found.t[0, 0] == pytest.approx(0.25)
         assert found.angle[0] == pytest.approx(slope)
 
 
 def test_a_joint_on_another_strand_counts_once():
-    found = meetings([np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [0, 0], [0, 1]])], [False, False])
+    found = find_intersections([np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [0, 0], [0, 1]])], [False, False])
     assert rows(found) == [(0, 0, 1, 1)]
 
 
 def test_nothing_meets():
-    assert len(meetings([], []).angle) == 0
-    assert len(meetings([np.array([[0.0, 0], [1, 0]])], [False]).angle) == 0
+    assert len(find_intersections([], []).angle) == 0
+    assert len(find_intersections([np.array([[0.0, 0], [1, 0]])], [False]).angle) == 0
     side_by_side = [np.array([[0.0, y], [1, y], [2, y]]) for y in (0, 0.1)]
-    assert len(meetings(side_by_side, [False, False]).angle) == 0
+    assert len(find_intersections(side_by_side, [False, False]).angle) == 0
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
-    assert len(meetings([square], [True]).angle) == 0
+    assert len(find_intersections([square], [True]).angle) == 0
 
 
 def test_what_cannot_be_seen_does_not_meet():
     cross = [np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [np.nan, np.nan], [0, 1]])]
-    assert len(meetings(cross, [False, False]).angle) == 0
+    assert len(find_intersections(cross, [False, False]).angle) == 0
 
 
 def test_places_along_lines():
-    lines = Lines.of([np.array([[0.0], [10], [20]]), np.array([[5.0], [6], [8], [5]])], [False, True])
+    lines = PolylineSet.from_polylines([np.array([[0.0], [10], [20]]), np.array([[5.0], [6], [8], [5]])], [False, True])
     line, joint = np.array([0, 0, 0, 0, 1, 1, 1]), np.array([0.0, 1.5, 2, 2.1, 1.5, 3.5, -1.0])
-    np.testing.assert_allclose(lines.at(line, joint)[:, 0], [0, 15, 20, np.nan, 7, 5.5, 8])
+    np.testing.assert_allclose(lines.interpolate(line, joint)[:, 0], [0, 15, 20, np.nan, 7, 5.5, 8])

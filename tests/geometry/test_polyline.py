@@ -12,10 +12,10 @@ from doo3d.geometry.polyline import (
     moving_mean,
     perpendicular,
     resample,
-    smooth_fit,
     steps,
     tangents,
     unit,
+    whittaker_smooth,
 )
 
 dims = pytest.mark.parametrize("dim", [2, 3])
@@ -121,20 +121,20 @@ def test_smooth_fit_solves_its_equations(dim, order):
     for i in range(15):
         left[i * dim : (i + 1) * dim, i * dim : (i + 1) * dim] += weights[i]
     expected = np.linalg.solve(left, np.einsum("pij,pj->pi", weights, values).ravel()).reshape(15, dim)
-    np.testing.assert_allclose(smooth_fit(values, weights, 2.5, order), expected, rtol=1e-8)
+    np.testing.assert_allclose(whittaker_smooth(values, weights, 2.5, order), expected, rtol=1e-8)
 
 
 @dims
 def test_smooth_fit_leaves_a_line_and_bridges_what_is_unknown(dim):
     values = np.linspace(0, 1, 30)[:, None] * np.arange(1, dim + 1)
     weights = np.tile(np.eye(dim), (30, 1, 1))
-    np.testing.assert_allclose(smooth_fit(values, weights, 100.0), values, atol=1e-9)
+    np.testing.assert_allclose(whittaker_smooth(values, weights, 100.0), values, atol=1e-9)
     bad = values.copy()
     bad[10:20] = 7
     weights[10:20] *= 1e-9
-    np.testing.assert_allclose(smooth_fit(bad, weights, 1.0), values, atol=1e-5)
-    np.testing.assert_array_equal(smooth_fit(bad, weights, 0.0), bad)
-    np.testing.assert_array_equal(smooth_fit(bad[:2], weights[:2], 1.0), bad[:2])
+    np.testing.assert_allclose(whittaker_smooth(bad, weights, 1.0), values, atol=1e-5)
+    np.testing.assert_array_equal(whittaker_smooth(bad, weights, 0.0), bad)
+    np.testing.assert_array_equal(whittaker_smooth(bad[:2], weights[:2], 1.0), bad[:2])
 
 
 @dims

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.kernels.depth_filter import agreement, steadied
+from doo3d.kernels.depth_filter import count_agreeing_neighbors, sigma_filter
 
 
 def slow_agreement(depth, mask, v, u, half, tolerance):
@@ -38,7 +38,7 @@ def test_against_plain_loops(seed, half):
     depth[random.random(depth.shape) < 0.2] = 0
     mask = random.random(depth.shape) < 0.8
     v, u = np.nonzero(mask & (depth > 0))
-    support, among, mean = agreement(depth, mask, v, u, half, 0.003)
+    support, among, mean = count_agreeing_neighbors(depth, mask, v, u, half, 0.003)
     slow_support, slow_among, slow_mean = slow_agreement(depth, mask, v, u, half, 0.003)
     np.testing.assert_array_equal(support, slow_support)
     np.testing.assert_array_equal(among, slow_among)
@@ -49,7 +49,7 @@ def test_a_flying_point_stands_alone():
     depth = np.full((9, 9), 0.5, np.float32)
     depth[:, 5:] = 0.6
     depth[4, 4] = 0.55
-    support, among, mean = agreement(depth, np.ones((9, 9), bool), np.array([4, 4]), np.array([4, 2]), 2, 0.003)
+    support, among, mean = count_agreeing_neighbors(depth, np.ones((9, 9), bool), np.array([4, 4]), np.array([4, 2]), 2, 0.003)
     assert support[0] == 0
     assert among[0] == 24
     assert mean[0] == pytest.approx(0.55)
@@ -63,7 +63,7 @@ def test_steadied_takes_the_noise_away_and_leaves_what_is_farther():
     mask[15:25] = True
     depth[20:25] += 0.1
     v, u = np.nonzero(mask)
-    mean = steadied(depth, mask, v, u, 10, 0.012)
+    mean = sigma_filter(depth, mask, v, u, 10, 0.012)
     true = np.where(v < 20, 0.8, 0.9)
     assert np.abs(mean - true).max() < 0.001
     assert (mean - true).std() < 0.0004

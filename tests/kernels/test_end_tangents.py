@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.geometry.polyline import arc_length, unit
-from doo3d.kernels.end_tangents import courses
+from doo3d.kernels.end_tangents import end_tangents
 
 
 def end_course(points, reach):
@@ -37,7 +37,7 @@ def chains(seed, dim, scale):
 def test_against_least_squares(seed, reach, scale, dim):
     lines = chains(seed, dim, scale)
     bounds = np.cumsum([0, *map(len, lines)])
-    directions, curvatures = courses(np.concatenate(lines), bounds, reach * scale)
+    directions, curvatures = end_tangents(np.concatenate(lines), bounds, reach * scale)
     expected = [end_course(points, reach * scale) for line in lines for points in (line[::-1], line)]
     np.testing.assert_allclose(directions, [direction for direction, _ in expected], atol=1e-9)
     np.testing.assert_allclose(curvatures * scale, [curvature * scale for _, curvature in expected], atol=1e-9)
@@ -47,14 +47,14 @@ def test_against_least_squares(seed, reach, scale, dim):
 def test_of_a_circle(end):
     """Over a quarter of a circle of radius 2, from its end back: heading along it, bent towards its middle."""
     turn = np.linspace(0, np.pi / 2, 60)[:: -1 if end == 0 else 1]
-    directions, curvatures = courses(2 * np.column_stack((np.cos(turn), np.sin(turn))), np.array([0, 60]), 0.6)
+    directions, curvatures = end_tangents(2 * np.column_stack((np.cos(turn), np.sin(turn))), np.array([0, 60]), 0.6)
     np.testing.assert_allclose(directions[end], [-1, 0], atol=0.02)
     np.testing.assert_allclose(curvatures[end], [0, -0.5], atol=0.02)
 
 
 def ends(points, reach):
     """Direction and curvature of a polyline's two ends."""
-    directions, curvatures = courses(np.ascontiguousarray(points, dtype=float), np.array([0, len(points)]), reach)
+    directions, curvatures = end_tangents(np.ascontiguousarray(points, dtype=float), np.array([0, len(points)]), reach)
     return (directions[0], curvatures[0]), (directions[1], curvatures[1])
 
 

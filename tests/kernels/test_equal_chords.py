@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 
 
 def curve(seed, dim, count=60):
@@ -40,7 +40,7 @@ def slow_walk(points, length):
 @pytest.mark.parametrize("length", [0.05, 0.31, 2.0, 5.0])
 def test_against_search(seed, dim, length):
     points = curve(seed, dim)
-    joints, at = walk(points, length)
+    joints, at = lay_equal_chords(points, length)
     slow, slow_at = slow_walk(points, length)
     np.testing.assert_allclose(joints, slow, atol=1e-9)
     np.testing.assert_allclose(at, slow_at, atol=1e-9)
@@ -50,22 +50,22 @@ def test_against_search(seed, dim, length):
 
 def test_the_plane_is_the_plane():
     points = curve(1, 2)
-    flat, at = walk(points, 0.2)
-    solid, solid_at = walk(np.column_stack((points, np.zeros(len(points)))), 0.2)
+    flat, at = lay_equal_chords(points, 0.2)
+    solid, solid_at = lay_equal_chords(np.column_stack((points, np.zeros(len(points)))), 0.2)
     np.testing.assert_array_equal(solid[:, :2], flat)
     np.testing.assert_array_equal(solid_at, at)
     assert not solid[:, 2].any()
 
 
 def test_there_and_back_is_left_at_the_first_exit():
-    joints, at = walk(np.array([[0.0, 0.0], [0.9, 0.0], [0.0, 0.0], [-3.0, 0.0]]), 1.0)
+    joints, at = lay_equal_chords(np.array([[0.0, 0.0], [0.9, 0.0], [0.0, 0.0], [-3.0, 0.0]]), 1.0)
     np.testing.assert_allclose(joints[:, 0], [0, -1, -2, -3], atol=1e-12)
     np.testing.assert_allclose(at, [0, 2.8, 3.8, 4.8], atol=1e-12)
 
 
 @pytest.mark.parametrize("points", [[[1.0, 2.0, 3.0]], [[0.0, 0.0, 0.0], [0.4, 0.0, 0.0]], [[1.0, 1.0, 1.0]] * 3])
 def test_too_short_for_a_chord(points):
-    joints, at = walk(np.array(points), 0.5)
+    joints, at = lay_equal_chords(np.array(points), 0.5)
     np.testing.assert_array_equal(joints, points[:1])
     np.testing.assert_array_equal(at, [0])
 
@@ -73,11 +73,12 @@ def test_too_short_for_a_chord(points):
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_any_scale(scale):
     points = curve(3, 3)
-    np.testing.assert_allclose(walk(scale * points, 0.3 * scale)[0], scale * walk(points, 0.3)[0], rtol=1e-9, atol=1e-9 * scale)
+    joints, scaled = lay_equal_chords(points, 0.3)[0], lay_equal_chords(scale * points, 0.3 * scale)[0]
+    np.testing.assert_allclose(scaled, scale * joints, rtol=1e-9, atol=1e-9 * scale)
 
 
 def test_the_points_given_stay():
     points = curve(0, 3)
     before = points.copy()
-    walk(points, 0.3)
+    lay_equal_chords(points, 0.3)
     np.testing.assert_array_equal(points, before)

@@ -6,7 +6,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from doo3d.kernels.matching import FEW, best, matching, settle
+from doo3d.kernels.matching import MAX_SUBSET_ENDS, match_by_subsets, maximum_weight_matching, settle_dominant_pairs
 
 
 def weights(seed, count, share=1.0):
@@ -49,21 +49,21 @@ def by_blossoms(weight):
 def test_against_trying_all(seed, count, share):
     weight = weights(seed, count, share)
     expected = by_trying(weight, list(range(count)))
-    assert total(weight, matching(weight)) == pytest.approx(expected)
-    assert total(weight, best(weight)) == pytest.approx(expected)
+    assert total(weight, maximum_weight_matching(weight)) == pytest.approx(expected)
+    assert total(weight, match_by_subsets(weight)) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("count", [FEW - 1, FEW + 1, 30, 60])
+@pytest.mark.parametrize("count", [MAX_SUBSET_ENDS - 1, MAX_SUBSET_ENDS + 1, 30, 60])
 @pytest.mark.parametrize("seed", range(5))
 def test_against_blossoms(seed, count):
     for weight in (weights(seed, count), weights(seed, count, 0.1), near(seed, count) + near(seed, count).T):
-        assert total(weight, matching(weight)) == pytest.approx(by_blossoms(weight))
+        assert total(weight, maximum_weight_matching(weight)) == pytest.approx(by_blossoms(weight))
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_what_is_settled_is_in_the_best(seed):
     weight = near(seed, 24) + near(seed, 24).T
-    partner, piece = settle(weight)
+    partner, piece = settle_dominant_pairs(weight)
     assert not ((partner >= 0) & (piece >= 0)).any()
     left = np.flatnonzero(piece >= 0)
     apart = piece[left][:, None] != piece[left]
@@ -76,19 +76,19 @@ def test_what_is_settled_is_in_the_best(seed):
 def test_three_of_one_weight_are_not_settled():
     """Any of the pairs may be the best for what lies beyond them."""
     weight = np.full((3, 3), 10.0) - 10 * np.eye(3)
-    partner, piece = settle(weight)
+    partner, piece = settle_dominant_pairs(weight)
     assert partner.tolist() == [-1, -1, -1]
     assert piece.tolist() == [0, 0, 0]
-    assert total(weight, matching(weight)) == 10
+    assert total(weight, maximum_weight_matching(weight)) == 10
 
 
 def test_two_good_pairs_are_worth_more_than_the_best():
     weight = np.zeros((5, 5))
     weight[0, 1] = weight[2, 3] = 8
     weight[1, 2] = 10
-    assert matching(weight + weight.T).tolist() == [1, 0, 3, 2, -1]
+    assert maximum_weight_matching(weight + weight.T).tolist() == [1, 0, 3, 2, -1]
 
 
 def test_nothing_to_pair():
-    assert matching(np.zeros((0, 0))).tolist() == []
-    assert matching(np.zeros((3, 3))).tolist() == [-1, -1, -1]
+    assert maximum_weight_matching(np.zeros((0, 0))).tolist() == []
+    assert maximum_weight_matching(np.zeros((3, 3))).tolist() == [-1, -1, -1]

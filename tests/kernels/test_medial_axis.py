@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.kernels.medial_axis import middle
+from doo3d.kernels.medial_axis import medial_axis
 
 STEPS = {1: 1.0, 2: 1.4, 5: 2.1969}  # squared length of a step on the grid -> px
 OFFSETS = [(v, u) for v in range(-2, 3) for u in range(-2, 3) if v * v + u * u in STEPS]
@@ -35,7 +35,7 @@ def test_against_plain_loops(seed, blur):
     for v, u in np.argwhere(mask):
         if distance[v + 2, u + 2] >= distance[v + 1 : v + 4, u + 1 : u + 4].max() - 1e-3:
             expected[int(v), int(u)] = distance[v + 2, u + 2]
-    rows, columns, inside = middle(mask)
+    rows, columns, inside = medial_axis(mask)
     found = dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), inside.tolist(), strict=True))
     assert len(found) == len(rows)
     assert found == pytest.approx(expected, abs=1e-4)
@@ -44,11 +44,11 @@ def test_against_plain_loops(seed, blur):
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (7, 1), (2, 2), (9, 9)])
 def test_round_the_mask_is_outside(shape):
     """A mask that fills its image, which is how a mask is cut out by its box."""
-    rows, columns, inside = middle(np.ones(shape, bool))
+    rows, columns, inside = medial_axis(np.ones(shape, bool))
     assert inside.max() == (min(shape) + 1) // 2
     assert rows.size
     assert (inside == np.minimum.reduce((rows + 1, columns + 1, shape[0] - rows, shape[1] - columns))).all()
 
 
 def test_an_empty_mask_has_none():
-    assert all(part.size == 0 for part in middle(np.zeros((4, 5), bool)))
+    assert all(part.size == 0 for part in medial_axis(np.zeros((4, 5), bool)))

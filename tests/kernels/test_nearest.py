@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels.nearest import beside, nearest
-from doo3d.kernels.sampling import bilinear
+from doo3d.kernels.nearest import nearest, points_near_line
+from doo3d.kernels.sampling import sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -42,7 +42,7 @@ def test_nothing_is_near_where_there_is_nothing():
 
 def test_beside_a_line():
     points = np.array([(1.0, 0.5, 0), (1.0, 2.0, 0), (9.0, 0, 0), (-2.0, 0, 0.5)])
-    kept, along, aside = beside(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
+    kept, along, aside = points_near_line(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
     assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]]
     assert along.tolist() == [1, -2]
     assert aside.tolist() == [0.5, 0.5]
@@ -50,7 +50,7 @@ def test_beside_a_line():
 
 def test_bilinear_between_four_pixels():
     image = np.array([[(0, 10), (4, 10)], [(8, 10), (12, 10)]], dtype=np.uint8)
-    found = bilinear(image, np.array([(0.5, 0.5), (0.25, 0.0), (-0.1, 0.0), (1.5, 0.0), (np.nan, 0.0)]))
+    found = sample_bilinear(image, np.array([(0.5, 0.5), (0.25, 0.0), (-0.1, 0.0), (1.5, 0.0), (np.nan, 0.0)]))
     assert found[0].tolist() == [6, 10]
     assert found[1].tolist() == [1, 10]
     assert np.isnan(found[2:]).all()

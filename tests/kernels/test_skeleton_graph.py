@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 from builders.blobs import blob, coords_of
 
-from doo3d.kernels.skeleton_graph import components, trace, without_spurs
-from doo3d.kernels.thinning import neighbours, skeletonize
+from doo3d.kernels.skeleton_graph import connected_components, prune_spurs, trace_branches
+from doo3d.kernels.thinning import neighbor_table, skeletonize
 
 FREE, LOOP = -1, -2
 
 
 def table_of(voxels):
     coords = np.array(sorted(set(voxels)), dtype=np.int64).reshape(-1, 3)
-    return coords, neighbours(coords)
+    return coords, neighbor_table(coords)
 
 
 def traced(voxels):
     """The clusters, and the branches as (voxels, start, end)."""
     coords, table = table_of(voxels)
-    cluster, order, bounds, nodes = trace(table)
+    cluster, order, bounds, nodes = trace_branches(table)
     runs = [coords[order[a:b]].tolist() for a, b in pairwise(bounds)]
     groups = [coords[cluster == c].tolist() for c in range(int(cluster.max(initial=-1)) + 1)]
     return groups, [(run, *ends) for run, ends in zip(runs, nodes.tolist(), strict=True)]
@@ -31,7 +31,7 @@ def traced(voxels):
 
 def check(table):
     """What holds for any voxels."""
-    cluster, order, bounds, nodes = trace(table)
+    cluster, order, bounds, nodes = trace_branches(table)
     graph = nx.Graph()
     graph.add_nodes_from(range(len(table)))
     graph.add_edges_from((i, int(j)) for i, row in enumerate(table) for j in row if j >= 0)
@@ -62,13 +62,13 @@ def check(table):
 @pytest.mark.parametrize("seed", range(20))
 def test_random_skeletons(seed):
     coords = coords_of(blob(seed, 16, 0.25 + 0.02 * seed, 0.8))
-    check(neighbours(coords[skeletonize(coords)]))
+    check(neighbor_table(coords[skeletonize(coords)]))
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_random_voxels(seed):
     random = np.random.default_rng(seed)
-    check(neighbours(coords_of(random.random((9, 9, 9)) < 0.02 + 0.006 * seed)))
+    check(neighbor_table(coords_of(random.random((9, 9, 9)) < 0.02 + 0.006 * seed)))
 
 
 def line(*points):
@@ -136,10 +136,10 @@ def test_few_voxels(voxels, runs):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_components_are_those_of_the_graph(seed):
-    table = neighbours(coords_of(np.random.default_rng(seed).random((8, 8, 8)) < 0.05))
+    table = neighbor_table(coords_of(np.random.default_rng(seed).random((8, 8, 8)) < 0.05))
     graph = nx.Graph([(i, int(j)) for i, row in enumerate(table) for j in row if j >= 0])
     graph.add_nodes_from(range(len(table)))
-    label = components(table)
+    label = connected_components(table)
     assert {frozenset(np.flatnonzero(label == c).tolist()) for c in set(label.tolist())} == {
         frozenset(group) for group in nx.connected_components(graph)
     }
@@ -150,7 +150,7 @@ def spared(rows, least):
     """What is left of a picture: # is the skeleton."""
     image = np.array([[mark == "#" for mark in row] for row in rows], dtype=np.uint8)
     image = np.pad(image, 1)
-    without_spurs(image, *np.nonzero(image), least)
+    prune_spurs(image, *np.nonzero(image), least)
     return ["".join(".#"[bit] for bit in row) for row in image[1:-1, 1:-1].tolist()]
 
 

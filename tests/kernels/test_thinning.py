@@ -12,7 +12,7 @@ from skimage.measure import euler_number, label
 from skimage.morphology import skeletonize as lee
 
 from doo3d.kernels import thinning
-from doo3d.kernels.thinning import OFFSETS, neighbours, skeletonize
+from doo3d.kernels.thinning import OFFSETS, neighbor_table, skeletonize
 
 WIDE = (34, 34, 22)
 
@@ -120,12 +120,12 @@ def test_neighbours_against_a_dictionary(seed):
     shape = np.random.default_rng(seed).integers(3, 12, 3)
     solid = np.random.default_rng(seed).random(shape) < 0.3
     coords = coords_of(solid)
-    np.testing.assert_array_equal(neighbours(coords), slow_table(coords))
+    np.testing.assert_array_equal(neighbor_table(coords), slow_table(coords))
 
 
 @pytest.mark.parametrize("pair", [[[1, 1, 5], [1, 2, 1]], [[1, 5, 5], [2, 1, 1]], [[1, 1, 5], [2, 1, 1]]])
 def test_opposite_sides_of_the_box_are_no_neighbours(pair):
-    assert (neighbours(np.array([*pair, [5, 5, 5]])) == -1).all()
+    assert (neighbor_table(np.array([*pair, [5, 5, 5]])) == -1).all()
 
 
 def around(bits: int) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from skimage.measure import euler_number, label
 
-from doo3d.kernels.zhang_suen import thin
+from doo3d.kernels.zhang_suen import thin_pixels
 
 ROUND = [(-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)]
 
@@ -21,7 +21,7 @@ def thinned(mask):
     """The skeleton of a mask (H, W) whose border is free, as the kernel has it."""
     coords = np.argwhere(mask).astype(np.int64)
     result = np.zeros_like(mask)
-    result[tuple(coords[thin(coords)].T)] = True
+    result[tuple(coords[thin_pixels(coords)].T)] = True
     return result
 
 

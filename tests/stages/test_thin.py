@@ -8,8 +8,8 @@ from builders.drawn_masks import helix, surface
 from scipy.spatial import cKDTree
 
 from doo3d.config import VoxelizeConfig
-from doo3d.kernels.skeleton_graph import components
-from doo3d.kernels.thinning import neighbours
+from doo3d.kernels.skeleton_graph import connected_components
+from doo3d.kernels.thinning import neighbor_table
 from doo3d.stages.thin import thin
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, VoxelGrid
@@ -22,7 +22,7 @@ def test_skeleton_of_a_helix():
     skeleton = thin(grid)
     assert skeleton.size == grid.size
     assert skeleton.radius == grid.radius
-    assert components(neighbours(skeleton.coords)).max() == 0
+    assert connected_components(neighbor_table(skeleton.coords)).max() == 0
     assert cKDTree(axis).query(skeleton.points)[0].max() < 1.3 * radius
     assert cKDTree(skeleton.points).query(axis)[0].max() < 2.5 * radius
     places = {tuple(voxel): centroid for voxel, centroid in zip(grid.coords.tolist(), grid.centroids, strict=True)}

@@ -9,8 +9,8 @@ from builders.errors import refuses
 from scipy.ndimage import binary_closing
 
 from doo3d.config import SegmentConfig, VoxelizeConfig
-from doo3d.kernels.skeleton_graph import components
-from doo3d.kernels.thinning import neighbours
+from doo3d.kernels.skeleton_graph import connected_components
+from doo3d.kernels.thinning import neighbor_table
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import behind, voxelize
 from doo3d.types import Foreground
@@ -186,7 +186,7 @@ def test_closing_does_not_bridge_what_the_mask_says_is_empty():
         depth[np.random.default_rng(0).random(depth.shape) < 0.3] = 0
         foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(edge_support=2), mask)
         grid = voxelize(foreground, VoxelizeConfig(core=0.6))
-        label = components(neighbours(grid.coords))
+        label = connected_components(neighbor_table(grid.coords))
         assert sorted(np.bincount(label) > 200) == [True, True]
         assert (grid.counts == 0).any()
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from ...kernels.equal_chords import walk
+from ...kernels.equal_chords import lay_equal_chords
 from ...outputs.atomic import write_bytes
 from ...types import Array, Chain, Detection, Floats, Frame
 from ...viz import draw
@@ -90,7 +90,7 @@ def write_png(path: Path, image: Array) -> None:
 
 def _chain(truth: Truth) -> Chain:
     axis = np.vstack((truth.axis, truth.axis[:1])) if truth.closed else truth.axis
-    joints = walk(axis, LINK)[0]
+    joints = lay_equal_chords(axis, LINK)[0]
     seen = np.ones(len(axis), dtype=bool) if truth.seen is None else truth.seen[np.arange(len(axis)) % len(truth.axis)]
     middle = (np.arange(len(joints) - 1) + 0.5) / (len(joints) - 1) * (len(axis) - 1)
     return Chain(joints, LINK, truth.radius, occluded=~seen[np.round(middle).astype(int)])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ...geometry.intersections import Lines, meetings
+from ...geometry.intersections import PolylineSet, find_intersections
 from ...types import Bools, Chain, Crossing, Floats, Ints, SegmentRef
 from ..scenes.model import Truth
 from .alignment import Walk
@@ -44,10 +44,10 @@ def true_crossings(truths: Sequence[Truth], view: View = from_camera) -> TrueCro
     seen = [np.ones(len(way)) if truth.seen is None else truth.seen[np.arange(len(way)) % len(truth.axis)]
             for truth, way in zip(truths, ways, strict=True)]  # fmt: skip
     flat, away = zip(*map(view, ways), strict=True)
-    found = meetings(flat, closed)
-    lines = Lines.of([np.column_stack(both) for both in zip(away, seen, strict=True)], closed)
-    there = lines.at(found.chain, found.segment + found.part)
-    arc = (found.segment + found.part) * np.array([truth.spacing for truth in truths])[found.chain]
+    found = find_intersections(flat, closed)
+    lines = PolylineSet.from_polylines([np.column_stack(both) for both in zip(away, seen, strict=True)], closed)
+    there = lines.interpolate(found.chain, found.segment + found.t)
+    arc = (found.segment + found.t) * np.array([truth.spacing for truth in truths])[found.chain]
     cable, upper = found.chain, (there[:, 1, 0] < there[:, 0, 0]).astype(int)
     order = np.column_stack((upper, 1 - upper))
     cable, arc = np.take_along_axis(cable, order, axis=1), np.take_along_axis(arc, order, axis=1)

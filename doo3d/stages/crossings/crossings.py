@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...config import CrossingsConfig, RefineConfig
-from ...geometry.intersections import Lines, Meetings, meetings
+from ...geometry.intersections import Intersections, PolylineSet, find_intersections
 from ...geometry.projection import Projection, axes_along
-from ...kernels.sampling import bilinear
+from ...kernels.sampling import sample_bilinear
 from ...types import Array, Camera, Chain, Crossing, Floats, Foreground, Path, SegmentRef
 from .. import FrameContext
 from ..refine.estimation import infer_viewpoint
@@ -64,27 +64,27 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
     closed = [chain.closed for chain in chains]
     view = projection_of(with_sensor(foreground, chains))
     flat, away = [view.project(chain.joints) for chain in chains], [view.distance(chain.joints) for chain in chains]
-    found = meetings(flat, closed)
+    found = find_intersections(flat, closed)
     if not len(found.angle):
         return ()
     radius = np.array([chain.radius for chain in chains])[found.chain]
-    lines = Lines.of([np.column_stack(both) for both in zip(flat, away, strict=True)], closed)
+    lines = PolylineSet.from_polylines([np.column_stack(both) for both in zip(flat, away, strict=True)], closed)
     odds = _odds(found, lines, radius, view, foreground if config.use_color else replace(foreground, color=None))
     return tuple(_crossing(found, k, chains, float(value)) for k, value in enumerate(odds))
 
 
-def _crossing(found: Meetings, k: int, chains: list[Chain], odds: float) -> Crossing:
+def _crossing(found: Intersections, k: int, chains: list[Chain], odds: float) -> Crossing:
     """The crossing `k`, with log odds that the first strand is the upper."""
     places = [SegmentRef(int(chain), int(segment)) for chain, segment in zip(found.chain[k], found.segment[k], strict=True)]
     upper = 0 if odds >= 0 else 1
     joints = chains[places[upper].chain].joints[places[upper].segment :][:2]
-    part = float(found.part[k, upper])
+    part = float(found.t[k, upper])
     return Crossing(places[upper], places[1 - upper], joints[0] * (1 - part) + joints[1] * part, float(np.tanh(abs(odds) / 2)))
 
 
-def _odds(found: Meetings, lines: Lines, radius: Floats, view: Projection, foreground: Foreground) -> Floats:
+def _odds(found: Intersections, lines: PolylineSet, radius: Floats, view: Projection, foreground: Foreground) -> Floats:
     """Log odds that the first strand of each crossing is the upper: (C,). radius : (C, 2) of the strands."""
-    depth = lines.at(found.chain, found.segment + found.part)[..., 2]
+    depth = lines.interpolate(found.chain, found.segment + found.t)[..., 2]
     seen = strands(found, lines, radius * view.scale(depth))
     odds = np.zeros(len(depth))
     if foreground.points.shape[1] == 3:
@@ -161,4 +161,4 @@ def _nearest(image: Array, places: Floats) -> Floats:
 
 def _shades(image: Array, places: Floats) -> Floats:
     """Colours (..., 3) of the image between the four pixels round each place (..., 2) px; NaN outside."""
-    return np.asarray(bilinear(np.ascontiguousarray(image), places.reshape(-1, 2))).reshape(*places.shape[:-1], -1)
+    return np.asarray(sample_bilinear(np.ascontiguousarray(image), places.reshape(-1, 2))).reshape(*places.shape[:-1], -1)

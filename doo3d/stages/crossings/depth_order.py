@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.intersections import Lines, Meetings
+from ...geometry.intersections import Intersections, PolylineSet
 from ...types import Array, Floats, Ints
 
 ALONG = np.linspace(0.0, 5.0, 16)
@@ -50,12 +50,12 @@ class Strands:
     normal: Floats
 
 
-def strands(found: Meetings, lines: Lines, half: Floats) -> Strands:
+def strands(found: Intersections, lines: PolylineSet, half: Floats) -> Strands:
     """What to look at.
 
     lines : the chains in the view with their distance, (J, 3). half : (C, 2), half the width of each strand there.
     """
-    joint = found.segment + found.part
+    joint = found.segment + found.t
     step = _steps(lines, found.chain, found.segment)
     size = np.maximum(np.linalg.norm(step, axis=-1), 1e-12)
     overlap = CLEAR * half[:, ::-1] / np.sin(np.maximum(found.angle, FLATTEST))[:, None]
@@ -63,14 +63,14 @@ def strands(found: Meetings, lines: Lines, half: Floats) -> Strands:
     away = np.concatenate((-beyond[..., ::-1], beyond), axis=-1)
     chain = np.broadcast_to(found.chain[..., None], away.shape)
     at = joint[..., None] + away / size[..., None]
-    middle = lines.at(chain, at)
+    middle = lines.interpolate(chain, at)
     side = _square(_steps(lines, chain, np.floor(at)))
-    return Strands(middle[..., :2], middle[..., 2], side, away / half[..., None], half, found.place, _square(step))
+    return Strands(middle[..., :2], middle[..., 2], side, away / half[..., None], half, found.point, _square(step))
 
 
-def _steps(lines: Lines, chain: Ints, segment: Array) -> Floats:
+def _steps(lines: PolylineSet, chain: Ints, segment: Array) -> Floats:
     """(..., 2) from one joint to the next in the view; NaN beyond the ends."""
-    return np.asarray((lines.at(chain, segment + 1.0) - lines.at(chain, segment + 0.0))[..., :2])
+    return np.asarray((lines.interpolate(chain, segment + 1.0) - lines.interpolate(chain, segment + 0.0))[..., :2])
 
 
 def _square(step: Floats) -> Floats:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...config import MergeConfig
-from ...kernels.matching import matching
+from ...kernels.matching import maximum_weight_matching
 from ...types import Floats
 from .confidence import Link
 from .costs import FORCED_COST_FACTOR
@@ -60,7 +60,7 @@ def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
     top = config.max_cost if np.isfinite(config.max_cost) else 2 * float(prices[np.isfinite(prices)].max(initial=0.0)) + 1
     known: set[Pair] = set()
     while True:
-        partner = matching(np.maximum(top - prices, 0.0))
+        partner = maximum_weight_matching(np.maximum(top - prices, 0.0))
         pairs = [(a, b) for a, b in enumerate(partner.tolist()) if a < b]
         new = [pair for pair in pairs if pair not in known]
         added = extra(new)

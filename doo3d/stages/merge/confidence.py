@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...config import MergeConfig
-from ...kernels.second_best import least
+from ...kernels.second_best import second_best_rise
 from ...types import Floats, Ints
 from ...visibility import PointVisibility, Visibility
 
@@ -69,12 +69,12 @@ def sureness(links: list[Link], cost: Floats, most: float, rings: bool = False) 
         partner[[a, b]] = b, a
         full[a, b] = full[b, a] = price
     pairs = np.array([(a, b) for a, b, _ in links])
-    rise = least(full, partner, float(most), *_elsewhere(full, partner, most), pairs, rings)
+    rise = second_best_rise(full, partner, float(most), *_elsewhere(full, partner, most), pairs, rings)
     return [float(confidence) for confidence in np.clip(rise / most, 0.0, 1.0)]
 
 
 def _elsewhere(full: Floats, partner: Ints, most: float) -> tuple[Ints, Floats]:
-    """Where ends may go besides, as `kernels.exchanging` has it: `spare` and `settled`."""
+    """Where ends may go besides, as `kernels.second_best` has it: `spare` and `settled`."""
     matched, free = np.flatnonzero(partner >= 0), np.flatnonzero(partner < 0)
     spare, price = np.full(len(full), -1), np.full(len(full), np.inf)
     if len(free):

@@ -11,7 +11,7 @@ import numpy as np
 from ...config import FillConfig, MergeConfig
 from ...geometry.arcs import tangent_path
 from ...geometry.polyline import steps, unit
-from ...kernels.end_tangents import courses
+from ...kernels.end_tangents import end_tangents
 from ...types import Assembly, Chain, Floats
 from ...visibility import Visibility
 from .. import FrameContext
@@ -98,7 +98,7 @@ def _length(assembly: Assembly) -> float:
 def _ends(chains: list[Chain], config: MergeConfig, radius: float) -> Ends:
     bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
     joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
-    directions, curvatures = courses(joints, bounds, float(config.tangent_window_radii * radius))
+    directions, curvatures = end_tangents(joints, bounds, float(config.tangent_window_radii * radius))
     points = joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()]
     return Ends(points, directions, curvatures, 1000.0 if points.shape[1] == 3 else 1.0)
 

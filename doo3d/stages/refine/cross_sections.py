@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import perpendicular, unit
-from ...kernels.nearest import nearest, spread
+from ...kernels.nearest import lateral_sums, nearest
 from ...types import Array, Camera, Floats, Ints
 
 ENOUGH = 10_000
@@ -93,7 +93,7 @@ def silhouette(
     share = len(mask_pixels) / max(1, len(some))
     reach = reach * np.abs(scale)
     distance, near = nearest(some, pixels, float(reach.max()), True)
-    sums = spread(some, distance, near, pixels, across, reach)
+    sums = lateral_sums(some, distance, near, pixels, across, reach)
     count, total = (window_sum(share * each, path, half) for each in sums)
     radius = count / np.maximum(window_sum(_lengths(pixels, path), path, half), 1e-9) / np.abs(scale) / 2
     return Silhouette(total / np.maximum(count, 1e-9) / scale, radius)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...config import RefineConfig
 from ...geometry.mask import mask_pixels
-from ...geometry.polyline import smooth_fit, steps
+from ...geometry.polyline import steps, whittaker_smooth
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     Frames,
@@ -97,10 +97,10 @@ def to_axis(stations: Stations, config: RefineConfig, foreground: Foreground) ->
 
 def _smoothed(values: Floats, weight: Floats, strength: float, closed: bool) -> Floats:
     if not closed:
-        return smooth_fit(values, weight, strength)
+        return whittaker_smooth(values, weight, strength)
     wrap = min(WRAP, len(values))
     around = np.arange(-wrap, len(values) + wrap) % len(values)
-    return smooth_fit(values[around], weight[around], strength)[wrap : wrap + len(values)]
+    return whittaker_smooth(values[around], weight[around], strength)[wrap : wrap + len(values)]
 
 
 def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:

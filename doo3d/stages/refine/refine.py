@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import RefineConfig
-from ...geometry.equal_segments import bulged, carried, equal_ring, equal_segments
+from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
 from ...kernels.nearest import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
@@ -65,7 +65,7 @@ def _joints(stations: Stations, p: int, config: RefineConfig, length: float, poi
     radius = float(stations.radius[part.start])
     first = end(ahead(stations, part.start, 1, config, points, grain), radius)
     last = end(ahead(stations, part.stop - 1, -1, config, points, grain), radius)
-    return equal_segments(carried(carried(bulged(axis, length), last)[::-1], first)[::-1], length)
+    return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 
 def _wall_end(seen: Ahead, radius: float) -> float:

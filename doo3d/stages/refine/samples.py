@@ -8,7 +8,7 @@ import numpy as np
 
 from ...config import RefineConfig
 from ...geometry.polyline import arc_length, resample, tangents, unit
-from ...kernels.nearest import beside, nearest
+from ...kernels.nearest import nearest, points_near_line
 from ...types import Bools, Floats, Ints, Path
 
 SAMPLE_SPACING_RADII = 0.4
@@ -100,7 +100,7 @@ def ahead(stations: Stations, end: int, inwards: int, config: RefineConfig, poin
     heading = unit(tip - stations.inside(end, inwards, 2 * radius))
     reach = MAX_END_EXTENSION * radius
     low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
-    near, along, aside = beside(points[low:high], tip, heading, reach, 1.6 * radius)
+    near, along, aside = points_near_line(points[low:high], tip, heading, reach, 1.6 * radius)
     if not len(near):
         return Ahead(np.zeros(0), np.zeros(0), heading)
     own = np.abs(nearest(near, stations.places, 2 * radius, False)[1] - end) <= 3 * stations.half + 3

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry.sparse_grid import spacing, voxelize_points
-from ...kernels.thinning import neighbours
+from ...geometry.sparse_grid import cloud_spacing, voxelize_points
+from ...kernels.thinning import neighbor_table
 from ...types import Bools, Floats
 
 
@@ -16,12 +16,12 @@ def neighbourhood(points: Floats, window: float) -> tuple[Floats, Floats]:
     """
     if not len(points):
         return np.zeros(0), points
-    size = window * spacing(points)
+    size = window * cloud_spacing(points)
     cells = voxelize_points(points, points.min(axis=0) - size, size, 1)
     if isinstance(cells, float):
         return np.ones(len(points)), points
     sums = cells.sums(np.column_stack((points, np.ones(len(points)))))
-    sums = sums + np.vstack((sums, np.zeros(4)))[neighbours(cells.coords)].sum(axis=1)
+    sums = sums + np.vstack((sums, np.zeros(4)))[neighbor_table(cells.coords)].sum(axis=1)
     return sums[cells.cell, 3], sums[cells.cell, :3] / sums[cells.cell, 3:]
 
 

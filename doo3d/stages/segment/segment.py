@@ -7,7 +7,7 @@ import numpy as np
 from ...config import SegmentConfig
 from ...errors import InputError
 from ...geometry.mask import mask_pixels
-from ...kernels.depth_filter import agreement, steadied
+from ...kernels.depth_filter import count_agreeing_neighbors, sigma_filter
 from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
 from .depth_filter import FAR, roughness, steady_half
 from .depth_inpainting import bridged
@@ -69,11 +69,11 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
     error = roughness(data.depth, found)
     tolerance = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * error)
-    support, among, depth = agreement(data.depth, found, v, u, OUTLIER_WINDOW_PX, tolerance)
+    support, among, depth = count_agreeing_neighbors(data.depth, found, v, u, OUTLIER_WINDOW_PX, tolerance)
     solid = support >= np.minimum(OUTLIER_MIN_NEIGHBORS, among / 2)
     half = steady_half(error, found, data, config)
     if half > OUTLIER_WINDOW_PX:
-        depth[solid] = steadied(data.depth, found, v[solid], u[solid], half, FAR * error)
+        depth[solid] = sigma_filter(data.depth, found, v[solid], u[solid], half, FAR * error)
     pixels = np.column_stack((u[solid], v[solid]))
     read, filtered = data.depth[v[solid], u[solid]].astype(float), depth[solid]
     if way != "everything":

@@ -23,7 +23,7 @@ from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Chain, Crossing, Detection, SegmentRef
 
 SMALL = (640, 480)
@@ -31,7 +31,7 @@ SMALL = (640, 480)
 
 def even(points, length=0.01, radius=0.004):
     """A chain of equal segments along a line (P, 3)."""
-    return Chain(walk(points, length)[0], length, radius)
+    return Chain(lay_equal_chords(points, length)[0], length, radius)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from doo3d.evaluation.benchmark.rows import Row, summary, worst
 from doo3d.evaluation.benchmark.tables import csv_text, json_text
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Camera, Chain, Cloud, Detection, Frame
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=320.0, cy=240.0, width=640, height=480)
@@ -25,7 +25,7 @@ TRUTH = Truth(AXIS, 0.004, seen=np.abs(X) > 0.01)
 
 
 def found(axis=AXIS):
-    return Detection((Chain(walk(axis, 0.01)[0], 0.01, 0.004),))
+    return Detection((Chain(lay_equal_chords(axis, 0.01)[0], 0.01, 0.004),))
 
 
 def row(detection, family="one", name="a", seconds=0.02, data=None):

@@ -11,7 +11,7 @@ from builders.photos import save
 from doo3d.evaluation.benchmark.cases import capture_cases
 from doo3d.evaluation.benchmark.stored_results import result_rows
 from doo3d.evaluation.truth_file import read_truth
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.outputs.detection_json import dumps
 from doo3d.outputs.run_reader import read_detection
 from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
@@ -102,7 +102,7 @@ TRUTH = {"a": [{"axis": CORNERS, "radius": 0.004}], "b": [{"axis": CORNERS, "rad
 
 
 def detection(frame="a"):
-    chain = Chain(walk(np.array(CORNERS), 0.01)[0], 0.01, 0.004, connections=(Connection(3, 0.7),))
+    chain = Chain(lay_equal_chords(np.array(CORNERS), 0.01)[0], 0.01, 0.004, connections=(Connection(3, 0.7),))
     crossing = Crossing(SegmentRef(0, 2), SegmentRef(0, 9), np.array([0.0, 0.0, 0.5]), 0.9)
     return Detection((chain,), frame=frame, seconds={"fit": 0.5, "fill": 0.25}, crossings=(crossing,))
 

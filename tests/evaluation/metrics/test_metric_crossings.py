@@ -10,7 +10,7 @@ import pytest
 from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Chain, Crossing, SegmentRef
 
 RADIUS, STEP = 0.004, 0.01
@@ -24,7 +24,7 @@ def across(angle, z, middle=(0.05, 0.0)):
 
 
 def even(axis):
-    return Chain(walk(axis, STEP)[0], STEP, RADIUS)
+    return Chain(lay_equal_chords(axis, STEP)[0], STEP, RADIUS)
 
 
 def knot():

@@ -8,7 +8,7 @@ import pytest
 from doo3d.evaluation.metrics.nodes import node_error
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Chain, Connection
 
 RADIUS = 0.004
@@ -16,7 +16,7 @@ RADIUS = 0.004
 
 def even(points, length=0.01, radius=0.004):
     """A chain of equal segments along a line (P, 3)."""
-    return Chain(walk(points, length)[0], length, radius)
+    return Chain(lay_equal_chords(points, length)[0], length, radius)
 
 
 def _dense(points):

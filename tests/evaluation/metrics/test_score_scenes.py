@@ -11,7 +11,7 @@ from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.rendering.rays import Rays
 from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.types import Chain, Crossing, SegmentRef
 
 STEP = 0.005
@@ -24,7 +24,7 @@ def truths_of(family, seed):
 
 
 def chain_of(truth, axis=None):
-    return Chain(walk(truth.axis if axis is None else axis, STEP)[0], STEP, truth.radius)
+    return Chain(lay_equal_chords(truth.axis if axis is None else axis, STEP)[0], STEP, truth.radius)
 
 
 def crossings_of(truths):

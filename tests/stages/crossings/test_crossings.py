@@ -13,7 +13,7 @@ from builders.drawn_masks import CAMERA, depth_of, frame_of, line, surface
 import doo3d
 from doo3d.config import CrossingsConfig
 from doo3d.geometry.equal_segments import equal_ring
-from doo3d.kernels.equal_chords import walk
+from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.stages.crossings.crossings import find_crossings
 from doo3d.types import Chain, Foreground
 
@@ -22,7 +22,7 @@ LOW = line([-0.12, 0.003, 0.5], [0.12, 0.003, 0.5])
 
 
 def even(axis, length=STEP, radius=RADIUS):
-    return Chain(walk(axis, length)[0], length, radius)
+    return Chain(lay_equal_chords(axis, length)[0], length, radius)
 
 
 def over(angle=1.2, height=2 * RADIUS, middle=(0.01, 0.003)):
