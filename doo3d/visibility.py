@@ -78,13 +78,13 @@ class Visibility:
         result[inside] = said
         return result
 
-    def leaves(self, ends: Floats, directions: Floats, reach: float) -> Bools:
+    def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Which of the ends (E, D), going on by `reach` in their directions (E, D), leave the view: (E,) bool."""
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
-    def open(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
+    def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
         """Beyond which of the ends (E, D), within `reach` m in their directions (E, D), the camera sees through before
-        anything hides what would go on there: (E,) bool. In 2-D nothing is known to hide, and no end is open.
+        anything hides what would go on there: (E,) bool. In 2-D nothing is known to hide, and no end is exposed.
 
         radius : m; what hides is at least HIDES of it nearer. A strand on another one is nearer by two, at its border by one.
         """

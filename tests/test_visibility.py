@@ -80,8 +80,8 @@ def test_an_end_is_open_where_the_camera_sees_past_it_and_not_where_something_hi
     ends, along = place((19, 15), 0.5), np.array([[1.0, 0.0, 0.0]])
     for beyond, expected in ((0.8, True), (0.4, False), (0.5, False), (0.0, False)):
         depth = np.where(mask, 0.5, beyond)
-        assert Visibility(depth, mask, CAMERA, 0.012).open(ends, along, 0.01, 0.03).tolist() == [expected]
-    assert Visibility(None, mask, None, 0.012).open(ends[:, :2], along[:, :2], 1.0, 3.0).tolist() == [False]
+        assert Visibility(depth, mask, CAMERA, 0.012).is_exposed(ends, along, 0.01, 0.03).tolist() == [expected]
+    assert Visibility(None, mask, None, 0.012).is_exposed(ends[:, :2], along[:, :2], 1.0, 3.0).tolist() == [False]
 
 
 def test_within_the_margin_nothing_is_free(visibility):

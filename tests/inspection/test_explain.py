@@ -115,7 +115,7 @@ def test_nothing_found(doo3d, capture):
     assert "dropped: segment (hsv): nothing in this frame is told from the rest" in out
 
 
-@pytest.mark.parametrize(("override", "stage"), [("voxelize.min_component=100000", "voxelize"), ("fit.segment_length=9", "fit")])
+@pytest.mark.parametrize(("override", "stage"), [("fit.segment_length=9", "fit"), ("merge.min_length=10000", "merge")])
 def test_lost_later(doo3d, capture, override, stage):
     code, out, err = doo3d("detect", capture(), "--set", override)
     assert code == 0, err

@@ -138,9 +138,8 @@ def test_the_width_decides(dim, width, apart, count):
 @dims
 def test_the_width_comes_from_the_voxel(dim):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
-    config = PruneConfig(width_over_voxel=1.5)
-    assert len(prune(parallel, context_of(voxel=0.2), config)) == 2
-    assert len(prune(parallel, context_of(voxel=0.3), config)) == 1
+    assert len(prune(parallel, context_of(voxel=0.2), PruneConfig())) == 2
+    assert len(prune(parallel, context_of(voxel=0.3), PruneConfig())) == 1
 
 
 def test_strands_over_each_other_do_not_overlap():

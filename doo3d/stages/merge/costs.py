@@ -14,28 +14,30 @@ from ...errors import ConfigError
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 
-OwnCost = Callable[[Floats, Floats], Floats]
+CustomCost = Callable[[Floats, Floats], Floats]
 
-OWN: dict[str, OwnCost] = {}
-"""Costs of the user's own, from the ends' points (E, D) and directions (E, D) to (E, E); `merge.own` gives their weights."""
+CUSTOM_COSTS: dict[str, CustomCost] = {}
+"""Cost terms of the user: from the ends' points (E, D) and directions (E, D) to (E, E). Weights are in `merge.custom_costs`."""
 
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost where fewer chains are wanted than are left otherwise."""
 
 
-def own(name: str) -> OwnCost:
-    """The cost of the user's own that is called so.
+def custom_cost(name: str) -> CustomCost:
+    """Return the cost term of that name in CUSTOM_COSTS.
 
     Raises
     ------
     ConfigError : there is none.
     """
-    if name not in OWN:
+    if name not in CUSTOM_COSTS:
         raise ConfigError(
-            f"merge.own: there is no cost {name!r}; doo3d.costs.OWN holds {', '.join(OWN) or 'none'}", code="cost-unknown"
+            f"merge.custom_costs: there is no cost {name!r}; "
+            f"doo3d.stages.merge.costs.CUSTOM_COSTS holds {', '.join(CUSTOM_COSTS) or 'none'}: register it there first",
+            code="cost-unknown",
         )
-    return OWN[name]
+    return CUSTOM_COSTS[name]
 
 
 def _pairwise(directions: Floats) -> Floats:
@@ -66,6 +68,6 @@ def curvature(points: Floats, directions: Floats) -> Floats:
     return np.asarray(np.maximum(bend, bend.T))
 
 
-def either(ends: Bools) -> Floats:
-    """How many of the two are among `ends`, (E,) bool."""
+def count_in(ends: Bools) -> Floats:
+    """Return how many ends of each pair are marked in `ends`, (E,) bool: 0, 1 or 2."""
     return ends[:, None].astype(float) + ends[None]

@@ -77,7 +77,7 @@ def join(chains: list[Chain], config: MergeConfig, radius: float, fill: FillConf
     terms = _terms(ends, config, radius, visibility)
     cost = _pair_costs(ends, terms, chains, config)
     if visibility is not None and config.free_space_weight:
-        leaving = visibility.leaves(ends.points, ends.directions, IMAGE_BORDER_RADII * radius)
+        leaving = visibility.exits_view(ends.points, ends.directions, IMAGE_BORDER_RADII * radius)
         cost[np.ix_(leaving, leaving)] = np.inf
     if "open" in terms:
         cost += terms["open"]
@@ -112,10 +112,12 @@ def _terms(ends: Ends, config: MergeConfig, radius: float, visibility: Visibilit
         "direction": config.bending.direction_weight * costs.direction(towards),
         "curvature": config.bending.curvature_weight * costs.curvature(ends.points, towards),
     }
-    terms |= {name: weight * costs.own(name)(ends.points, ends.directions) for name, weight in config.custom_costs.items()}
+    terms |= {
+        name: weight * costs.custom_cost(name)(ends.points, ends.directions) for name, weight in config.custom_costs.items()
+    }
     if visibility is not None and config.exposed_end_cost:
-        free = visibility.open(ends.points, ends.directions, radius, EXPOSED_END_LOOKAHEAD * radius)
-        terms["open"] = config.exposed_end_cost * costs.either(free)
+        free = visibility.is_exposed(ends.points, ends.directions, radius, EXPOSED_END_LOOKAHEAD * radius)
+        terms["open"] = config.exposed_end_cost * costs.count_in(free)
     return terms
 
 

@@ -73,7 +73,7 @@ def test_exact_where_arccos_is_not(dim):
 
 
 def test_every_end_of_a_kind_counts():
-    assert costs.either(np.array([True, False, True])).tolist() == [[2, 1, 2], [1, 0, 1], [2, 1, 2]]
+    assert costs.count_in(np.array([True, False, True])).tolist() == [[2, 1, 2], [1, 0, 1], [2, 1, 2]]
 
 
 def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
@@ -94,15 +94,19 @@ def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
         )
         return {round(piece[0, 1], 3) for piece in merged[0].pieces}
 
-    monkeypatch.setitem(costs.OWN, "left", lambda points, directions: np.maximum(0, points[:, None, 1] + points[None, :, 1]))
-    monkeypatch.setitem(costs.OWN, "right", lambda points, directions: np.maximum(0, -points[:, None, 1] - points[None, :, 1]))
+    monkeypatch.setitem(
+        costs.CUSTOM_COSTS, "left", lambda points, directions: np.maximum(0, points[:, None, 1] + points[None, :, 1])
+    )
+    monkeypatch.setitem(
+        costs.CUSTOM_COSTS, "right", lambda points, directions: np.maximum(0, -points[:, None, 1] - points[None, :, 1])
+    )
     assert joined(left=1e4) == {0.0, -0.01}
     assert joined(right=1e4) == {0.0, 0.01}
 
 
 def test_a_cost_that_there_is_not_is_named():
     from doo3d.errors import ConfigError
-    from doo3d.stages.merge.costs import own
+    from doo3d.stages.merge.costs import custom_cost
 
     with refuses("cost-unknown", "height", kind=ConfigError):
-        own("height")
+        custom_cost("height")

@@ -210,9 +210,9 @@ def bow(gap):
 
 @pytest.mark.parametrize(("strategy", "chains"), [("greedy", 1), ("greedy", None), ("global", None), ("global", 1)])
 def test_rings_only_when_wanted(strategy, chains):
-    (open_,) = run([bow(0.5)], config(strategy=strategy, rings=False, chains=chains, min_length=0))
+    (open_,) = run([bow(0.5)], config(strategy=strategy, allow_closed_chains=False, chains=chains, min_length=0))
     assert not open_.closed
-    (ring,) = run([bow(0.5)], config(strategy=strategy, rings=True, chains=chains, min_length=0, max_cost=1e4))
+    (ring,) = run([bow(0.5)], config(strategy=strategy, allow_closed_chains=True, chains=chains, min_length=0, max_cost=1e4))
     assert ring.closed
     assert len(ring.headings) == len(ring.costs) == 1
 
@@ -221,10 +221,10 @@ def test_rings_only_when_wanted(strategy, chains):
 def test_two_halves_of_a_ring(strategy):
     whole = bow(0.3).joints
     halves = [Chain(whole[:11], STEP), Chain(whole[13:], STEP)]
-    (open_,) = run(halves, config(strategy=strategy, rings=False))
+    (open_,) = run(halves, config(strategy=strategy, allow_closed_chains=False))
     assert not open_.closed
     assert len(open_.costs) == 1
-    (ring,) = run(halves, config(strategy=strategy, rings=True, max_cost=1e4))
+    (ring,) = run(halves, config(strategy=strategy, allow_closed_chains=True, max_cost=1e4))
     assert ring.closed
     assert len(ring.costs) == 2
     check_whole([ring], halves)
