@@ -16,7 +16,7 @@ from .stages.fill import fill
 from .stages.fit import fit
 from .stages.merge import merge
 from .stages.prune import prune
-from .stages.refine import refine
+from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import segment
 from .stages.thin import thin
 from .stages.traverse import traverse
@@ -96,8 +96,13 @@ def run_from_foreground(foreground: Foreground, config: Config, clock: _Clock) -
     clock("merge")
     filled = fill(merged, context, config.fill)
     clock("fill")
-    chains = refine(filled, context, config.refine)
-    clock("refine")
+    extended = extend_ends(filled, context)
+    context = decide_viewpoint(extended, context)
+    clock("extend_ends")
+    samples = estimate_centerline(extended, context, config.refine)
+    clock("estimate_centerline")
+    chains = lay_chains(samples, extended, context, config.refine)
+    clock("lay_chains")
     crossings = find_crossings(chains, context, config.crossings)
     clock("crossings")
     return Stages(context, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
@@ -181,7 +186,11 @@ def _lost(stages: Stages) -> tuple[str, ...]:
             len(stages.context.foreground.points),
             "widen the segmentation; doo3d tune proposes colour ranges and shows them",
         ),
-        ("voxelize", len(stages.context.grid.coords), "lower voxelize.min_component, or see with doo3d tune what the mask takes"),
+        (
+            "voxelize",
+            len(stages.context.grid.coords),
+            "the pieces are smaller than 12 voxels: lower voxelize.size, or see with doo3d tune what the mask takes",
+        ),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
         ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length; doo3d tune proposes one"),
         ("prune", len(stages.pruned), "lower prune.width"),

@@ -19,14 +19,15 @@ from doo3d.stages.fill import fill
 from doo3d.stages.fit import fit
 from doo3d.stages.merge.merge import merge
 from doo3d.stages.prune import prune
-from doo3d.stages.refine.refine import refine
+from doo3d.stages.refine import estimate_centerline, extend_ends, lay_chains
 from doo3d.stages.thin import thin
 from doo3d.stages.traverse import traverse
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground
 
 RADIUS = 0.005
-STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine", "crossings", "grow"]
+STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill"]
+STAGES += ["extend_ends", "estimate_centerline", "lay_chains", "crossings", "extend_mask"]
 
 
 def config(**settings):
@@ -219,7 +220,7 @@ def test_any_segment_length(length):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"voxelize__min_component": 100_000}, "voxelize: .*min_component"),
+        ({"voxelize__size": 1.0}, "voxelize: .*voxelize.size"),
         ({"fit__segment_length": 2.0}, "fit: .*segment_length"),
         ({"merge__min_length": 1000, "merge__chains": None}, "merge: .*min_length"),
     ],
@@ -276,4 +277,5 @@ def test_empty_in_empty_out():
     paths = traverse(thin(grid), context, settings.traverse)
     chains = prune(fit(paths, context, settings.fit), context, settings.prune)
     filled = fill(merge(chains, context, settings.merge), context, settings.fill)
-    assert paths == chains == filled == refine(filled, context, settings.refine) == []
+    assert paths == chains == filled == extend_ends(filled, context) == []
+    assert lay_chains(estimate_centerline([], context, settings.refine), [], context, settings.refine) == []

@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...config import CrossingsConfig, RefineConfig
+from ...config import CrossingsConfig
 from ...geometry.intersections import Intersections, PolylineSet, find_intersections
 from ...geometry.projection import Projection, axes_along
 from ...kernels.sampling import sample_bilinear
-from ...types import Array, Camera, Chain, Crossing, Floats, Foreground, Path, SegmentRef
+from ...types import Array, Camera, Chain, Crossing, Floats, Foreground, SegmentRef
 from .. import FrameContext
-from ..refine.estimation import infer_viewpoint
-from ..refine.samples import lay
 from .depth_order import Look, by_color, by_surface, strands
 
 SPREAD = 0.5
@@ -53,16 +51,14 @@ UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
     """Every place where two strands, of one chain or of two, cross in the view; in the order of the chains and along them.
 
-    The view is the camera's. A cloud is seen from its viewpoint; where that is not known from its origin if it looks as seen
-    from there, and else from above, along its z axis. In 2-D there is no depth, and only colour tells which strand is upper:
-    where it does not, it is the first, and `confidence` is 0.
-
+    The view is the camera's; that of a cloud is from its viewpoint, or from above, along its z axis, where that is unknown. In
+    2-D there is no depth, and only color tells which strand is upper: where it does not, it is the first, with confidence 0.
     """
     if not chains:
         return ()
     foreground = context.foreground
     closed = [chain.closed for chain in chains]
-    view = projection_of(with_sensor(foreground, chains))
+    view = projection_of(foreground)
     flat, away = [view.project(chain.joints) for chain in chains], [view.distance(chain.joints) for chain in chains]
     found = find_intersections(flat, closed)
     if not len(found.angle):
@@ -100,15 +96,6 @@ def _odds(found: Intersections, lines: PolylineSet, radius: Floats, view: Projec
         ratio = by_color(seen, lambda places: _shades(color, places), NOISE)
         odds += COLOR * np.where(np.abs(ratio) >= TELLING, np.clip(ratio, -MOST, MOST), 0.0)
     return odds
-
-
-def with_sensor(foreground: Foreground, chains: list[Chain]) -> Foreground:
-    """The foreground; a cloud that does not say where its sensor stood and looks as seen from its origin was seen from there."""
-    if foreground.viewpoint is not None or foreground.camera is not None or foreground.points.shape[1] == 2:
-        return foreground
-    paths = [Path(chain.joints[:-1] if chain.closed else chain.joints, chain.closed) for chain in chains]
-    radius = float(np.median([chain.radius for chain in chains]))
-    return infer_viewpoint(foreground, lay(paths, radius, RefineConfig(), chains[0].segment_length), RefineConfig())
 
 
 def projection_of(foreground: Foreground) -> Projection:

@@ -1,103 +1,207 @@
-"""Ends that go on behind what hides them: a bit of surface there that is too short for a chain of its own."""
+"""Free ends extended to where the object ends: along the seen surface, and to visible fragments beyond an occluder."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...config import RefineConfig
 from ...geometry.polyline import unit
-from ...kernels.nearest import nearest
+from ...kernels.nearest import nearest, points_near_line
 from ...types import Bools, Floats, Ints, Path
 from ...visibility import PointVisibility, Visibility
 from .cross_sections import thinned
-from .samples import Stations
+from .samples import Samples
 
-NEAR = 1.5  # radii from a path within which surface belongs to it
-ASIDE, SPREAD = 0.9, 0.25  # radii beside the way straight on in which it may lie, and how much more for each radius ahead
-SHORTEST, BASE = 0.6, 3.0  # radii, of a stub; and from which an end's direction is taken
-FILLED = 0.25  # share of its area that must have been read
-COVERED = 0.3  # share of the gap in front of which something must have been seen
+MAX_END_EXTENSION = 6.0
+"""Radii by which an end may be extended to the last surface point: thinning and trimming shorten it by less."""
 
+SURFACE_WIDTH_RADII = 1.6
+"""Radii from the tangent at an end within which surface ahead of it belongs to it."""
 
 MAX_FRAGMENT_GAP = 8.0
 """Radii beyond a hidden end within which a visible fragment of surface is attached to it."""
 
+OWN_SURFACE_RADII = 1.5
+"""Radii from a path within which surface belongs to it; the rest may be fragments."""
+
+FRAGMENT_OFFSET_RADII, FRAGMENT_OFFSET_SLOPE = 0.9, 0.25
+"""Lateral offset, in radii, that a fragment may have from the tangent at the end, and how much more per radius ahead."""
+
+MIN_FRAGMENT_RADII = 0.6
+"""Radii of length that a fragment must have."""
+
+FRAGMENT_TANGENT_RADII = 3.0
+"""Radii of path from which the tangent at a hidden end is taken."""
+
+MIN_FRAGMENT_FILL = 0.25
+"""Fraction of a fragment's area that must have depth readings."""
+
+MIN_GAP_HIDDEN = 0.3
+"""Fraction of the gap before a fragment in front of which something nearer must have been seen."""
+
+MIN_FRAGMENT_POINTS = 4
+
+GAP_CHECKS = 10
+"""Points of the straight line across the gap at which visibility is asked for."""
+
 
 @dataclass(frozen=True)
-class _Stub:
-    """What an end goes on to: the end's path and whether it is the path's first, where the stub begins and ends (D,) m, which of
-    the free points it is, and how far off it lies, m.
+class SurfaceAhead:
+    """The surface along the tangent at a free end.
+
+    Attributes
+    ----------
+    axial : (N,) m (px in 2-D), how far ahead of the end each point lies, ascending.
+    lateral : (N,) m (px in 2-D), its distance from the tangent.
+    tangent : (D,) unit, pointing out of the path.
+    """
+
+    axial: Floats
+    lateral: Floats
+    tangent: Floats
+
+
+def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
+    """Return the first and the last sample of an open path, each with its direction inwards, 1 or -1; none of a ring."""
+    part = samples.of_path(path)
+    return () if samples.closed[path] else ((part.start, 1), (part.stop - 1, -1))
+
+
+def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spacing: float) -> SurfaceAhead:
+    """Return the surface ahead of a free end, up to the first empty stretch of a radius.
+
+    Surface nearer to another part of any path does not count.
+
+    Parameters
+    ----------
+    samples : S samples along all paths.
+    end : index of the end's sample.
+    inwards : 1 where the path continues at higher samples, -1 at lower.
+    points : (N, D) m (px in 2-D), the surface, ascending in the first coordinate.
+    spacing : m (px in 2-D), how far apart neighboring surface points may lie.
+    """
+    tip, radius = samples.positions[end], float(samples.radius[end])
+    tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
+    reach = MAX_END_EXTENSION * radius
+    low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
+    near, axial, lateral = points_near_line(points[low:high], tip, tangent, reach, SURFACE_WIDTH_RADII * radius)
+    if not len(near):
+        return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)
+    own = np.abs(nearest(near, samples.positions, 2 * radius, False)[1] - end) <= 3 * samples.window_half + 3
+    axial, lateral = axial[own], lateral[own]
+    order = np.argsort(axial)
+    axial, lateral = axial[order], lateral[order]
+    empty = np.flatnonzero((np.diff(axial) > max(radius, 2 * spacing)) & (axial[1:] > 0))
+    stop = empty[0] + 1 if len(empty) else len(axial)
+    return SurfaceAhead(axial[:stop], lateral[:stop], tangent)
+
+
+def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, spacing: float) -> list[Path]:
+    """Return the paths with free ends extended straight as far as the surface reaches; arguments as of `surface_ahead`."""
+    result = []
+    for p, path in enumerate(paths):
+        points_of_path, filled, joins = path.points, path.filled, path.joins
+        for end, inwards in free_ends(samples, p):
+            ahead = surface_ahead(samples, end, inwards, points, spacing)
+            if len(ahead.axial) and ahead.axial[-1] > 0:
+                tip = samples.positions[end] + ahead.axial[-1] * ahead.tangent
+                points_of_path = np.concatenate(([tip], points_of_path) if inwards == 1 else (points_of_path, [tip]))
+                joins = tuple((step + (inwards == 1), confidence) for step, confidence in joins)
+                if filled is not None:
+                    filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
+        result.append(Path(points_of_path, path.closed, filled, joins))
+    return result
+
+
+@dataclass(frozen=True)
+class _Fragment:
+    """A visible fragment ahead of a hidden end.
+
+    path, first : the end: of which path, and whether it is the first. start, stop : (D,) m, the fragment's two ends.
+    points : indices of its surface points. offset : m, how far off it lies, the less the better.
     """
 
     path: int
     first: bool
-    begin: Floats
-    end: Floats
+    start: Floats
+    stop: Floats
     points: Ints
-    off: float
+    offset: float
 
 
-def carried_on(
-    paths: list[Path], stations: Stations, config: RefineConfig, points: Floats, visibility: Visibility | None
-) -> list[Path]:
-    """The paths with the stubs that their free ends go on to, where something nearer hides the way there.
+def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibility: Visibility | None) -> list[Path]:
+    """Return the paths with visible fragments attached to free ends, where something nearer hides the gap between.
 
-    stations : laid along the paths. points : (N, 3) m, the surface.
+    A fragment is too short for a chain of its own. The nearest pair of an end and a fragment goes first; each end takes one.
+
+    Parameters
+    ----------
+    paths : the paths, and with them
+    samples : along these paths.
+    points : (N, D) m, the surface.
+    visibility : None or without depth: nothing is known to hide, and the same paths come back.
     """
     if visibility is None or visibility.depth is None:
         return paths
-    some = thinned(points)
-    radius = float(stations.radius[0])
-    free = some[np.isinf(nearest(some, stations.places, NEAR * radius, True)[0])]
-    share = len(points) / max(1, len(some))
-    left = np.ones(len(free), dtype=bool)
+    surface = thinned(points)
+    radius = float(samples.radius[0])
+    free = surface[np.isinf(nearest(surface, samples.positions, OWN_SURFACE_RADII * radius, True)[0])]
+    points_per_sample = len(points) / max(1, len(surface))
+    available = np.ones(len(free), dtype=bool)
     ends = [(p, first) for p, path in enumerate(paths) if not path.closed for first in (True, False)]
-    while left.any():
-        found = [stub for end in ends if (stub := _stub(*end, stations, config, free, left, share, visibility)) is not None]
-        if not found:
+    while available.any():
+        fragments = [_fragment(*end, samples, free, available, points_per_sample, visibility) for end in ends]
+        candidates = [fragment for fragment in fragments if fragment is not None]
+        if not candidates:
             break
-        best = min(found, key=lambda stub: stub.off)
-        left[best.points] = False
+        best = min(candidates, key=lambda fragment: fragment.offset)
+        available[best.points] = False
         ends.remove((best.path, best.first))
-        paths = [_longer(path, best) if p == best.path else path for p, path in enumerate(paths)]
+        paths = [_with_fragment(path, best) if p == best.path else path for p, path in enumerate(paths)]
     return paths
 
 
-def _stub(
-    p: int, first: bool, stations: Stations, config: RefineConfig, free: Floats, left: Bools, share: float, visibility: Visibility
-) -> _Stub | None:
-    part = stations.of(p)
+def _fragment(
+    p: int, first: bool, samples: Samples, free: Floats, available: Bools, points_per_sample: float, visibility: Visibility
+) -> _Fragment | None:
+    """Return the fragment ahead of one end of path `p`, or None."""
+    part = samples.of_path(p)
     end, inwards = (part.start, 1) if first else (part.stop - 1, -1)
-    tip, radius = stations.places[end], float(stations.radius[end])
-    heading = unit(tip - stations.inside(end, inwards, BASE * radius))
-    along = (free - tip) @ heading
-    aside = np.linalg.norm(free - tip - along[:, None] * heading, axis=1)
-    ok = left & (along > radius / 2) & (along < MAX_FRAGMENT_GAP * radius) & (aside < ASIDE * radius + SPREAD * along)
-    index = np.flatnonzero(ok)
-    if len(index) < 4:
+    tip, radius = samples.positions[end], float(samples.radius[end])
+    tangent = unit(tip - samples.position_inside(end, inwards, FRAGMENT_TANGENT_RADII * radius))
+    axial = (free - tip) @ tangent
+    lateral = np.linalg.norm(free - tip - axial[:, None] * tangent, axis=1)
+    near = available & (axial > radius / 2) & (axial < MAX_FRAGMENT_GAP * radius)
+    near &= lateral < FRAGMENT_OFFSET_RADII * radius + FRAGMENT_OFFSET_SLOPE * axial
+    index = np.flatnonzero(near)
+    if len(index) < MIN_FRAGMENT_POINTS:
         return None
-    index = index[np.argsort(along[index], kind="stable")]
-    gap = np.flatnonzero(np.diff(along[index]) > radius)
+    index = index[np.argsort(axial[index], kind="stable")]
+    gap = np.flatnonzero(np.diff(axial[index]) > radius)
     index = index[: gap[0] + 1] if len(gap) else index
-    begin, stop = float(along[index[0]]), float(along[index[-1]])
+    start, stop = float(axial[index[0]]), float(axial[index[-1]])
     assert visibility.camera is not None
     pitch = tip[2] / visibility.camera.fx
-    if stop - begin < SHORTEST * radius or share * len(index) < FILLED * 2 * radius * (stop - begin) / pitch**2:
+    area = 2 * radius * (stop - start) / pitch**2
+    if stop - start < MIN_FRAGMENT_RADII * radius or points_per_sample * len(index) < MIN_FRAGMENT_FILL * area:
         return None
-    said = visibility.classify(tip + np.linspace(0, begin, 12)[1:-1, None] * heading)
-    if (said == PointVisibility.FREE).any() or (said == PointVisibility.HIDDEN).mean() < COVERED:
+    seen = visibility.classify(tip + np.linspace(0, start, GAP_CHECKS + 2)[1:-1, None] * tangent)
+    if (seen == PointVisibility.FREE).any() or (seen == PointVisibility.HIDDEN).mean() < MIN_GAP_HIDDEN:
         return None
-    at = along[index]
-    near, far = free[index[at < begin + 0.7 * radius]].mean(axis=0), free[index[at > stop - 0.7 * radius]].mean(axis=0)
-    way = unit(far - near) if stop - begin > radius else heading
-    return _Stub(p, first, near, far + 0.3 * radius * way, index, begin + 2 * float(aside[index].mean()))
+    at = axial[index]
+    near_end, far_end = free[index[at < start + 0.7 * radius]].mean(axis=0), free[index[at > stop - 0.7 * radius]].mean(axis=0)
+    direction = unit(far_end - near_end) if stop - start > radius else tangent
+    offset = start + 2 * float(lateral[index].mean())
+    return _Fragment(p, first, near_end, far_end + 0.3 * radius * direction, index, offset)
 
 
-def _longer(path: Path, stub: _Stub) -> Path:
+def _with_fragment(path: Path, fragment: _Fragment) -> Path:
     filled = np.zeros(len(path.points) - 1, dtype=bool) if path.filled is None else path.filled
-    if stub.first:
+    if fragment.first:
         joins = tuple((step + 2, confidence) for step, confidence in path.joins)
-        return Path(np.concatenate(([stub.end, stub.begin], path.points)), False, np.concatenate(([False, True], filled)), joins)
-    return Path(np.concatenate((path.points, [stub.begin, stub.end])), False, np.concatenate((filled, [True, False])), path.joins)
+        points = np.concatenate(([fragment.stop, fragment.start], path.points))
+        return Path(points, False, np.concatenate(([False, True], filled)), joins)
+    points = np.concatenate((path.points, [fragment.start, fragment.stop]))
+    return Path(points, False, np.concatenate((filled, [True, False])), path.joins)

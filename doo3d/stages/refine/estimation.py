@@ -1,4 +1,4 @@
-"""From the seen surface to the axis: the stations moved to where mask, points or circles say it is."""
+"""The axis and the radius of the object estimated at samples: from the mask, from points of one view or from circles."""
 
 from __future__ import annotations
 
@@ -6,35 +6,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...config import RefineConfig
 from ...geometry.mask import mask_pixels
 from ...geometry.polyline import steps, whittaker_smooth
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
-    Frames,
+    MIN_POINTS,
+    SectionAxes,
     axis_depth,
-    circles,
-    faces,
-    flat_frames,
-    frames_towards,
-    sections,
-    shell,
-    silhouette,
+    cross_sections,
+    fit_circles,
+    fit_half_shell,
+    is_seen_from,
+    planar_axes,
+    section_axes,
     thinned,
     window_sum,
 )
-from .multiview import look_at, median_radius
-from .samples import Stations
-
-WRAP = 40
-"""Stations by which a ring is continued over its seam before it is smoothed."""
-
-IN_A_GAP = 0.3
-"""How far to believe a measurement at a station that lies in a gap, beside 1 elsewhere: it may be of something in front."""
-
+from .multiview import measure_in_view, median_radius
+from .samples import Samples
+from .silhouette import measure_silhouette
 
 MAX_SURFACE_DISTANCE = 2.2
-"""Radii round the path within which surface points belong to it."""
+"""Radii round the path within which surface points belong to it: the path lies a radius in front of the axis."""
 
 SMOOTHING_RADII = 1.2
 """Radii; details of the axis shorter than about 2 pi times this are smoothed."""
@@ -43,183 +36,234 @@ PATH_WEIGHT = 0.01
 """Weight of the filled path where nothing was seen, beside 1 where the surface was seen."""
 
 DEPTH_WEIGHT = 0.06
-"""Weight of depth, which a stereo camera measures with errors in waves along a strand, beside 1 for sideways."""
+"""Weight of depth, which a stereo camera measures with errors in waves along a strand, beside 1 for lateral offsets."""
 
 DEPTH_NOISE_RADII = 0.15
 """Radii; depth that is less exact than this weighs less, by the square of how much."""
 
+GAP_WEIGHT = 0.3
+"""Weight of a measurement at a sample in a filled gap, beside 1 elsewhere: it may be of something in front."""
+
+RADIUS_TOLERANCE = 0.3
+"""Relative difference from the path's radius at which a measurement weighs 1 / e."""
+
+MAX_RADIUS_CHANGE = 0.4
+"""Relative difference from the path's radius up to which a radius at one sample is believed."""
+
+RING_OVERLAP = 40
+"""Samples by which a ring is continued over its seam before it is smoothed."""
+
+MAD_TO_DEVIATION = 1.4826
+"""Standard deviations per median absolute deviation of normal errors."""
+
 
 @dataclass(frozen=True)
 class _Estimate:
-    """Where the axis is by one measurement, (S, D), and the weights of that, (S, D, D)."""
+    """The axis and the radius at S samples by one measurement.
+
+    target : (S, D), where the axis lies. weight : (S, D, D), of that. radius, radii : (S,), of the paths and at the samples.
+    """
 
     target: Floats
     weight: Floats
-
-    @staticmethod
-    def along(frames: Frames, target: Floats, lateral: Floats, away: Floats) -> _Estimate:
-        """With the weights (S,) sideways and in depth."""
-        weight = np.einsum("s,si,sj->sij", lateral, frames.lateral, frames.lateral)
-        return _Estimate(target, weight + np.einsum("s,si,sj->sij", away, frames.away, frames.away))
+    radius: Floats
+    radii: Floats
 
 
-def infer_viewpoint(foreground: Foreground, stations: Stations, config: RefineConfig) -> Foreground:
-    """The foreground; a cloud that does not say where its sensor stood and looks as seen from its origin was seen from there."""
+def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
+    """Return the foreground, with the viewpoint at the origin if a cloud without one looks like a half shell seen from there."""
     if foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
-    frames = frames_towards(stations.places, stations.tangents(), None)
-    section = sections(thinned(foreground.points), stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
+    axes = section_axes(samples.positions, samples.tangents(), None)
+    reach = MAX_SURFACE_DISTANCE * samples.radius
+    sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
     origin = np.zeros(3)
-    seen_from_origin = faces(section, stations.path, stations.places, frames, stations.half, origin)
-    return replace(foreground, viewpoint=origin) if seen_from_origin else foreground
+    half_shell = is_seen_from(origin, sections, samples.path, samples.positions, axes, samples.window_half)
+    return replace(foreground, viewpoint=origin) if half_shell else foreground
 
 
-def to_axis(stations: Stations, config: RefineConfig, foreground: Foreground) -> None:
-    """Move the stations to the axis, one round, and set their radii."""
-    flat = stations.places.shape[1] == 2
-    tangent = stations.tangents()
-    frames = flat_frames(tangent) if flat else frames_towards(stations.places, tangent, foreground.viewpoint)
+def estimate_axis(samples: Samples, foreground: Foreground) -> Samples:
+    """Return the samples moved to the axis, with their radii, by one iteration.
+
+    Each path is smoothed by a Whittaker smoother whose weights say how well, and in which directions, the axis is known.
+    """
+    planar = samples.positions.shape[1] == 2
+    tangent = samples.tangents()
+    axes = planar_axes(tangent) if planar else section_axes(samples.positions, tangent, foreground.viewpoint)
     if foreground.mask is not None:
-        found = _from_mask(stations, frames, config, foreground)
+        estimate = _from_mask(samples, axes, foreground)
     elif foreground.views:
-        found = _from_sights(stations, frames, config, foreground)
+        estimate = _from_views(samples, axes, foreground)
     elif foreground.viewpoint is not None:
-        found = _from_shell(stations, frames, config, thinned(foreground.points))
+        estimate = _from_half_shell(samples, axes, thinned(foreground.points))
     else:
-        found = _from_circles(stations, frames, config, thinned(foreground.points))
-    weight = found.weight + PATH_WEIGHT * np.eye(stations.places.shape[1])
-    for p, closed in enumerate(stations.closed):
-        part = stations.of(p)
-        spacing = float(np.median(steps(stations.places[part])))
-        strength = (SMOOTHING_RADII * float(stations.radius[part.start]) / max(spacing, 1e-9)) ** 4
-        stations.places[part] = _smoothed(found.target[part], weight[part], strength, closed)
+        estimate = _from_circles(samples, axes, thinned(foreground.points))
+    weight = estimate.weight + PATH_WEIGHT * np.eye(samples.positions.shape[1])
+    positions = np.empty_like(samples.positions)
+    for p, closed in enumerate(samples.closed):
+        part = samples.of_path(p)
+        spacing = float(np.median(steps(samples.positions[part])))
+        strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(spacing, 1e-9)) ** 4
+        positions[part] = _smoothed(estimate.target[part], weight[part], strength, closed)
+    return replace(samples, positions=positions, radius=estimate.radius, radii=estimate.radii)
 
 
 def _smoothed(values: Floats, weight: Floats, strength: float, closed: bool) -> Floats:
     if not closed:
         return whittaker_smooth(values, weight, strength)
-    wrap = min(WRAP, len(values))
-    around = np.arange(-wrap, len(values) + wrap) % len(values)
-    return whittaker_smooth(values[around], weight[around], strength)[wrap : wrap + len(values)]
+    overlap = min(RING_OVERLAP, len(values))
+    around = np.arange(-overlap, len(values) + overlap) % len(values)
+    return whittaker_smooth(values[around], weight[around], strength)[overlap : overlap + len(values)]
 
 
-def _from_mask(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
-    """Sideways from the mask's middle, in depth from the surface points; the radius from the mask's width."""
+def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Floats:
+    """Return the weights (S, D, D) with (S,) along the lateral and (S,) along the depth axis."""
+    weight = np.einsum("s,si,sj->sij", lateral, axes.lateral, axes.lateral)
+    return np.asarray(weight + np.einsum("s,si,sj->sij", depth, axes.depth, axes.depth))
+
+
+def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
+    """Estimate the lateral offset and the radius from the mask, the depth from the surface points."""
     assert foreground.mask is not None
-    reach = MAX_SURFACE_DISTANCE * stations.radius
+    reach = MAX_SURFACE_DISTANCE * samples.radius
     pixels = mask_pixels(foreground.mask) if foreground.camera is not None else foreground.points
-    seen = silhouette(stations.places, frames, stations.path, pixels, foreground.camera, reach, stations.half)
-    _set_radius(stations, seen.radius, ~stations.filled & (seen.radius > 0))
-    trust = np.exp(-(((seen.radius / stations.radius - 1) / 0.3) ** 2)) * (seen.radius > 0)
-    stations.radii = _along(seen.radius, (trust > 0.5) & ~stations.filled, stations)
-    moved = stations.places + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * frames.lateral
-    lateral_weight = trust * np.where(stations.filled, IN_A_GAP, 1.0)
+    seen = measure_silhouette(samples.positions, axes, samples.path, pixels, foreground.camera, reach, samples.window_half)
+    samples = replace(samples, radius=_path_radius(samples, seen.radius, ~samples.filled & (seen.radius > 0)))
+    trust = _trust(seen.radius / samples.radius) * (seen.radius > 0)
+    radii = _along_paths(seen.radius, (trust > 0.5) & ~samples.filled, samples)
+    moved = samples.positions + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * axes.lateral
+    lateral_weight = trust * np.where(samples.filled, GAP_WEIGHT, 1.0)
     if foreground.camera is None:
-        return _Estimate.along(frames, moved, lateral_weight, np.zeros(len(moved)))
-    depth, away_weight = _depth(stations, moved, frames, config, thinned(foreground.points))
-    return _Estimate.along(frames, moved + depth[:, None] * frames.away, lateral_weight, away_weight)
+        return _Estimate(moved, _diagonal_weight(axes, lateral_weight, np.zeros(len(moved))), samples.radius, radii)
+    depth, depth_weight = _depth(samples, moved, axes, thinned(foreground.points))
+    target = moved + depth[:, None] * axes.depth
+    return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 
-def _depth(stations: Stations, moved: Floats, frames: Frames, config: RefineConfig, points: Floats) -> tuple[Floats, Floats]:
-    """How far behind places in the middle of the silhouette the axis lies, m, and the weight of that: (S,) and (S,)."""
-    section = sections(points, moved, frames, MAX_SURFACE_DISTANCE * stations.radius)
-    depth, count = axis_depth(section, stations.path, stations.radius, stations.half)
-    usual = _usual(count)
+def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
+    """Return how deep the axis lies behind positions (S, 3) in the middle of the silhouette, m, and the weight: (S,), (S,)."""
+    sections = cross_sections(points, middle, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    depth, count = axis_depth(sections, samples.path, samples.radius, samples.window_half)
+    usual = _median_count(count)
     weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
-    weight *= np.where(stations.filled, IN_A_GAP, 1.0) * DEPTH_WEIGHT
+    weight *= np.where(samples.filled, GAP_WEIGHT, 1.0) * DEPTH_WEIGHT
     depth = np.where(weight > 0, depth, 0.0)
-    noise = unrest(moved + depth[:, None] * frames.away, frames.away, (weight > 0) & ~stations.filled, stations)
+    noise = depth_noise(middle + depth[:, None] * axes.depth, axes.depth, (weight > 0) & ~samples.filled, samples)
     return depth, weight * min(1.0, DEPTH_NOISE_RADII / max(noise, 1e-9)) ** 2
 
 
-def unrest(places: Floats, away: Floats, known: Bools, stations: Stations) -> float:
-    """The usual error in depth of places (S, 3) measured along paths, in radii, from the second difference along `away` (S, 3).
+def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples: Samples) -> float:
+    """Return the robust standard deviation, in radii, of the depth of positions measured along paths.
 
-    Places as far apart as measurements are pooled over are independent, and the second difference of independent errors has
-    six times their variance. The median sees little of the bends, which are the smaller part of an object. known : (S,).
+    It comes from second differences of positions so far apart that their windows do not overlap: the second difference of
+    independent errors has six times their variance. The median sees little of the bends, the smaller part of an object.
+
+    Parameters
+    ----------
+    positions : (S, 3) m. depth_axis : (S, 3) unit. measured : (S,) bool. samples : the samples they belong to.
     """
-    step = 2 * stations.half + 1
+    step = 2 * samples.window_half + 1
     first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
-    change = np.abs(np.einsum("ij,ij->i", places[last] - 2 * places[middle] + places[first], away[middle]))
-    usable = known[first] & known[middle] & known[last] & (stations.path[first] == stations.path[last])
-    relative = (change / stations.radius[middle])[usable]
-    return float(1.4826 * np.median(relative) / np.sqrt(6)) if len(relative) else 0.0
+    second_difference = positions[last] - 2 * positions[middle] + positions[first]
+    change = np.abs(np.einsum("ij,ij->i", second_difference, depth_axis[middle]))
+    usable = measured[first] & measured[middle] & measured[last] & (samples.path[first] == samples.path[last])
+    relative = (change / samples.radius[middle])[usable]
+    return float(MAD_TO_DEVIATION * np.median(relative) / np.sqrt(6)) if len(relative) else 0.0
 
 
-def _from_shell(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
-    """Sideways from the middle of the points, in depth from them; the radius from their spread: clouds of one view."""
-    section = sections(points, stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
-    middle, radii, count = shell(section, stations.path, stations.half)
-    usable = np.isfinite(radii) & ~stations.filled
-    _set_radius(stations, radii, usable)
-    stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
-    weight = np.minimum(1.0, count / _usual(count)) * (count >= 5) * np.where(stations.filled, IN_A_GAP, 1.0)
-    width = np.where(np.isfinite(radii), radii, 0.0) / stations.radius
-    lateral_weight = weight * np.exp(-(((width - 1) / 0.3) ** 2))
-    moved = stations.places + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * frames.lateral
-    depth, away_weight = _depth(stations, moved, frames, config, points)
-    return _Estimate.along(frames, moved + depth[:, None] * frames.away, lateral_weight, away_weight)
+def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+    """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
+    sections = cross_sections(points, samples.positions, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    middle, measured, count = fit_half_shell(sections, samples.path, samples.window_half)
+    samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
+    weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
+    lateral_weight = weight * _trust(np.where(np.isfinite(measured), measured, 0.0) / samples.radius)
+    moved = samples.positions + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
+    depth, depth_weight = _depth(samples, moved, axes, points)
+    target = moved + depth[:, None] * axes.depth
+    return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 
-def _from_circles(stations: Stations, frames: Frames, config: RefineConfig, points: Floats) -> _Estimate:
-    """Both ways from the circle through the cross-section, for clouds of many views."""
-    section = sections(points, stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
-    _, radii, _ = circles(section, stations.path, None, stations.half)
-    usable = np.isfinite(radii) & ~stations.filled & (radii < 3 * stations.radius) & (radii > stations.radius / 3)
-    _set_radius(stations, radii, usable)
-    stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
-    center, _, count = circles(section, stations.path, stations.radius, stations.half)
-    weight = np.minimum(1.0, count / _usual(count)) * (count >= 5) * np.where(stations.filled, IN_A_GAP, 1.0)
-    weight *= np.linalg.norm(center, axis=1) < MAX_SURFACE_DISTANCE * stations.radius
-    offset = center[:, :1] * frames.lateral + center[:, 1:] * frames.away
-    return _Estimate.along(frames, stations.places + np.where(weight[:, None] > 0, offset, 0.0), weight, weight)
+def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+    """Estimate all from the circle through each cross-section, for clouds of many views."""
+    sections = cross_sections(points, samples.positions, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    _, measured, _ = fit_circles(sections, samples.path, None, samples.window_half)
+    usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
+    reach = MAX_SURFACE_DISTANCE
+    samples, radii = _with_radius(samples, measured, usable)
+    center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
+    weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
+    weight *= np.linalg.norm(center, axis=1) < reach * samples.radius
+    offset = center[:, :1] * axes.lateral + center[:, 1:] * axes.depth
+    target = samples.positions + np.where(weight[:, None] > 0, offset, 0.0)
+    return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
 
 
-def _from_sights(stations: Stations, frames: Frames, config: RefineConfig, foreground: Foreground) -> _Estimate:
-    """Sideways from the masks of all views, which together tell depth too; the circle as far as depth is to be believed."""
-    looks = [
-        look for view in foreground.views if (look := look_at(stations, frames.tangent, view, MAX_SURFACE_DISTANCE)) is not None
+def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
+    """Estimate the axis from the masks of all views, whose rays together tell depth too, and from circles as far as believed."""
+    measurements = [
+        measured
+        for view in foreground.views
+        if (measured := measure_in_view(samples, axes.tangent, view, MAX_SURFACE_DISTANCE)) is not None
     ]
-    radii = median_radius(looks, len(stations.places))
-    usable = np.isfinite(radii) & ~stations.filled
-    _set_radius(stations, radii, usable)
-    stations.radii = _along(radii, usable & (np.abs(radii / stations.radius - 1) < 0.4), stations)
-    section = sections(thinned(foreground.points), stations.places, frames, MAX_SURFACE_DISTANCE * stations.radius)
-    center, _, count = circles(section, stations.path, stations.radius, stations.half)
-    believed = DEPTH_WEIGHT * np.minimum(1.0, count / _usual(count)) * (count >= 5)
-    believed *= np.linalg.norm(center, axis=1) < MAX_SURFACE_DISTANCE * stations.radius
-    across = np.einsum("si,sj->sij", frames.lateral, frames.lateral) + np.einsum("si,sj->sij", frames.away, frames.away)
+    measured_radii = median_radius(measurements, len(samples.positions))
+    samples, radii = _with_radius(samples, measured_radii, np.isfinite(measured_radii) & ~samples.filled)
+    reach = MAX_SURFACE_DISTANCE * samples.radius
+    sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
+    center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
+    believed = DEPTH_WEIGHT * np.minimum(1.0, count / _median_count(count)) * (count >= MIN_POINTS)
+    believed *= np.linalg.norm(center, axis=1) < reach
+    across = np.einsum("si,sj->sij", axes.lateral, axes.lateral) + np.einsum("si,sj->sij", axes.depth, axes.depth)
     weight = believed[:, None, None] * across
-    pull = believed[:, None] * (center[:, :1] * frames.lateral + center[:, 1:] * frames.away)
-    for look in looks:
-        trust = np.exp(-(((look.radius / stations.radius[look.station] - 1) / 0.3) ** 2)) * (look.radius > 0)
-        weight[look.station] += np.einsum("s,si,sj->sij", trust, look.lateral, look.lateral)
-        pull[look.station] += (trust * look.offset)[:, None] * look.lateral
-    share = np.where(stations.filled, IN_A_GAP, 1.0)[:, None]
+    pull = believed[:, None] * (center[:, :1] * axes.lateral + center[:, 1:] * axes.depth)
+    for measured in measurements:
+        trust = _trust(measured.radius / samples.radius[measured.sample]) * (measured.radius > 0)
+        weight[measured.sample] += np.einsum("s,si,sj->sij", trust, measured.lateral, measured.lateral)
+        pull[measured.sample] += (trust * measured.offset)[:, None] * measured.lateral
+    gap_weight = np.where(samples.filled, GAP_WEIGHT, 1.0)[:, None]
     moved = np.linalg.solve(weight + 1e-9 * np.eye(3), pull[..., None])[..., 0]
-    return _Estimate(stations.places + moved, share[..., None] * weight)
+    return _Estimate(samples.positions + moved, gap_weight[..., None] * weight, samples.radius, radii)
 
 
-def _usual(count: Floats) -> float:
+def _trust(ratio: Floats) -> Floats:
+    """Return how far to believe measurements whose radius is this multiple of the path's: 0 to 1."""
+    return np.asarray(np.exp(-(((ratio - 1) / RADIUS_TOLERANCE) ** 2)))
+
+
+def _count_weight(count: Floats) -> Floats:
+    """Return the weight of estimates from so many points: 1 at the median count, 0 below MIN_POINTS."""
+    return np.asarray(np.minimum(1.0, count / _median_count(count)) * (count >= MIN_POINTS))
+
+
+def _median_count(count: Floats) -> float:
     return float(np.median(count[count > 0])) if (count > 0).any() else 1.0
 
 
-def _set_radius(stations: Stations, measured: Floats, usable: Bools) -> None:
-    """Give every path the median of what was measured along it."""
-    for p in range(len(stations.closed)):
-        part = stations.of(p)
+def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:
+    """Return the samples with the radius of their paths as measured (S,), and the radii at the samples (S,)."""
+    samples = replace(samples, radius=_path_radius(samples, measured, usable))
+    near = np.abs(measured / samples.radius - 1) < MAX_RADIUS_CHANGE
+    return samples, _along_paths(measured, usable & near, samples)
+
+
+def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
+    """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
+    radius = samples.radius.copy()
+    for p in range(len(samples.closed)):
+        part = samples.of_path(p)
         if usable[part].any():
-            stations.radius[part] = float(np.median(measured[part][usable[part]]))
+            radius[part] = float(np.median(measured[part][usable[part]]))
+    return radius
 
 
-def _along(measured: Floats, good: Bools, stations: Stations) -> Floats:
-    """The radius at each station: the pooled measurement where it is good, interpolated along the path elsewhere."""
-    result = stations.radius.copy()
-    half = 2 * stations.half
-    count = window_sum(good.astype(float), stations.path, half)
-    mean = window_sum(np.where(good, measured, 0.0), stations.path, half) / np.maximum(count, 1.0)
-    for p in range(len(stations.closed)):
-        part = stations.of(p)
+def _along_paths(measured: Floats, good: Bools, samples: Samples) -> Floats:
+    """Return the radius at each sample: the pooled measurement where it is good, interpolated along the path elsewhere."""
+    result = samples.radius.copy()
+    window_half = 2 * samples.window_half
+    count = window_sum(good.astype(float), samples.path, window_half)
+    mean = window_sum(np.where(good, measured, 0.0), samples.path, window_half) / np.maximum(count, 1.0)
+    for p in range(len(samples.closed)):
+        part = samples.of_path(p)
         index = np.flatnonzero(count[part] > 0)
         if len(index):
             result[part] = np.interp(np.arange(part.stop - part.start), index, mean[part][index])

@@ -1,7 +1,8 @@
-"""From the skeleton on the seen surface to the axis, with the radius, as equal segments from end to end."""
+"""From the paths on the seen surface to chains along the axis, in three steps: ends, center line, equal segments."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,116 +12,153 @@ from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated,
 from ...geometry.polyline import arc_length
 from ...kernels.nearest import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
-from ...visibility import Visibility
 from .. import FrameContext
 from .cross_sections import thinned
-from .end_extension import carried_on
-from .estimation import infer_viewpoint, to_axis
-from .samples import Ahead, Stations, ahead, extended, lay
+from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
+from .estimation import estimate_axis, infer_viewpoint
+from .samples import Samples, sample_paths
+
+WALL_LATERAL_RADII = 0.9
+"""Radii from the axis at which surface is the wall of a cylinder and not its end."""
+
+STRIP_LATERAL_RADII, STRIP_LENGTH_RADII = 1.2, 3.0
+"""Half-width and length, in radii, of the strip at an end in an image whose area is compared with that of a flat end."""
+
+OCCLUSION_REACH_RADII = 1.5
+"""Radii from a segment within which a surface point shows that it was seen."""
 
 
-def refine(paths: list[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:
-    """Chains along the axis, equal segments from end to end; longest first.
+def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
+    """Return the paths with free ends extended along the seen surface and to visible fragments beyond an occluder.
 
-    paths : on the seen surface, m (in the mask, px, in 2-D). Where there is a mask, its width gives the radius.
+    Paths lie on the seen surface, m (in the mask, px, in 2-D). Empty in, empty out.
     """
     if not paths:
         return []
-    foreground, grid, visibility, segment_length = context.foreground, context.grid, context.visibility, context.segment_length
-    stations = lay(paths, grid.radius, config, segment_length)
-    points = _ascending(foreground.points)
-    paths = extended(paths, stations, config, points, grid.size)
-    stations = lay(paths, grid.radius, config, segment_length)
-    longer = carried_on(paths, stations, config, points, visibility)
-    if longer is not paths:
-        paths, stations = longer, lay(longer, grid.radius, config, segment_length)
-    foreground = infer_viewpoint(foreground, stations, config)
+    points = _ascending(context.foreground.points)
+    samples = sample_paths(paths, context.radius, context.segment_length)
+    extended = extend_to_surface(paths, samples, points, context.voxel)
+    samples = sample_paths(extended, context.radius, context.segment_length)
+    return attach_fragments(extended, samples, points, context.visibility)
+
+
+def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
+    """Return the context with the viewpoint of a cloud decided: as given, or the origin if it looks as seen from there."""
+    if not paths:
+        return context
+    samples = sample_paths(paths, context.radius, context.segment_length)
+    return context.seen_from(infer_viewpoint(context.foreground, samples))
+
+
+def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> Samples | None:
+    """Return samples on the axis of each path, with radii; None without paths.
+
+    Where there is a mask, its width gives the radius and the middle of its sides the lateral position.
+    """
+    if not paths:
+        return None
+    samples = sample_paths(paths, context.radius, context.segment_length)
     for _ in range(config.iterations):
-        to_axis(stations, config, foreground)
-    surface = thinned(grid.centroids)
+        samples = estimate_axis(samples, context.foreground)
+    return samples
+
+
+def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:
+    """Return chains of equal segments along the axis from end to end, longest first.
+
+    Parameters
+    ----------
+    samples : on the axis of the paths, as `estimate_centerline` returns them.
+    paths : for their gaps and connections.
+    context : what is known of the frame.
+    config : which segments are occluded, and how thin a chain may be.
+    """
+    if samples is None:
+        return []
+    points = _ascending(context.foreground.points)
+    surface = thinned(context.grid.centroids)
     chains = []
-    for p in range(len(paths)):
-        joints = _joints(stations, p, config, segment_length, points, grid.size)
+    for p, path in enumerate(paths):
+        joints = _joints(samples, p, points, context)
         if len(joints) > 1:
-            chain = _chain(joints, stations, p, config, segment_length, surface, grid.size, visibility)
-            chains.append(replace(chain, connections=_connections(paths[p], chain, stations.places[stations.of(p)])))
+            chain = _chain(joints, samples, p, surface, context, config)
+            positions = samples.positions[samples.of_path(p)]
+            chains.append(replace(chain, connections=_connections(path, chain, positions)))
     thickest = max((chain.radius for chain in chains), default=0.0)
-    chains = [_directed(chain, foreground) for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
-    return sorted(chains, key=lambda chain: -chain.length)
+    kept = [chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
+    return sorted((_directed(chain, context.foreground) for chain in kept), key=lambda chain: -chain.length)
 
 
 def _ascending(points: Floats) -> Floats:
-    """The points (N, D) by their first coordinate."""
+    """Return the points (N, D) in the order of their first coordinate."""
     first = points[:, 0]
     return points if (first[1:] >= first[:-1]).all() else points[np.argsort(first, kind="stable")]
 
 
-def _joints(stations: Stations, p: int, config: RefineConfig, length: float, points: Floats, grain: float) -> Floats:
-    """The joints of one path, (N + 1, D), or (0, D) where it is shorter than half a segment."""
-    part = stations.of(p)
-    axis = stations.places[part]
-    if stations.closed[p]:
+def _joints(samples: Samples, p: int, points: Floats, context: FrameContext) -> Floats:
+    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment."""
+    part, length = samples.of_path(p), context.segment_length
+    axis = samples.positions[part]
+    if samples.closed[p]:
         return equal_ring(axis, length)
-    end = _area_end if axis.shape[1] == 2 else _wall_end
-    radius = float(stations.radius[part.start])
-    first = end(ahead(stations, part.start, 1, config, points, grain), radius)
-    last = end(ahead(stations, part.stop - 1, -1, config, points, grain), radius)
+    end_of = _strip_end if axis.shape[1] == 2 else _wall_end
+    radius = float(samples.radius[part.start])
+    first = end_of(surface_ahead(samples, part.start, 1, points, context.voxel), radius)
+    last = end_of(surface_ahead(samples, part.stop - 1, -1, points, context.voxel), radius)
     return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 
-def _wall_end(seen: Ahead, radius: float) -> float:
-    """Where the axis ends: where the surface stops being a radius away from it, m ahead of the end.
+def _wall_end(ahead: SurfaceAhead, radius: float) -> float:
+    """Return how far ahead of the last sample the axis ends, m: where the surface stops being a radius away from it.
 
-    For a flat end that is the end, for a round one less than half a radius beyond the middle of the ball.
+    That is the end of a flat end; a round one ends less than half a radius beyond the middle of its ball.
     """
-    wall = seen.along[seen.aside > 0.9 * radius]
+    wall = ahead.axial[ahead.lateral > WALL_LATERAL_RADII * radius]
     return float(wall[-min(3, len(wall))]) if len(wall) else 0.0
 
 
-def _area_end(seen: Ahead, radius: float) -> float:
-    """Where a flat end would cut the strip so that its area is the same, px ahead of the end."""
-    back = 3 * radius
-    count = int(((seen.along > -back) & (seen.aside < 1.2 * radius)).sum())
+def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
+    """Return how far ahead of the last sample a flat end would cut the strip so that its area is the same, px."""
+    back = STRIP_LENGTH_RADII * radius
+    count = int(((ahead.axial > -back) & (ahead.lateral < STRIP_LATERAL_RADII * radius)).sum())
     return count / (2 * radius) - back if count else 0.0
 
 
-def _chain(
-    joints: Floats, stations: Stations, p: int, config: RefineConfig, length: float, surface: Floats, grain: float,
-    visibility: Visibility | None,
-) -> Chain:  # fmt: skip
-    """The chain with its radii, and the segments marked that were filled in, not seen (paper, section III-H)."""
-    part = stations.of(p)
-    radius = float(stations.radius[part.start])
+def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: FrameContext, config: RefineConfig) -> Chain:
+    """Return the chain with its radii, and the segments marked that were filled in, not seen (paper, section III-H)."""
+    part, length = samples.of_path(p), context.segment_length
+    radius = float(samples.radius[part.start])
     middle = (joints[1:] + joints[:-1]) / 2
     occluded = np.ones(len(middle), dtype=bool)
     if config.occluded != "from_depth":
-        occluded = stations.filled[part][nearest(middle, stations.places[part], length, False)[1]]
+        occluded = samples.filled[part][nearest(middle, samples.positions[part], length, False)[1]]
     if config.occluded != "from_gaps" and occluded.any():
-        unseen = np.isinf(nearest(middle[occluded], surface, 1.5 * radius + grain, True)[0])
-        if visibility is not None:
-            unseen &= ~visibility.masked(middle[occluded])
+        reach = OCCLUSION_REACH_RADII * radius + context.voxel
+        unseen = np.isinf(nearest(middle[occluded], surface, reach, True)[0])
+        if context.visibility is not None:
+            unseen &= ~context.visibility.masked(middle[occluded])
         occluded[occluded] = unseen
-    radii = stations.radii[part][nearest(joints, stations.places[part], length, False)[1]]
-    return Chain(joints, length, radius, radii, occluded, stations.closed[p])
+    radii = samples.radii[part][nearest(joints, samples.positions[part], length, False)[1]]
+    return Chain(joints, length, radius, radii, occluded, samples.closed[p])
 
 
-def _connections(path: Path, chain: Chain, places: Floats) -> tuple[Connection, ...]:
-    """The connections of a path at the segments that lie there; places (S, D) : the stations laid along it."""
+def _connections(path: Path, chain: Chain, positions: Floats) -> tuple[Connection, ...]:
+    """Return the connections of a path at the segments that lie there; positions (S, D) : the path's samples."""
     if not path.joins:
         return ()
     along = arc_length(np.concatenate((path.points, path.points[:1])) if path.closed else path.points)
-    near = nearest((chain.joints[1:] + chain.joints[:-1]) / 2, places, chain.segment_length, False)[1]
-    found = []
+    near = nearest((chain.joints[1:] + chain.joints[:-1]) / 2, positions, chain.segment_length, False)[1]
+    connections = []
     for step, confidence in path.joins:
-        station = (along[step] + along[step + 1]) / 2 / along[-1] * (len(places) - (not path.closed))
-        gap = np.abs(near - station)
-        gap = np.minimum(gap, len(places) - gap) if path.closed else gap
-        found.append(Connection(int(gap.argmin()), confidence))
-    return tuple(sorted(found))
+        sample = (along[step] + along[step + 1]) / 2 / along[-1] * (len(positions) - (not path.closed))
+        distance = np.abs(near - sample)
+        distance = np.minimum(distance, len(positions) - distance) if path.closed else distance
+        connections.append(Connection(int(distance.argmin()), confidence))
+    return tuple(sorted(connections))
 
 
 def _directed(chain: Chain, foreground: Foreground) -> Chain:
-    """The chain from the end nearer the left edge of the view (ties: nearer the top)."""
+    """Return the chain from the end nearer the left edge of the view (ties: nearer the top)."""
     ends = chain.joints[[0, -1]] if not chain.closed else chain.joints[[1, -2]]
     if foreground.camera is not None:
         ends = foreground.camera.project(ends)

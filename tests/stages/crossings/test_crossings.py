@@ -15,7 +15,8 @@ from doo3d.config import CrossingsConfig
 from doo3d.geometry.equal_segments import equal_ring
 from doo3d.kernels.equal_chords import lay_equal_chords
 from doo3d.stages.crossings.crossings import find_crossings
-from doo3d.types import Chain, Foreground
+from doo3d.stages.refine import decide_viewpoint
+from doo3d.types import Chain, Foreground, Path
 
 RADIUS, STEP = 0.005, 0.01
 LOW = line([-0.12, 0.003, 0.5], [0.12, 0.003, 0.5])
@@ -128,9 +129,11 @@ def test_a_cloud_without_a_viewpoint(order):
     near = 0 if order == 1 else 1
     chains = [even(axis) for axis in axes]
     half = Foreground(np.concatenate([surface(axis, RADIUS, np.zeros(3)) for axis in axes]))
-    assert find_crossings(chains, context_of(half), CrossingsConfig())[0].upper.chain == near
+    context = decide_viewpoint([Path(axis) for axis in axes], context_of(half, radius=RADIUS, segment_length=STEP))
+    assert find_crossings(chains, context, CrossingsConfig())[0].upper.chain == near
     whole = Foreground(np.concatenate([surface(axis, RADIUS) for axis in axes]))
-    (found,) = find_crossings(chains, context_of(whole), CrossingsConfig())
+    context = decide_viewpoint([Path(axis) for axis in axes], context_of(whole, radius=RADIUS, segment_length=STEP))
+    (found,) = find_crossings(chains, context, CrossingsConfig())
     assert found.upper.chain == 1 - near
     assert found.confidence > 0.9
 

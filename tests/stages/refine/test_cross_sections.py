@@ -8,7 +8,8 @@ from builders.drawn_masks import CAMERA, depth_of, line, surface
 
 from doo3d.geometry.mask import mask_pixels
 from doo3d.geometry.polyline import densify, perpendicular, tangents, unit
-from doo3d.stages.refine.cross_sections import Section, axis_depth, circles, frames_towards, sections, silhouette, window_sum
+from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes, window_sum
+from doo3d.stages.refine.silhouette import measure_silhouette
 
 RADIUS = 0.006
 AXIS = densify(line([-0.1, 0.03, 0.5], [0.12, -0.02, 0.6]), 0.002)
@@ -18,7 +19,7 @@ INNER = slice(8, -8)
 
 
 def frames(viewpoint=(0, 0, 0)):
-    return frames_towards(AXIS, tangents(AXIS), None if viewpoint is None else np.array(viewpoint, dtype=float))
+    return section_axes(AXIS, tangents(AXIS), None if viewpoint is None else np.array(viewpoint, dtype=float))
 
 
 @pytest.mark.parametrize("half", [0, 1, 4, 100])
@@ -33,23 +34,23 @@ def test_window_sum_against_loops(half, columns):
 @pytest.mark.parametrize("viewpoint", [(0, 0, 0), (1, -2, 0.3), None])
 def test_axes_are_square_and_away_points_away(viewpoint):
     found = frames(viewpoint)
-    basis = np.stack((found.tangent, found.lateral, found.away), axis=1)
+    basis = np.stack((found.tangent, found.lateral, found.depth), axis=1)
     np.testing.assert_allclose(basis @ basis.transpose(0, 2, 1), np.tile(np.eye(3), (len(AXIS), 1, 1)), atol=1e-9)
     if viewpoint is not None:
-        assert (np.einsum("ij,ij->i", found.away, AXIS - viewpoint) > 0).all()
+        assert (np.einsum("ij,ij->i", found.depth, AXIS - viewpoint) > 0).all()
         np.testing.assert_allclose(np.einsum("ij,ij->i", found.lateral, AXIS - viewpoint), 0, atol=1e-9)
 
 
 def test_axes_turn_little_without_a_viewpoint():
     t = np.linspace(0, 4 * np.pi, 300)
     curve = np.column_stack((np.cos(t), np.sin(t), 0.3 * t))
-    found = frames_towards(curve, tangents(curve), None)
+    found = section_axes(curve, tangents(curve), None)
     assert (np.einsum("ij,ij->i", found.lateral[1:], found.lateral[:-1]) > 0.99).all()
 
 
 def test_axes_of_a_line_that_runs_away_from_the_camera():
     places = np.array([0.0, 0, 1]) * np.linspace(0.4, 0.6, 20)[:, None]
-    found = frames_towards(places, tangents(places), np.zeros(3))
+    found = section_axes(places, tangents(places), np.zeros(3))
     np.testing.assert_allclose(np.linalg.norm(found.lateral, axis=1), 1)
     np.testing.assert_allclose(found.lateral @ [0, 0, 1], 0, atol=1e-12)
 
@@ -57,27 +58,27 @@ def test_axes_of_a_line_that_runs_away_from_the_camera():
 def test_points_belong_to_their_nearest_station():
     points = surface(AXIS, RADIUS)
     far = AXIS[5] + 3 * RADIUS * perpendicular(unit(AXIS[-1] - AXIS[0]))
-    found = sections(np.concatenate((points, [far])), AXIS, frames(), REACH)
-    assert len(found.station) == len(points)
+    found = cross_sections(np.concatenate((points, [far])), AXIS, frames(), REACH)
+    assert len(found.sample) == len(points)
     expected = np.argmin(np.linalg.norm(points[:, None] - AXIS[None], axis=2), axis=1)
-    assert (np.abs(found.station - expected) <= 1).all()
-    inner = (found.station > 3) & (found.station < len(AXIS) - 4)
-    np.testing.assert_allclose(np.hypot(found.lateral, found.away)[inner], RADIUS, rtol=0.02)
+    assert (np.abs(found.sample - expected) <= 1).all()
+    inner = (found.sample > 3) & (found.sample < len(AXIS) - 4)
+    np.testing.assert_allclose(np.hypot(found.lateral, found.depth)[inner], RADIUS, rtol=0.02)
 
 
-def arc(center, radius, span, count=40, noise=0.0, stations=3):
-    """Points of one arc that faces the sensor, as the section of each of some stations."""
+def arc(center, radius, span, count=40, noise=0.0, samples=3):
+    """Points of one arc that faces the sensor, as the section of each of some samples."""
     angle = np.radians(np.linspace(-span / 2, span / 2, count) - 90)
     points = center + radius * np.column_stack((np.cos(angle), np.sin(angle)))
-    points = np.tile(points, (stations, 1)) + noise * np.random.default_rng(1).normal(size=(stations * count, 2))
-    return Section(np.repeat(np.arange(stations), count), points[:, 0], points[:, 1])
+    points = np.tile(points, (samples, 1)) + noise * np.random.default_rng(1).normal(size=(samples * count, 2))
+    return CrossSections(np.repeat(np.arange(samples), count), points[:, 0], points[:, 1])
 
 
 @pytest.mark.parametrize("span", [90, 120, 180, 360])
 @pytest.mark.parametrize("center", [(0.0, 0.0), (0.002, 0.005)])
 def test_circles_through_arcs(span, center):
     section = arc(np.array(center), RADIUS, span)
-    centers, radii, count = circles(section, np.zeros(3, np.int64), None, 1)
+    centers, radii, count = fit_circles(section, np.zeros(3, np.int64), None, 1)
     np.testing.assert_allclose(radii, RADIUS, rtol=0.02 if span < 120 else 1e-3)
     np.testing.assert_allclose(centers, [center] * 3, atol=0.02 * RADIUS)
     assert count.tolist() == [80, 120, 80]
@@ -87,20 +88,20 @@ def test_circles_through_arcs(span, center):
 def test_circles_through_noisy_arcs_are_not_small(span):
     """The algebraic fit alone makes them too small."""
     section = arc(np.array([0.0, 0.003]), RADIUS, span, count=2000, noise=0.08 * RADIUS)
-    centers, radii, _ = circles(section, np.zeros(3, np.int64), None, 1)
+    centers, radii, _ = fit_circles(section, np.zeros(3, np.int64), None, 1)
     np.testing.assert_allclose(radii, RADIUS, rtol=0.04)
     np.testing.assert_allclose(centers, [[0, 0.003]] * 3, atol=0.05 * RADIUS)
 
 
 def test_circles_of_a_known_radius():
     section = arc(np.array([0.001, 0.004]), RADIUS, 60, noise=0.02 * RADIUS)
-    centers, _, _ = circles(section, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
+    centers, _, _ = fit_circles(section, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
     np.testing.assert_allclose(centers, [[0.001, 0.004]] * 3, atol=0.05 * RADIUS)
 
 
 def test_too_few_points_give_no_circle():
-    section = arc(np.zeros(2), RADIUS, 180, count=4, stations=1)
-    _, radii, count = circles(section, np.zeros(2, np.int64), None, 0)
+    section = arc(np.zeros(2), RADIUS, 180, count=4, samples=1)
+    _, radii, count = fit_circles(section, np.zeros(2, np.int64), None, 0)
     assert np.isnan(radii).all()
     assert count.tolist() == [4, 0]
 
@@ -117,8 +118,8 @@ def test_the_axis_lies_behind_the_half_shell(shift):
 def test_a_few_points_of_something_else_do_not_move_the_axis():
     good = arc(np.array([0.0, 0.003]), RADIUS, 160, count=100)
     other = np.random.default_rng(0).integers(0, 3, 25)
-    section = Section(
-        np.append(good.station, other), np.append(good.lateral, np.zeros(25)), np.append(good.away, np.full(25, 0.02))
+    section = CrossSections(
+        np.append(good.sample, other), np.append(good.lateral, np.zeros(25)), np.append(good.depth, np.full(25, 0.02))
     )
     depth, _ = axis_depth(section, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
     np.testing.assert_allclose(depth, 0.003, atol=0.05 * RADIUS)
@@ -128,18 +129,18 @@ def test_points_beside_the_shell_do_not_count():
     """At the rim the depth says little, and beyond it there is none."""
     good = arc(np.array([0.0, 0.003]), RADIUS, 160, count=100)
     beside = np.tile([-1.5, -0.95, 0.95, 1.5], 6) * RADIUS
-    section = Section(
-        np.append(good.station, np.repeat([0, 1, 2], 8)), np.append(good.lateral, beside), np.append(good.away, 0 * beside)
+    section = CrossSections(
+        np.append(good.sample, np.repeat([0, 1, 2], 8)), np.append(good.lateral, beside), np.append(good.depth, 0 * beside)
     )
     depth, _ = axis_depth(section, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
     np.testing.assert_allclose(depth, 0.003, atol=1e-9)
 
 
 def test_no_points_say_nothing():
-    empty = Section(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    empty = CrossSections(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
     _, count = axis_depth(empty, np.zeros(3, np.int64), np.full(3, RADIUS), 1)
     assert count.tolist() == [0, 0, 0]
-    _, radii, _ = circles(empty, np.zeros(3, np.int64), None, 1)
+    _, radii, _ = fit_circles(empty, np.zeros(3, np.int64), None, 1)
     assert np.isnan(radii).all()
 
 
@@ -149,12 +150,12 @@ def test_the_mask_tells_the_middle_and_the_width(aside):
     _, which = depth_of([AXIS], [RADIUS])
     found = frames()
     places = AXIS + aside * RADIUS * found.lateral
-    seen = silhouette(places, found, PATH, mask_pixels(which >= 0), CAMERA, REACH, 3)
+    seen = measure_silhouette(places, found, PATH, mask_pixels(which >= 0), CAMERA, REACH, 3)
     np.testing.assert_allclose(seen.radius[INNER], RADIUS, rtol=0.05)
     np.testing.assert_allclose(seen.offset[INNER], -aside * RADIUS, atol=0.08 * RADIUS)
     assert np.median(seen.radius[INNER]) == pytest.approx(RADIUS, rel=0.02)
 
 
 def test_an_empty_mask_tells_nothing():
-    seen = silhouette(AXIS, frames(), PATH, np.zeros((0, 2), np.int64), CAMERA, REACH, 3)
+    seen = measure_silhouette(AXIS, frames(), PATH, np.zeros((0, 2), np.int64), CAMERA, REACH, 3)
     assert not seen.radius.any()

@@ -39,9 +39,5 @@ def test_it_does_not_where_nothing_hides_the_way():
     assert end(found(None, 0.125, 0.142)) < 0.13
 
 
-def test_it_does_not_when_not_wanted():
-    assert end(found(0.45, 0.125, 0.142, stub=0)) < 0.13
-
-
 def test_it_does_not_go_farther_than_stub_says():
     assert end(found(0.45, 0.09, 0.142)) < 0.1

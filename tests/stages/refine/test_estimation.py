@@ -2,35 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
+from builders.drawn_masks import line, surface
 
-from doo3d.stages.refine.estimation import unrest
-from doo3d.stages.refine.samples import Stations
+from doo3d.stages.refine.estimation import depth_noise, estimate_axis
+from doo3d.stages.refine.samples import Samples, sample_paths
+from doo3d.types import Foreground, Path
 
 RADIUS, HALF, COUNT = 0.004, 2, 2000
 
 
-def stations(count: int = COUNT) -> Stations:
+def samples(count: int = COUNT) -> Samples:
     along = 0.4 * RADIUS * np.arange(count)
     places = np.column_stack((along, np.zeros(count), 0.6 + 0.05 * np.sin(along / 0.2)))
     path = (np.arange(count) >= count // 2).astype(np.int64)
-    return Stations(places, path, np.zeros(count, dtype=bool), [False, False], np.full(count, RADIUS), HALF, 0.4 * RADIUS)
+    radius = np.full(count, RADIUS)
+    return Samples(places, path, np.zeros(count, dtype=bool), (False, False), radius, radius, HALF, 0.4 * RADIUS)
 
 
 @pytest.mark.parametrize("noise", [0.0001, 0.001])
 def test_it_is_the_noise(noise):
     """On a gently bent course, with half of the places not measured at all and a step from one path to the next."""
-    given = stations()
+    given = samples()
     away = np.tile([0.0, 0.0, 1.0], (COUNT, 1))
-    places = given.places.copy()
+    places = given.positions.copy()
     places[:, 2] += noise * np.random.default_rng(0).normal(size=COUNT) + 0.3 * given.path
     known = np.ones(COUNT, dtype=bool)
     known[: COUNT // 4] = False
     places[~known, 2] += 9.0
-    assert unrest(places, away, known, given) == pytest.approx(noise / RADIUS, rel=0.12)
+    assert depth_noise(places, away, known, given) == pytest.approx(noise / RADIUS, rel=0.12)
 
 
 def test_of_too_few_places_nothing_is_known():
-    few = stations(6)
-    assert unrest(few.places, np.tile([0.0, 0.0, 1.0], (6, 1)), np.ones(6, dtype=bool), few) == 0
+    few = samples(6)
+    assert depth_noise(few.positions, np.tile([0.0, 0.0, 1.0], (6, 1)), np.ones(6, dtype=bool), few) == 0
+
+
+def test_estimation_changes_no_samples_it_is_given():
+    """Samples are frozen; their arrays stay as they were, too."""
+    axis = line([-0.1, 0, 0.5], [0.1, 0, 0.5])
+    given = sample_paths([Path(axis - (0, 0, RADIUS))], RADIUS, 0.01)
+    before = {name: np.copy(getattr(given, name)) for name in ("positions", "radius", "radii", "filled", "path")}
+    moved = estimate_axis(given, Foreground(surface(axis, RADIUS)))
+    assert np.abs(moved.positions - given.positions).max() > RADIUS / 2
+    for name, values in before.items():
+        np.testing.assert_array_equal(getattr(given, name), values)
+    with pytest.raises(FrozenInstanceError):
+        given.radius = moved.radius

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
 from doo3d.geometry.polyline import arc_length, densify, steps
 from doo3d.stages import FrameContext
-from doo3d.stages.refine.refine import refine
+from doo3d.stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, Path
@@ -19,6 +19,13 @@ from doo3d.visibility import Visibility
 STEP = 0.01
 RING = ring([0.01, 0.0, 0.5], 0.07, 0.5)
 WAVE = wave()
+
+
+def refine(paths, context, config):
+    """The chains of paths: the steps of the stage, as the pipeline goes through them."""
+    extended = extend_ends(paths, context)
+    context = decide_viewpoint(extended, context)
+    return lay_chains(estimate_centerline(extended, context, config), extended, context, config)
 
 
 def cloud_of(frame, mask):
@@ -131,7 +138,7 @@ def flags(occluded, view="image", known=True):
     if mask is not None:
         mask = mask.copy()
         mask[:, int(320 - 0.04 * 1800) : int(320 + 0.04 * 1800)] = False
-    parts = {"points": foreground.points[~hole], "steady": None, "mask": mask}
+    parts = {"points": foreground.points[~hole], "filtered": None, "mask": mask}
     kept = {name: getattr(foreground, name) for name in ("depth", "camera", "viewpoint")}
     foreground = Foreground(**parts, **kept)
     path = rough(axis, radius, foreground, 0.0)
@@ -212,7 +219,7 @@ def test_the_order_of_points_does_not_matter(view):
     order = np.random.default_rng(0).permutation(len(foreground.points))
     shuffled = Foreground(
         foreground.points[order],
-        steady=None if foreground.steady is None else foreground.steady[order],
+        filtered=None if foreground.filtered is None else foreground.filtered[order],
         mask=foreground.mask,
         depth=foreground.depth,
         camera=foreground.camera,
