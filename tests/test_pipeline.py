@@ -220,7 +220,6 @@ def test_any_segment_length(length):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"voxelize__size": 1.0}, "voxelize: .*voxelize.size"),
         ({"fit__segment_length": 2.0}, "fit: .*segment_length"),
         ({"merge__min_length": 1000, "merge__chains": None}, "merge: .*min_length"),
     ],
