@@ -1,4 +1,4 @@
-"""What the camera says about a place: seen there, hidden, seen through, or no reading."""
+"""Visibility: what the camera says about a position in space: seen there, hidden, free space, no depth, out of view."""
 
 from __future__ import annotations
 
@@ -12,55 +12,73 @@ from .config import VisibilityConfig
 from .geometry.polyline import steps
 from .types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 
-STEP, HIDES = 0.25, 0.6  # radii
+LOOKAHEAD_STEP_RADII = 0.25
+"""Radii between the positions ahead of an end that are asked for."""
 
+OCCLUDER_MARGIN_RADII = 0.6
+"""Radii by which an occluder is nearer at least. A strand on top of another one is nearer by two, at its border by one."""
 
 MARGIN_RADII = 1.2
-"""Radii; least distance behind a place of depth that shows free space: what lies on a table hides it, and is two radii thick."""
+"""Radii; least distance behind a position of depth that shows free space: an object on a table is two radii thick."""
 
 
 class PointVisibility(IntEnum):
-    """What the depth image says about a point."""
+    """What the depth image says about a position."""
 
     OUTSIDE = 0
-    """Not in the image."""
+    """It is not in the image."""
     NO_DEPTH = 1
-    """No reading at that pixel."""
+    """Its pixel has no reading."""
     MASKED = 2
-    """No reading, but the pixel belongs to the object: colour saw it."""
+    """Its pixel has no reading, but belongs to the object by the mask."""
     SURFACE = 3
-    """The reading is the object, about where the point is."""
+    """The reading is of the object, at about the same depth."""
     HIDDEN = 4
-    """The reading is nearer: something is in front."""
+    """The reading is nearer: something is in front of it."""
     FREE = 5
-    """The reading is farther and not the object (or `through` is set): the camera saw through the place."""
+    """The reading is farther and not of the object (or the object counts as free): the camera saw through the position."""
 
 
 @dataclass(frozen=True)
 class Visibility:
-    """A depth image, (H, W) m with 0 = none, the object's mask (H, W) bool, and the camera that took them.
+    """What one camera saw.
 
-    In 2-D there are only the mask and points in pixels, and what is outside the mask counts as seen through.
+    In 2-D there are only a mask and positions in pixels, and what is outside the mask counts as free.
+
+    Attributes
+    ----------
+    depth : (H, W) m, 0 = none; None in 2-D.
+    mask : (H, W) bool, the pixels of the object.
+    camera : None in 2-D.
+    margin : m, least distance behind a position of depth that shows free space.
+    own_object_counts_as_free : count a position as free where the object itself is seen behind it, too.
     """
 
     depth: Array | None
     mask: Bools
     camera: Camera | None
     margin: float
-    through: bool = False
+    own_object_counts_as_free: bool = False
 
     @staticmethod
     def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Visibility | None:
-        """What the frame of a foreground says, for an object of this radius, m; None for clouds, which have no camera."""
+        """Return the visibility in the frame of a foreground, or None for a cloud without views.
+
+        Parameters
+        ----------
+        foreground : with mask and depth, or with the views that a cloud was fused from.
+        config : margins.
+        radius : of the object, m (px in 2-D).
+        """
         margin = max(config.margin, MARGIN_RADII * radius)
         if foreground.views:
-            return MultiViewVisibility.together(foreground.views, margin, config.own_object_counts_as_free)
+            return MultiViewVisibility.of_views(foreground.views, margin, config.own_object_counts_as_free)
         if foreground.mask is None:
             return None
         return Visibility(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
-        """What is said about points (N, 3) m in the camera frame, (N, 2) px in 2-D: (N,) of `PointVisibility`."""
+        """Return the PointVisibility (N,) of points (N, 3) m in the camera frame, or (N, 2) px in 2-D."""
         pixels = self.camera.project(points) if self.camera is not None else points
         height, width = self.mask.shape
         inside = np.asarray(np.isfinite(pixels).all(axis=1))
@@ -71,89 +89,118 @@ class Visibility:
             result[inside] = np.where(self.mask[v, u], int(PointVisibility.SURFACE), int(PointVisibility.FREE))
             return result
         measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
-        said = np.where(masked, int(PointVisibility.SURFACE), int(PointVisibility.HIDDEN))
-        said[measured < z - self.margin] = int(PointVisibility.HIDDEN)
-        said[(measured > z + self.margin) & (self.through | ~masked)] = int(PointVisibility.FREE)
-        said[measured <= 0] = np.where(masked, int(PointVisibility.MASKED), int(PointVisibility.NO_DEPTH))[measured <= 0]
-        result[inside] = said
+        classes = np.where(masked, int(PointVisibility.SURFACE), int(PointVisibility.HIDDEN))
+        classes[measured < z - self.margin] = int(PointVisibility.HIDDEN)
+        classes[(measured > z + self.margin) & (self.own_object_counts_as_free | ~masked)] = int(PointVisibility.FREE)
+        classes[measured <= 0] = np.where(masked, int(PointVisibility.MASKED), int(PointVisibility.NO_DEPTH))[measured <= 0]
+        result[inside] = classes
         return result
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Which of the ends (E, D), going on by `reach` in their directions (E, D), leave the view: (E,) bool."""
+        """Tell which ends leave the view if they continue straight: (E,) bool.
+
+        Parameters
+        ----------
+        ends : (E, D) m (px in 2-D). directions : (E, D) unit, out of the chains.
+        reach : m (px in 2-D), how far they continue.
+        """
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-        """Beyond which of the ends (E, D), within `reach` m in their directions (E, D), the camera sees through before
-        anything hides what would go on there: (E,) bool. In 2-D nothing is known to hide, and no end is exposed.
+        """Tell which ends are in plain view: free space lies ahead of them before anything hides it: (E,) bool.
 
-        radius : m; what hides is at least HIDES of it nearer. A strand on another one is nearer by two, at its border by one.
+        In 2-D nothing is known to hide, and no end is exposed.
+
+        Parameters
+        ----------
+        ends : (E, D) m. directions : (E, D) unit, out of the chains.
+        radius : of the object, m; an occluder is at least OCCLUDER_MARGIN_RADII of it nearer.
+        reach : m, how far ahead.
         """
         if self.depth is None or self.camera is None:
             return np.zeros(len(ends), dtype=bool)
-        ways = ends[:, None] + np.arange(STEP * radius, reach * (1 + 1e-9), STEP * radius)[:, None] * directions[:, None]
-        points = ways.reshape(-1, ends.shape[1])
-        free = replace(self, through=True).classify(points) == PointVisibility.FREE
-        hidden = replace(self, margin=HIDES * radius).classify(points) == PointVisibility.HIDDEN
-        free, hidden = free.reshape(ways.shape[:2]), hidden.reshape(ways.shape[:2])
-        first = np.where(free.any(axis=1), free.argmax(axis=1), ways.shape[1])
-        return np.asarray(first < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ways.shape[1]))
+        step = LOOKAHEAD_STEP_RADII * radius
+        ahead = ends[:, None] + np.arange(step, reach * (1 + 1e-9), step)[:, None] * directions[:, None]
+        points = ahead.reshape(-1, ends.shape[1])
+        free = replace(self, own_object_counts_as_free=True).classify(points) == PointVisibility.FREE
+        hidden = replace(self, margin=OCCLUDER_MARGIN_RADII * radius).classify(points) == PointVisibility.HIDDEN
+        free, hidden = free.reshape(ahead.shape[:2]), hidden.reshape(ahead.shape[:2])
+        first_free = np.where(free.any(axis=1), free.argmax(axis=1), ahead.shape[1])
+        return np.asarray(first_free < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ahead.shape[1]))
 
-    def masked(self, points: Floats) -> Bools:
-        """Which of the points (N, 3) have no depth, but belong to the object by the mask: (N,) bool."""
+    def is_masked_without_depth(self, points: Floats) -> Bools:
+        """Tell which points (N, 3) m have no depth but belong to the object by the mask: (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
-    def lengths(self, paths: Sequence[Floats]) -> Floats:
-        """How much of each path (P, D), m (px in 2-D), runs where the camera saw through or out of its view, and how much where
-        it has no reading: (K, 2).
+    def free_and_unknown_lengths(self, paths: Sequence[Floats]) -> Floats:
+        """Return the length of each path in free space and without depth.
 
-        What leaves the view may come back, but where is anyone's guess.
+        A path that leaves the view counts as free there: it may come back anywhere.
+
+        Parameters
+        ----------
+        paths : K paths, (P, D) m (px in 2-D).
+
+        Returns
+        -------
+        (K, 2) m (px in 2-D): in free space or out of view, and where there is no reading.
         """
         points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
-        said = self.classify((points[1:] + points[:-1]) / 2)
+        classes = self.classify((points[1:] + points[:-1]) / 2)
         step = steps(points)
         step[after[:-1] - 1] = 0
-        told = np.zeros((len(points), 2))
-        told[:-1, 0] = np.where((said == PointVisibility.FREE) | (said == PointVisibility.OUTSIDE), step, 0)
-        told[:-1, 1] = np.where(said == PointVisibility.NO_DEPTH, step, 0)
-        return np.asarray(np.add.reduceat(told, np.append(0, after[:-1])))
+        lengths = np.zeros((len(points), 2))
+        lengths[:-1, 0] = np.where((classes == PointVisibility.FREE) | (classes == PointVisibility.OUTSIDE), step, 0)
+        lengths[:-1, 1] = np.where(classes == PointVisibility.NO_DEPTH, step, 0)
+        return np.asarray(np.add.reduceat(lengths, np.append(0, after[:-1])))
 
 
 @dataclass(frozen=True)
 class MultiViewVisibility(Visibility):
-    """What many cameras say about a cloud that was made of their views: each with its pose (4, 4)."""
+    """What many cameras saw of a cloud that was fused from their views; `each` holds every camera's, with its pose (4, 4)."""
 
     each: tuple[tuple[Visibility, Floats], ...] = ()
 
     @staticmethod
-    def together(views: Sequence[CameraView], margin: float, through: bool) -> MultiViewVisibility:
-        """Of all views."""
-        each = tuple((Visibility(view.depth, view.mask, view.camera, margin, through), view.pose) for view in views)
-        return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, through, each)
+    def of_views(views: Sequence[CameraView], margin: float, own_object_counts_as_free: bool) -> MultiViewVisibility:
+        """Return the visibility in all views.
+
+        Parameters
+        ----------
+        views : camera, pose, mask and depth of each.
+        margin : m, least distance behind a position of depth that shows free space.
+        own_object_counts_as_free : as of Visibility.
+        """
+        each = tuple(
+            (Visibility(view.depth, view.mask, view.camera, margin, own_object_counts_as_free), view.pose) for view in views
+        )
+        return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, own_object_counts_as_free, each)
 
     def classify(self, points: Floats) -> Ints:
-        """What they say together about points (N, 3) m in the frame of the cloud: (N,) of `PointVisibility`.
+        """Return the PointVisibility (N,) of points (N, 3) m in the frame of the cloud.
 
-        FREE where more of them saw through a place than saw the object there; else the most telling of what else is said.
+        A position is FREE where more views saw through it than saw the object there; else it is the most telling of the
+        other classes: SURFACE before MASKED, HIDDEN, NO_DEPTH.
         """
-        said = self._said(points)
+        classes = self._in_each_view(points)
         result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
-        for seen in (PointVisibility.NO_DEPTH, PointVisibility.HIDDEN, PointVisibility.MASKED, PointVisibility.SURFACE):
-            result[(said == seen).any(axis=0)] = int(seen)
-        free, taken = _votes(said)
-        result[free > taken] = int(PointVisibility.FREE)
+        for kind in (PointVisibility.NO_DEPTH, PointVisibility.HIDDEN, PointVisibility.MASKED, PointVisibility.SURFACE):
+            result[(classes == kind).any(axis=0)] = int(kind)
+        free, object_seen = _votes(classes)
+        result[free > object_seen] = int(PointVisibility.FREE)
         return result
 
-    def denied(self, points: Floats) -> Bools:
-        """Which of the points (N, 3) m as many of them saw through as saw the object there, at least: (N,) bool."""
-        free, taken = _votes(self._said(points))
-        return np.asarray((free > 0) & (free >= taken))
+    def contradicted_by_views(self, points: Floats) -> Bools:
+        """Tell which points (N, 3) m at least as many views saw through as saw the object there: (N,) bool."""
+        free, object_seen = _votes(self._in_each_view(points))
+        return np.asarray((free > 0) & (free >= object_seen))
 
-    def _said(self, points: Floats) -> Ints:
+    def _in_each_view(self, points: Floats) -> Ints:
+        """Return the PointVisibility (E, N) in each of E views."""
         return np.array([one.classify((points - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each])
 
 
-def _votes(said: Ints) -> tuple[Ints, Ints]:
-    """How many of what each says (E, N) are FREE, and how many the object: (N,) and (N,)."""
-    return (said == PointVisibility.FREE).sum(axis=0), ((said == PointVisibility.SURFACE) | (said == PointVisibility.MASKED)).sum(
-        axis=0
-    )
+def _votes(classes: Ints) -> tuple[Ints, Ints]:
+    """Return how many of the classes (E, N) are FREE and how many are the object: (N,) and (N,)."""
+    of_object = (classes == PointVisibility.SURFACE) | (classes == PointVisibility.MASKED)
+    return (classes == PointVisibility.FREE).sum(axis=0), of_object.sum(axis=0)

@@ -68,7 +68,7 @@ def test_the_object_behind_a_place_is_free_space_only_where_that_is_asked_for(vi
     """A strand that the camera sees beyond a place is not hidden by anything at that place."""
     assert visibility.classify(place(PIXELS[PointVisibility.SURFACE], 0.6)).tolist() == [PointVisibility.HIDDEN]
     assert visibility.classify(place(PIXELS[PointVisibility.SURFACE], 0.4)).tolist() != [PointVisibility.FREE]
-    assert replace(visibility, through=True).classify(place(PIXELS[PointVisibility.SURFACE], 0.4)).tolist() == [
+    assert replace(visibility, own_object_counts_as_free=True).classify(place(PIXELS[PointVisibility.SURFACE], 0.4)).tolist() == [
         PointVisibility.FREE
     ]
 
@@ -90,7 +90,7 @@ def test_within_the_margin_nothing_is_free(visibility):
 
 
 def lengths(depth, mask, *paths):
-    return Visibility(depth, mask, CAMERA, 0.02).lengths(paths)
+    return Visibility(depth, mask, CAMERA, 0.02).free_and_unknown_lengths(paths)
 
 
 def test_free_length_is_that_part_of_the_path(visibility):

@@ -192,7 +192,7 @@ def _kept(fine: _Voxels, coarse: _Voxels, least: int, views: list[CameraView], m
     points, colors = mean[:, :3], mean[:, 3:]
     kept = coarse.frames[np.searchsorted(coarse.keys, coarse.of(points))] >= least
     if views and not kept.all():
-        kept[~kept] = ~MultiViewVisibility.together(views, margin, True).denied(points[~kept])
+        kept[~kept] = ~MultiViewVisibility.of_views(views, margin, True).contradicted_by_views(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
         raise InputError(

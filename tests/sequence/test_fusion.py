@@ -207,7 +207,7 @@ def test_clouds_with_poses():
 
 def test_what_many_views_say_of_a_place():
     """On the cable it is seen; beside it, above the table, seen through; far away nothing is said."""
-    visibility = MultiViewVisibility.together(fuse(entries(), CONFIG).views, 0.006, False)
+    visibility = MultiViewVisibility.of_views(fuse(entries(), CONFIG).views, 0.006, False)
     axis = scene().cables[0].axis
     up = scene().table.normal
     said = visibility.classify(axis)

@@ -157,7 +157,7 @@ def _ways(
     one, other = ends.points[np.array(pairs)].swapaxes(0, 1)
     asked = np.linalg.norm(other - one, axis=1) >= config.tangent_window_radii * radius
     if visibility is not None:
-        asked |= visibility.lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
+        asked |= visibility.free_and_unknown_lengths(list(np.linspace(one, other, 20, axis=1)))[:, 0] > 0
     ways = [
         tangent_path(
             ends.points[a], ends.directions[a], ends.points[b], ends.directions[b], radius / 2,
@@ -167,7 +167,11 @@ def _ways(
     ]  # fmt: skip
     cost = np.zeros((len(pairs), 2))
     if ways:
-        told = visibility.lengths(ways) if visibility is not None else np.array([(0.0, steps(way).sum()) for way in ways])
+        told = (
+            visibility.free_and_unknown_lengths(ways)
+            if visibility is not None
+            else np.array([(0.0, steps(way).sum()) for way in ways])
+        )
         cost[asked] = ends.unit_cost * told * (config.free_space_weight, config.unknown_weight)
     return cost
 

@@ -136,7 +136,7 @@ def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: F
         reach = OCCLUSION_REACH_RADII * radius + context.voxel
         unseen = np.isinf(nearest(middle[occluded], surface, reach, True)[0])
         if context.visibility is not None:
-            unseen &= ~context.visibility.masked(middle[occluded])
+            unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
         occluded[occluded] = unseen
     radii = samples.radii[part][nearest(joints, samples.positions[part], length, False)[1]]
     return Chain(joints, length, radius, radii, occluded, samples.closed[p])
