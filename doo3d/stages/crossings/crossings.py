@@ -1,4 +1,4 @@
-"""Where strands cross in the view, and which of them is on top."""
+"""Where strands cross in the view, and which of them is on top, with log odds from depth and color."""
 
 from __future__ import annotations
 
@@ -13,33 +13,39 @@ from ...geometry.projection import Projection, axes_along
 from ...kernels.sampling import sample_bilinear
 from ...types import Array, Camera, Chain, Crossing, Floats, Foreground, SegmentRef
 from .. import FrameContext
-from .depth_order import Look, by_color, by_surface, strands
+from .depth_order import CrossingStrands, Lookup, color_order, depth_order, sample_strands
 
-SPREAD = 0.5
-"""Thicknesses by which a difference in depth may be wrong, as a standard deviation; strands that touch are 1 apart."""
+DEPTH_DEVIATION = 0.5
+"""Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
 
-UNSEEN = 1.0
-"""The same where a strand was not seen on both sides of the crossing."""
+UNMEASURED_DEPTH_DEVIATION = 1.0
+"""The same where a strand was not measured on both sides of the crossing."""
 
-MEASURED = 0.75
-"""Share of the surfaces beyond the crossing, beside that of the chains there: the lower one's was not seen at the crossing."""
+SURFACE_WEIGHT = 0.75
+"""Weight of the measured surfaces beside that of the chains: the chain of the lower strand is filled in at the crossing."""
 
-SURFACE = 4.0
+MAX_DEPTH_DIFFERENCE = 1.5
+"""Thicknesses up to which a difference in depth counts."""
+
+SURFACE_LOG_ODDS = 4.0
 """Log odds when the surface in the overlap is just where one strand's should be, and a thickness from the other's."""
 
-COLOR = 3.0
-"""Log odds per log ratio by which one strand's colours tell those in the overlap better, up to MOST of that."""
+COLOR_LOG_ODDS = 3.0
+"""Log odds per log ratio by which one strand's colors explain the overlap better, up to MAX_COLOR_LOG_RATIO of that."""
 
-MOST = 2.0
+MAX_COLOR_LOG_RATIO = 2.0
 
-TELLING = 0.35
-"""A log ratio of colours that is less than this says nothing: so much comes from light and texture."""
+MIN_COLOR_LOG_RATIO = 0.35
+"""A log ratio of colors that is less than this says nothing: so much comes from light and texture."""
 
-NOISE = 6.0
-"""Grey levels of 255 by which colours along a strand differ anyway."""
+COLOR_NOISE = 6.0
+"""Grey levels of 255 by which colors along a strand differ anyway."""
 
-NEAREST = 8
+NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
+
+CLOUD_SEARCH_HALF_WIDTHS = 20.0
+"""Half-widths of a strand round a crossing within which points of a cloud are searched."""
 
 FROM_ABOVE = np.diag((1.0, 1.0, -1.0))
 """Axes of the view of a cloud without a viewpoint: x right, y down in the view, along -z."""
@@ -49,53 +55,79 @@ UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
 
 
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    """Every place where two strands, of one chain or of two, cross in the view; in the order of the chains and along them.
+    """Return every place where two strands, of one chain or of two, cross in the view.
 
     The view is the camera's; that of a cloud is from its viewpoint, or from above, along its z axis, where that is unknown. In
     2-D there is no depth, and only color tells which strand is upper: where it does not, it is the first, with confidence 0.
+
+    Parameters
+    ----------
+    chains : C chains, m (px in 2-D).
+    context : the foreground with its depth, colors and viewpoint.
+    config : whether colors count.
+
+    Returns
+    -------
+    The crossings in the order of the chains and along them.
     """
     if not chains:
         return ()
     foreground = context.foreground
     closed = [chain.closed for chain in chains]
     view = projection_of(foreground)
-    flat, away = [view.project(chain.joints) for chain in chains], [view.distance(chain.joints) for chain in chains]
-    found = find_intersections(flat, closed)
-    if not len(found.angle):
+    positions = [view.project(chain.joints) for chain in chains]
+    distances = [view.distance(chain.joints) for chain in chains]
+    intersections = find_intersections(positions, closed)
+    if not len(intersections.angle):
         return ()
-    radius = np.array([chain.radius for chain in chains])[found.chain]
-    lines = PolylineSet.from_polylines([np.column_stack(both) for both in zip(flat, away, strict=True)], closed)
-    odds = _odds(found, lines, radius, view, foreground if config.use_color else replace(foreground, color=None))
-    return tuple(_crossing(found, k, chains, float(value)) for k, value in enumerate(odds))
+    radius = np.array([chain.radius for chain in chains])[intersections.chain]
+    in_view = [np.column_stack(both) for both in zip(positions, distances, strict=True)]
+    polylines = PolylineSet.from_polylines(in_view, closed)
+    foreground = foreground if config.use_color else replace(foreground, color=None)
+    log_odds = _log_odds(intersections, polylines, radius, view, foreground)
+    return tuple(_crossing(intersections, k, chains, float(value)) for k, value in enumerate(log_odds))
 
 
-def _crossing(found: Intersections, k: int, chains: list[Chain], odds: float) -> Crossing:
-    """The crossing `k`, with log odds that the first strand is the upper."""
-    places = [SegmentRef(int(chain), int(segment)) for chain, segment in zip(found.chain[k], found.segment[k], strict=True)]
-    upper = 0 if odds >= 0 else 1
-    joints = chains[places[upper].chain].joints[places[upper].segment :][:2]
-    part = float(found.t[k, upper])
-    return Crossing(places[upper], places[1 - upper], joints[0] * (1 - part) + joints[1] * part, float(np.tanh(abs(odds) / 2)))
+def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odds: float) -> Crossing:
+    """Return crossing `k`, with log odds that its first strand is the upper."""
+    strands = [
+        SegmentRef(int(chain), int(segment))
+        for chain, segment in zip(intersections.chain[k], intersections.segment[k], strict=True)
+    ]
+    upper = 0 if log_odds >= 0 else 1
+    joints = chains[strands[upper].chain].joints[strands[upper].segment :][:2]
+    t = float(intersections.t[k, upper])
+    confidence = float(np.tanh(abs(log_odds) / 2))
+    return Crossing(strands[upper], strands[1 - upper], joints[0] * (1 - t) + joints[1] * t, confidence)
 
 
-def _odds(found: Intersections, lines: PolylineSet, radius: Floats, view: Projection, foreground: Foreground) -> Floats:
-    """Log odds that the first strand of each crossing is the upper: (C,). radius : (C, 2) of the strands."""
-    depth = lines.interpolate(found.chain, found.segment + found.t)[..., 2]
-    seen = strands(found, lines, radius * view.scale(depth))
-    odds = np.zeros(len(depth))
+def _log_odds(
+    intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
+) -> Floats:
+    """Return the log odds (C,) that the first strand of each crossing is the upper; radius : (C, 2) of the strands."""
+    depth = chains.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2]
+    strands = sample_strands(intersections, chains, radius * view.scale(depth))
+    log_odds = np.zeros(len(depth))
     if foreground.points.shape[1] == 3:
-        thick = np.maximum(radius.sum(axis=1), 1e-9)
-        front, miss = by_surface(seen, _surface(foreground, view, seen.place, seen.half), depth, radius)
-        apart = (depth[:, 1] - depth[:, 0]) / thick
-        spread = np.where(np.isfinite(front), SPREAD, UNSEEN)
-        apart = np.where(np.isfinite(front), MEASURED * front / thick + (1 - MEASURED) * apart, apart)
-        odds += 2 * np.clip(apart, -1.5, 1.5) / spread**2
-        odds += SURFACE * np.nan_to_num(np.clip(miss / thick, -1.0, 1.0))
+        log_odds += _depth_log_odds(strands, depth, radius, _surface_lookup(foreground, view, strands))
     color = foreground.color
     if color is not None:
-        ratio = by_color(seen, lambda places: _shades(color, places), NOISE)
-        odds += COLOR * np.where(np.abs(ratio) >= TELLING, np.clip(ratio, -MOST, MOST), 0.0)
-    return odds
+        ratio = color_order(strands, lambda positions: _colors(color, positions), COLOR_NOISE)
+        telling = np.abs(ratio) >= MIN_COLOR_LOG_RATIO
+        log_odds += COLOR_LOG_ODDS * np.where(telling, np.clip(ratio, -MAX_COLOR_LOG_RATIO, MAX_COLOR_LOG_RATIO), 0.0)
+    return log_odds
+
+
+def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
+    """Return the log odds (C,) by depth: from the strands' difference, and from whose surface is seen in the overlap."""
+    thickness = np.maximum(radius.sum(axis=1), 1e-9)
+    in_front, mismatch = depth_order(strands, surface, depth, radius)
+    difference = (depth[:, 1] - depth[:, 0]) / thickness
+    measured = np.isfinite(in_front)
+    deviation = np.where(measured, DEPTH_DEVIATION, UNMEASURED_DEPTH_DEVIATION)
+    difference = np.where(measured, SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference, difference)
+    log_odds = 2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2
+    return np.asarray(log_odds + SURFACE_LOG_ODDS * np.nan_to_num(np.clip(mismatch / thickness, -1.0, 1.0)))
 
 
 def projection_of(foreground: Foreground) -> Projection:
@@ -110,42 +142,43 @@ def projection_of(foreground: Foreground) -> Projection:
     return Projection.perspective(viewpoint, axes_along(foreground.points.mean(axis=0) - viewpoint), UNIT_CAMERA)
 
 
-def _surface(foreground: Foreground, view: Projection, places: Floats, half: Floats) -> Look:
-    """Where the surface lies at places in the view: the depth image's pixels of the object, or points of the cloud near there."""
+def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingStrands) -> Lookup:
+    """Return the lookup of the surface's distance: in the depth image within the mask, or from points of the cloud nearby."""
     if foreground.depth is not None and foreground.mask is not None:
         depth, mask = foreground.depth, foreground.mask
 
-        def measured(at: Floats) -> Floats:
-            found = _nearest(depth, at)
-            return np.where((found > 0) & (_nearest(mask, at) > 0), found, np.nan)
+        def in_depth_image(positions: Floats) -> Floats:
+            measured = _nearest_pixels(depth, positions)
+            return np.where((measured > 0) & (_nearest_pixels(mask, positions) > 0), measured, np.nan)
 
-        return measured
-    flat, away = view.project(foreground.points), view.distance(foreground.points)
-    width = float(half.max())
-    near = np.zeros(len(flat), dtype=bool)
-    for place in places:
-        near |= (np.abs(flat - place) < 20 * width).all(axis=1)
+        return in_depth_image
+    points, distance = view.project(foreground.points), view.distance(foreground.points)
+    width = float(strands.half_width.max())
+    near = np.zeros(len(points), dtype=bool)
+    for point in strands.point:
+        near |= (np.abs(points - point) < CLOUD_SEARCH_HALF_WIDTHS * width).all(axis=1)
     if not near.any():
-        return lambda at: np.full(at.shape[:-1], np.nan)
-    tree, known = cKDTree(flat[near]), np.append(away[near], np.inf)
+        return lambda positions: np.full(positions.shape[:-1], np.nan)
+    tree, known = cKDTree(points[near]), np.append(distance[near], np.inf)
 
-    def look(at: Floats) -> Floats:
-        asked = np.where(np.isfinite(at), at, 1e9)
-        found = known[tree.query(asked.reshape(-1, 2), NEAREST, distance_upper_bound=0.5 * width)[1]].min(axis=1)
-        return np.where(np.isfinite(found), found, np.nan).reshape(at.shape[:-1])
+    def in_cloud(positions: Floats) -> Floats:
+        asked = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
+        nearest = known[tree.query(asked, NEAREST_POINTS, distance_upper_bound=0.5 * width)[1]].min(axis=1)
+        return np.where(np.isfinite(nearest), nearest, np.nan).reshape(positions.shape[:-1])
 
-    return look
+    return in_cloud
 
 
-def _nearest(image: Array, places: Floats) -> Floats:
-    """The image's pixels (H, W) or (H, W, K) at places (..., 2) px; NaN outside."""
+def _nearest_pixels(image: Array, positions: Floats) -> Floats:
+    """Return the image's pixels (H, W) or (H, W, K) at positions (..., 2) px; NaN outside."""
     height, width = image.shape[:2]
-    u, v = np.rint(places[..., 0]), np.rint(places[..., 1])
+    u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
     inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    found = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
-    return np.where(inside if image.ndim == 2 else inside[..., None], found, np.nan)
+    pixels = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
+    return np.where(inside if image.ndim == 2 else inside[..., None], pixels, np.nan)
 
 
-def _shades(image: Array, places: Floats) -> Floats:
-    """Colours (..., 3) of the image between the four pixels round each place (..., 2) px; NaN outside."""
-    return np.asarray(sample_bilinear(np.ascontiguousarray(image), places.reshape(-1, 2))).reshape(*places.shape[:-1], -1)
+def _colors(image: Array, positions: Floats) -> Floats:
+    """Return the bilinear colors (..., 3) of the image at positions (..., 2) px; NaN outside."""
+    flat = sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2))
+    return np.asarray(flat).reshape(*positions.shape[:-1], -1)

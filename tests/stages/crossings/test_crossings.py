@@ -177,6 +177,8 @@ def test_in_an_image_the_strand_goes_on_whose_colour_does(upper):
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(lines[1 - upper], lines[upper], shaded=False, colors=((60, 60, 200), (60, 170, 60)))
     assert find_crossings(chains, context_of(image), CrossingsConfig())[0].upper.chain == upper
+    (blind,) = find_crossings(chains, context_of(image), CrossingsConfig(use_color=False))
+    assert (blind.upper.chain, blind.confidence) == (0, 0.0)
 
 
 def test_in_an_image_that_does_not_tell_nothing_is_sure():
