@@ -8,7 +8,7 @@ import pytest
 from builders.errors import refuses
 
 import doo3d
-from doo3d.errors import ConfigError, DooError, InputError, MissingDependency, require
+from doo3d.errors import ConfigError, DooError, InputError, MissingDependency, describe_error, error_code, require
 
 
 def test_one_family():
@@ -37,3 +37,13 @@ def test_public_names():
 def test_the_code_of_an_error_stays_with_it_when_it_crosses_processes():
     error = pickle.loads(pickle.dumps(InputError("mask has shape (1, 2)", code="mask-shape")))
     assert (type(error), str(error), error.code) == (InputError, "mask has shape (1, 2)", "mask-shape")
+
+
+def test_an_exception_that_nobody_foresaw_names_its_type_and_line_and_has_a_code():
+    with pytest.raises(ValueError, match="Empty module name") as caught:
+        require("")
+    assert error_code(caught.value) == "unexpected"
+    assert describe_error(caught.value).startswith("ValueError at errors.py:")
+    assert "report it" in describe_error(caught.value)
+    refused = InputError("mask has shape (1, 2)", code="mask-shape")
+    assert (describe_error(refused), error_code(refused)) == ("mask has shape (1, 2)", "mask-shape")

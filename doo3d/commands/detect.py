@@ -91,7 +91,7 @@ def detect(
     with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
         summary = run(
             *(opened, out, effective),
-            reading=read_options,
+            options=read_options,
             workers=workers,
             scheduler=scheduler,
             restart=restart,

@@ -247,9 +247,9 @@ def _say(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, d
 
 
 def _single_thread() -> None:
-    from ..inspection import benchmark as bench
+    from ..runs.threads import single_thread
 
-    bench.single_thread()
+    single_thread()
 
 
 def _families(names: str) -> list[str]:

@@ -39,9 +39,9 @@ def mbest(
     drawn: DICE of the chains drawn with their own width; labelled: of the mask with each pixel given to the nearest chain;
     ordered: the same with pixels that the right chain covers left to it, as the upper cable's at a crossing.
     """
-    from ..inspection import benchmark as bench
+    from ..runs.threads import single_thread
 
-    bench.single_thread()
+    single_thread()
     from ..evaluation.photos import datasets as photos_data
     from ..evaluation.photos import evaluate as photos
 
@@ -67,9 +67,9 @@ def cset(
     pictures: Pictures = None,
 ) -> None:
     """Detect in photographs of cables before busy backgrounds (C1 to C3) and score against their labels."""
-    from ..inspection import benchmark as bench
+    from ..runs.threads import single_thread
 
-    bench.single_thread()
+    single_thread()
     from ..evaluation.photos import datasets as photos_data
     from ..evaluation.photos import evaluate as photos
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
     from ..evaluation.benchmark.rows import Row
-    from ..runs.frame import FrameRecord
+    from ..runs.frame_record import FrameRecord
 
 
 def say_compiling() -> None:

@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 
 from ..config import Config
-from ..errors import DooError, InputError
+from ..errors import InputError, describe_error, error_code
 from ..inputs import IMAGE_FORMATS, Capture, FrameRef
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.detection_json import dumps
-from ..runs.frame import UNEXPECTED, unexpected
 from ..types import Frame
 from ..viz.comparison import draw_comparison
 from .agreement import Comparison, compare
@@ -99,10 +98,8 @@ def _one(entry: FrameRef, config: Config, flat_config: Config, out: Path) -> Rec
         if not isinstance(shot.data, Frame):
             raise InputError(f"{entry.source}: a cloud has no image to compare in", code="mode-needs-image")
         found = compare(shot.data, config, flat_config, shot.mask_for(config))
-    except DooError as error:
-        return Record(entry.name, error=str(error), code=error.code)
     except Exception as error:
-        return Record(entry.name, error=unexpected(error), code=UNEXPECTED)
+        return Record(entry.name, error=describe_error(error), code=error_code(error))
     picture = draw_comparison(shot.data, found.solid, found.flat, [(place.at, place.tolerance) for place in found.places])
     out.mkdir(parents=True, exist_ok=True)
     write_bytes(out / f"{entry.name}.png", cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))[1].tobytes())

@@ -10,8 +10,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..runs.threads import single_thread as single_thread
-
 if TYPE_CHECKING:
     from ..config import Config
     from ..inputs import FrameData

@@ -1,1 +1,1 @@
-"""What a run is made of: the work on one frame, and who does it, this process or many."""
+"""Runs: every frame of a capture through the method, by this process or by workers, resumable at any moment."""

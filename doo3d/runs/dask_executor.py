@@ -1,4 +1,4 @@
-"""The workers of dask.distributed: processes of this machine, or of others."""
+"""Jobs done by workers of dask.distributed: processes of this machine, or of others."""
 
 from __future__ import annotations
 
@@ -12,19 +12,28 @@ from typing import Any
 
 from ..errors import InputError, require
 from .executor import Future, WorkerLost
+from .frame_cache import FrameCache
 from .threads import ONE_THREAD, single_thread
 
-_AHEAD = 4  # frames under way per worker: one that takes long does not keep the others waiting, and memory stays small
-_PATIENCE = 60.0  # s without any worker until the run ends; one that died is back within some seconds
-_POLL = 1.0  # s between looks at who is there, while something is waited for
-_LOST = "its worker died of it, twice (out of memory, or a crash in a library)"
-# A local worker's death is blamed on all that it was given; which frame it was, each then shows alone.
-_LOCAL = {
+PENDING_PER_WORKER = 4
+"""Frames between reading and writing per worker: a slow frame does not keep other workers idle, and memory stays small."""
+
+MAX_SECONDS_WITHOUT_WORKERS = 60.0
+"""s without any worker until the run ends; a worker that died is replaced within some seconds."""
+
+POLL_SECONDS = 1.0
+"""s between checks that workers are alive, while a job is waited for."""
+
+LOST_MESSAGE = "its worker died of it, twice (out of memory, or a crash in a library)"
+RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
+
+LOCAL_SETTINGS = {
+    # dask blames a worker's death on all jobs it had; the jobs are then repeated one at a time to find the cause
     "distributed.scheduler.allowed-failures": 0,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.nanny.pre-spawn-environ": ONE_THREAD,
     "distributed.admin.low-level-log-length": 0,
-    # dask looks after itself fifty times a second, samples what workers do, and moves work about: none of it is of use here
+    # dask monitors itself fifty times a second, profiles its workers, and rebalances jobs: none of it is of use here
     "distributed.admin.tick.interval": "500ms",
     "distributed.admin.tick.limit": "30s",
     "distributed.admin.tick.cycle": "10s",
@@ -32,29 +41,40 @@ _LOCAL = {
     "distributed.worker.profile.enabled": False,
     "distributed.scheduler.work-stealing": False,
 }
+"""dask's settings for a local cluster."""
 
 
 @contextmanager
-def local(workers: int) -> Iterator[Cluster]:
-    """So many processes of this machine, each with one thread, for as long as the block runs."""
-    distributed = require("dask.distributed", "cluster")
-    dask = require("dask", "cluster")
-    settings = {"n_workers": workers, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    with (
-        dask.config.set(_LOCAL),
-        distributed.LocalCluster(**settings, host="127.0.0.1", silence_logs=logging.CRITICAL) as processes,
-        distributed.Client(processes, set_as_default=False) as client,
-    ):
-        yield Cluster(client, workers)
+def local_workers(workers: int) -> Iterator[DaskExecutor]:
+    """Start worker processes of one thread each on this machine, for the duration of a `with` block.
 
-
-@contextmanager
-def remote(scheduler: str) -> Iterator[Cluster]:
-    """The workers that a running scheduler has, such as tcp://host:8786.
+    Every port is chosen by the system, so that several runs, and other programs on dask's ports, do not collide.
 
     Raises
     ------
-    InputError : nobody answers there, or it has no workers.
+    MissingDependency : dask.distributed is not installed.
+    """
+    distributed = require("dask.distributed", "cluster")
+    dask = require("dask", "cluster")
+    options = {"n_workers": workers, "threads_per_worker": 1, "processes": True, "host": "127.0.0.1"}
+    # without an address the scheduler's HTTP server takes port 8787, and warns if that is in use, even with the dashboard off
+    http = {"dashboard_address": None, "scheduler_kwargs": {"dashboard": False, "dashboard_address": "127.0.0.1:0"}}
+    with (
+        dask.config.set(LOCAL_SETTINGS),
+        distributed.LocalCluster(**options, **http, silence_logs=logging.CRITICAL) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield DaskExecutor(client, workers)
+
+
+@contextmanager
+def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
+    """Connect to the workers of a running scheduler, such as tcp://host:8786, for the duration of a `with` block.
+
+    Raises
+    ------
+    InputError : no scheduler answers at the address, or it has no workers.
+    MissingDependency : dask.distributed is not installed.
     """
     distributed = require("dask.distributed", "cluster")
     try:
@@ -65,115 +85,141 @@ def remote(scheduler: str) -> Iterator[Cluster]:
         ) from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=MAX_SECONDS_WITHOUT_WORKERS)
         except distributed.TimeoutError:
             raise InputError(
                 f"{scheduler}: has no workers: start some with: dask worker {scheduler} --nthreads 1", code="workers-missing"
             ) from None
-        yield Cluster(client, sum(client.nthreads().values()))
+        yield DaskExecutor(client, sum(client.nthreads().values()))
 
 
 @dataclass(eq=False)
-class _Task:
-    """Work on the cluster. place : the address of the worker that it is to be near, then of the one that did it."""
+class DaskJob:
+    """A job submitted to dask.
 
-    cluster: Cluster
+    Attributes
+    ----------
+    worker : address of the worker it should go to, then of the worker that did it; None if any may do it.
+    """
+
+    executor: DaskExecutor
     function: Callable[..., Any]
     args: tuple[Any, ...]
     future: Any
-    place: str | None = None
+    worker: str | None = None
 
     def result(self) -> Any:
+        """Wait for the job and return its result; errors as of `Future.result`."""
         try:
-            self.place, value = self.cluster.outcome(self)
+            self.worker, value = self.executor.wait(self)
         finally:
             self.future.release()
         return value
 
 
 @dataclass(eq=False)
-class Cluster:
-    """A client of dask.distributed as a executor."""
+class DaskExecutor:
+    """An Executor over a client of dask.distributed with a number of workers."""
 
     client: Any
     workers: int
-    _tasks: list[_Task] = field(default_factory=list)
+    _pending: list[DaskJob] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.window = _AHEAD * self.workers
+        self.max_pending = PENDING_PER_WORKER * self.workers
 
-    def submit(self, function: Callable[..., Any], *args: Any, near: Future | None = None) -> Future:
-        """Hand out work; what is near a job goes first, so that what waits for it is soon let go."""
-        place = near.place if isinstance(near, _Task) else None
-        task = _Task(self, function, args, self._start(function, args, place), place)
-        self._tasks.append(task)
-        return task
+    def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
+        """Submit a job; jobs with affinity go first, so that the frames they hold are released soon."""
+        worker = affinity.worker if isinstance(affinity, DaskJob) else None
+        job = DaskJob(self, function, args, self._submit(function, args, worker), worker)
+        self._pending.append(job)
+        return job
 
-    def _start(self, function: Callable[..., Any], args: tuple[Any, ...], place: str | None = None) -> Any:
-        where = {"workers": [place], "allow_other_workers": True, "priority": 1} if place else {}
-        return self.client.submit(_work, os.getcwd(), function, args, pure=False, **where)
+    def _submit(self, function: Callable[..., Any], args: tuple[Any, ...], worker: str | None = None) -> Any:
+        options = {"workers": [worker], "allow_other_workers": True, "priority": 1} if worker else {}
+        return self.client.submit(_run_job, os.getcwd(), function, args, pure=False, **options)
 
-    def outcome(self, task: _Task) -> tuple[str, Any]:
-        """Where it was done, and what came of it. Work whose worker died is done once more with nothing beside it."""
-        killed = require("dask.distributed", "cluster").KilledWorker
-        self._tasks.remove(task)
-        try:
-            return self._wait(task)
-        except killed:
-            for other in self._tasks:
-                with suppress(killed):
-                    self._wait(other)
-        self._restart(task)
-        try:
-            return self._wait(task)
-        except killed:
-            raise WorkerLost(_LOST) from None
+    def wait(self, job: DaskJob) -> tuple[str, Any]:
+        """Return the address of the worker that did a job, and the job's result.
 
-    def _restart(self, task: _Task) -> None:
-        task.future, task.place = self._start(task.function, task.args), None
-
-    def _wait(self, task: _Task) -> tuple[str, Any]:
-        """Wait as long as there are workers that could do it.
+        A job whose worker died is repeated once with no other job running.
 
         Raises
         ------
-        KilledWorker : who did it died. InputError : there are no workers, or the scheduler has gone.
+        WorkerLost : its worker died again. InputError : no workers are left, or the scheduler has gone.
+        """
+        killed = require("dask.distributed", "cluster").KilledWorker
+        self._pending.remove(job)
+        try:
+            return self._poll(job)
+        except killed:
+            for other in self._pending:
+                with suppress(killed):
+                    self._poll(other)
+        self._resubmit(job)
+        try:
+            return self._poll(job)
+        except killed:
+            raise WorkerLost(LOST_MESSAGE) from None
+
+    def _resubmit(self, job: DaskJob) -> None:
+        job.future, job.worker = self._submit(job.function, job.args), None
+
+    def _poll(self, job: DaskJob) -> tuple[str, Any]:
+        """Wait for a job as long as there are workers that can do it.
+
+        Raises
+        ------
+        KilledWorker : its worker died. InputError : no workers are left, or the scheduler has gone.
         """
         distributed = require("dask.distributed", "cluster")
-        seen = time.monotonic()
+        last_alive = time.monotonic()
         while True:
             try:
-                place, value = task.future.result(timeout=_POLL)
-                return place, value
+                worker, value = job.future.result(timeout=POLL_SECONDS)
+                return worker, value
             except distributed.TimeoutError:
-                workers = self.client.nthreads()
-                if workers:
-                    seen = time.monotonic()
-                elif time.monotonic() - seen > _PATIENCE:
-                    raise InputError(f"no worker is left; finished frames are kept, {_AGAIN}", code="workers-missing") from None
-                if task.place and task.place not in workers:
-                    self._restart(task)  # dask lets work wait for the worker it was to be near, though that has gone
+                alive = self.client.nthreads()
+                if alive:
+                    last_alive = time.monotonic()
+                elif time.monotonic() - last_alive > MAX_SECONDS_WITHOUT_WORKERS:
+                    raise InputError(f"no worker is left: {RESUME_MESSAGE}", code="workers-missing") from None
+                if job.worker and job.worker not in alive:
+                    self._resubmit(job)  # dask keeps a job waiting for its preferred worker even after that has gone
             except (OSError, distributed.CancelledError):
-                raise InputError(
-                    f"the scheduler has gone; finished frames are kept, {_AGAIN}", code="scheduler-unreachable"
-                ) from None
+                raise InputError(f"the scheduler has gone: {RESUME_MESSAGE}", code="scheduler-unreachable") from None
 
 
-_AGAIN = "the same command goes on where it was"
-_ready: list[bool] = []
+def _run_job(folder: str, function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
+    """Do a job on a worker.
 
+    Parameters
+    ----------
+    folder : working directory of the client, to which paths in the arguments are relative.
+    function, args : the job; it is called with the worker's FrameCache before its arguments.
 
-def _work(folder: str, function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
-    """Run by the worker: its address and what the function gives, with paths relative to the folder of the client."""
+    Returns
+    -------
+    The worker's address, and the result of the job.
+    """
     from distributed import get_worker
 
-    if not _ready:
-        single_thread()
-        _ready.append(True)
-    own = os.getcwd()
+    worker = get_worker()
+    cache = _worker_cache(worker)
+    previous = os.getcwd()
     try:
         if os.path.isdir(folder):
             os.chdir(folder)
-        return get_worker().address, function(*args)
+        return worker.address, function(cache, *args)
     finally:
-        os.chdir(own)
+        os.chdir(previous)
+
+
+def _worker_cache(worker: Any) -> FrameCache:
+    """Return the FrameCache of a dask worker, an attribute of it; the first job on the worker makes it."""
+    cache = getattr(worker, "doo3d_frame_cache", None)
+    if cache is None:
+        single_thread()
+        cache = worker.doo3d_frame_cache = FrameCache()
+    assert isinstance(cache, FrameCache)
+    return cache

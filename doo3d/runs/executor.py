@@ -1,4 +1,4 @@
-"""What a run asks of whoever does its work."""
+"""The interface between a run and the processes that do its work: executors, futures, lost workers."""
 
 from __future__ import annotations
 
@@ -7,30 +7,43 @@ from typing import Any, Protocol
 
 
 class WorkerLost(Exception):
-    """The work cannot be done: whoever does it dies. The message is a sentence, and `code` that of the frame's error."""
+    """A job that killed its worker, twice. The message is a sentence; `code` is the code of the frame's error."""
 
     code = "worker-lost"
 
 
 class Future(Protocol):
-    """Work that was handed out."""
+    """A submitted job."""
 
     def result(self) -> Any:
-        """Wait for it.
+        """Wait for the job and return its result.
 
         Raises
         ------
-        WorkerLost : its worker died, again and again. InputError : there are no workers any more.
+        WorkerLost : the job's worker died, repeatedly. InputError : no workers are left.
         """
         ...
 
 
 class Executor(Protocol):
-    """workers : how many frames are worked on at once. window : how many may be under way, from reading to writing."""
+    """Processes that do jobs.
+
+    Attributes
+    ----------
+    workers : number of frames worked on at a time.
+    max_pending : number of frames between reading and writing at most; bounds the memory of a run.
+    """
 
     workers: int
-    window: int
+    max_pending: int
 
-    def submit(self, function: Callable[..., Any], *args: Any, near: Future | None = None) -> Future:
-        """Hand out work; `near` names a job, already done, that left something where it was done."""
+    def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
+        """Submit the job `function(cache, *args)`, where `cache` is the FrameCache of the process that does it.
+
+        Parameters
+        ----------
+        function : importable by other processes.
+        args : arguments after the cache; can be pickled.
+        affinity : a finished job; the new job goes to the same worker, which holds its frame, if that is still alive.
+        """
         ...

@@ -1,6 +1,6 @@
-"""The files that a run writes for each frame: the detection as JSON, and its picture.
+"""The files of each frame of a run: the detection as JSON, and its picture.
 
-To add one, write a function like `detection_json.encode`, and give it a line here and its suffix one in `outputs.SUFFIXES`.
+To add a file, write a function like `detection_json.encode`, and add a line to ENCODERS and its suffix to `outputs.SUFFIXES`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from ..viz import png
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
 ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "overlay": png.encode}
+"""Kind of file (a key of SUFFIXES) -> its encoder."""
 
 
 def encode_frame(detection: Detection, data: Frame | Cloud | Image) -> dict[str, bytes]:
-    """Return the files of one detection, suffix to content."""
+    """Return the files of one detection, suffix -> content."""
     return {SUFFIXES[kind]: encode(detection, data) for kind, encode in ENCODERS.items()}

@@ -1,7 +1,7 @@
-"""One run: every frame of a capture through the pipeline, results and manifest into a folder.
+"""One run: every frame of a capture through the method; results and manifest into a folder.
 
-Frames are worked on by this process or by many, and written by this one, in order. One frame that fails does not stop the
-others. A run that was ended, at any moment, goes on where it was when it is started again.
+Frames are worked on by this process or by workers, and written by this process, in order. A frame that fails does not stop
+the run. Interrupted runs resume: call `run` again with the same arguments.
 """
 
 from __future__ import annotations
@@ -24,43 +24,51 @@ from ..outputs import SUFFIXES
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
 from .executor import Executor, Future, WorkerLost
-from .frame import FAILED, OK, Found, FrameRecord, detect_frame, render_frame
-from .local_executor import SerialExecutor, executor
+from .frame_jobs import DetectedFrame, detect_frame, render_frame
+from .frame_record import FAILED, OK, FrameRecord
+from .select_executor import select_executor
+from .serial_executor import SerialExecutor
 
 
 @dataclass(frozen=True)
-class Summary:
-    """What became of a run: a record per frame, in order."""
+class RunSummary:
+    """The outcome of a run: a record per frame, in order."""
 
     records: tuple[FrameRecord, ...] = field(default=())
 
     @property
     def failed(self) -> int:
-        """How many frames failed."""
+        """Return the number of frames that failed."""
         return sum(record.status == FAILED for record in self.records)
 
     @property
     def succeeded(self) -> int:
-        """How many did not."""
+        """Return the number of frames that did not fail."""
         return len(self.records) - self.failed
 
     def counts(self) -> dict[str, int]:
-        """Frames, those that are fine, those that failed, and chains in all."""
+        """Return the numbers of frames, of frames that succeeded and failed, and of chains in all frames."""
         chains = sum(len(record.lengths) for record in self.records)
         return {"frames": len(self.records), OK: self.succeeded, FAILED: self.failed, "chains": chains}
 
     def figures(self) -> dict[str, Any]:
-        """Over the frames that are fine: how many have so many chains; medians of length and radius; mean share occluded."""
-        fine = [record for record in self.records if record.status == OK]
-        frames = Counter(len(record.lengths) for record in fine)
-        lengths, radii = ([value for record in fine for value in getattr(record, key)] for key in ("lengths", "radii"))
-        occluded = [record.occluded for record in fine if record.occluded is not None]
+        """Return statistics of the frames that succeeded.
+
+        Returns
+        -------
+        "frames_by_chains": number of chains -> number of frames; "length", "radius": medians over all chains, in "units";
+        "occluded": mean over the frames of the fraction of occluded segments, 0 to 1. None without chains.
+        """
+        succeeded = [record for record in self.records if record.status == OK]
+        frames = Counter(len(record.lengths) for record in succeeded)
+        lengths, radii = ([value for record in succeeded for value in getattr(record, key)] for key in ("lengths", "radii"))
+        occluded = [record.occluded for record in succeeded if record.occluded is not None]
         return {
             "frames_by_chains": {str(chains): frames[chains] for chains in sorted(frames)},
             "length": float(np.median(lengths)) if lengths else None,
             "radius": float(np.nanmedian(radii)) if np.isfinite(radii).any() else None,
             "occluded": float(np.mean(occluded)) if occluded else None,
-            "units": fine[0].units if fine else None,
+            "units": succeeded[0].units if succeeded else None,
         }
 
 
@@ -69,40 +77,40 @@ def run(
     out: str | Path,
     config: Config,
     *,
-    reading: ReadOptions | None = None,
+    options: ReadOptions | None = None,
     workers: int = 0,
     scheduler: str | None = None,
     restart: bool = False,
     force: bool = False,
     report: Callable[[FrameRecord], None] = lambda record: None,
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
-) -> Summary:
-    """Detect in every frame of the capture and write what was found.
+) -> RunSummary:
+    """Detect in every frame of a capture and write the results.
 
     Parameters
     ----------
     capture : from `open_capture`.
-    out : the folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made when it is
-        not there. Frames that an earlier run of the same has finished there are not done again.
-    config : what to detect with.
-    reading : how the capture was opened, where that was said.
-    workers : processes of this machine to work with; 0 for this process alone. They import the calling script: keep what it
-        does under `if __name__ == "__main__":`.
-    scheduler : the address of a running dask.distributed scheduler whose workers are to be used. They have to see the
-        capture at the same path.
-    restart : do all frames anew, whatever an earlier run of this input has left.
-    force : write into `out` though it holds something else.
-    report : called with each frame's record when it is written. resumed : called once, before, with those of the frames that
-        were finished already, where there are any.
+    out : folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
+        Frames that an earlier run with the same arguments finished there are not done again.
+    config : configuration of the detection.
+    options : the options that the capture was opened with, for the manifest; None for the defaults.
+    workers : worker processes to start on this machine; 0 for this process alone. Workers import the calling script: keep
+        the call under `if __name__ == "__main__":`.
+    scheduler : address of a running dask.distributed scheduler whose workers to use. They need the capture at the same path.
+    restart : do all frames again, also those that an earlier run of this input finished.
+    force : write into `out` even if it holds something else.
+    report : called with each frame's record once it is written.
+    resumed : called once, before, with the records of frames finished by an earlier run, if there are any.
 
     Returns
     -------
-    Summary. Where every frame failed, nothing has been written.
+    RunSummary. If every frame failed, nothing has been written.
 
     Raises
     ------
     InputError : `out` holds something else, or results of the capture as it was before it changed, or cannot be written to;
-        two frames have one name; images without depth are given and the config is for 3-D; the scheduler cannot be reached.
+        two frames have one name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
+        reached.
     MissingDependency : workers are wanted and dask.distributed is not installed.
     """
     if capture.format in IMAGE_FORMATS and config.mode != "2d":
@@ -111,19 +119,19 @@ def run(
             "preset image or paper_2d (-c image)",
             code="mode-needs-depth",
         )
-    names = [entry.name for entry in capture.frames]
-    folder = ResultsFolder(Path(out), _source(capture, reading), config, names, restart=restart, force=force)
+    names = [frame.name for frame in capture.frames]
+    folder = ResultsFolder(Path(out), _describe_input(capture, options), config, names, restart=restart, force=force)
     records = {name: FrameRecord.from_journal(line) for name, line in folder.done.items()}
     if records:
         resumed(list(records.values()))
-    left = [entry for entry in capture.frames if entry.name not in records]
-    tracker = _tracker(capture, config, folder)
-    with executor(workers, scheduler) if left else nullcontext(SerialExecutor()) as team:
-        for record, files in _frames(left, config, team, tracker):
+    remaining = [frame for frame in capture.frames if frame.name not in records]
+    tracker = _resume_tracker(capture, config, folder)
+    with select_executor(workers, scheduler) if remaining else nullcontext(SerialExecutor()) as executor:
+        for record, files in _process_frames(remaining, config, executor, tracker):
             folder.add(record.name, record.to_journal(), files)
-            records[record.name] = replace(record, stages={})  # what is held of all frames is to be small
+            records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
             report(record)
-    summary = Summary(tuple(records[name] for name in names))
+    summary = RunSummary(tuple(records[name] for name in names))
     if summary.succeeded:
         frames = [record.to_dict() for record in summary.records]
         folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": frames})
@@ -132,67 +140,74 @@ def run(
     return summary
 
 
-def _source(capture: Capture, reading: ReadOptions | None) -> dict[str, Any]:
-    """What tells this run's input from another's, for the manifest."""
+def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:
+    """Return what distinguishes the input of this run from another's, for the manifest."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
-    places = [capture.path, *(entry.source for entry in capture.frames)]
+    paths = [capture.path, *(frame.source for frame in capture.frames)]
     if (masks := getattr(capture, "masks", None)) is not None:
         source["masks"] = str(masks.resolve())
-        places.append(masks)
-    if reading is not None and (said := reading.model_dump(mode="json", exclude_defaults=True)):
-        source["reading"] = said
-        places += [reading.trajectory] if reading.trajectory else []
+        paths.append(masks)
+    if options is not None and (changed := options.model_dump(mode="json", exclude_defaults=True)):
+        source["reading"] = changed
+        paths += [options.trajectory] if options.trajectory else []
     if (selection := getattr(capture, "selection", None)) is not None:
         source["selection"] = selection
-    return source | {"files": fingerprint(places)}
+    return source | {"files": fingerprint(paths)}
 
 
-def _tracker(capture: Capture, config: Config, folder: ResultsFolder) -> Tracker | None:
-    """What follows the chains from frame to frame, going on after the frames that are finished; None for photographs."""
+def _resume_tracker(capture: Capture, config: Config, folder: ResultsFolder) -> Tracker | None:
+    """Return a tracker in its state after the frames already finished; None for photographs, which are not a sequence."""
     if capture.format == "photos":
         return None
-    done = [name for name, line in folder.done.items() if line["status"] == OK]
-    files = (folder.file(name, SUFFIXES["json"]) for name in done)
+    succeeded = [name for name, line in folder.done.items() if line["status"] == OK]
+    files = (folder.file(name, SUFFIXES["json"]) for name in succeeded)
     return Tracker.resumed((json.loads(file.read_text(encoding="utf-8")) for file in files), config.tracking)
 
 
-def _frames(
-    entries: Sequence[FrameRef], config: Config, team: Executor, tracker: Tracker | None
+def _process_frames(
+    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
-    """The record and the files of each frame, in order; no more frames are under way than the team's window."""
-    upcoming = iter(entries)
-    finding: deque[tuple[FrameRef, Future]] = deque()
-    drawing: deque[tuple[FrameRef, Found, Future | None]] = deque()
+    """Yield the record and the files of each frame, in order, with at most `executor.max_pending` frames in progress.
+
+    Tracking needs the frames in order, hence the two jobs per frame: frames are detected ahead in any order, then tracked
+    in order by this process, then rendered.
+    """
+    upcoming = iter(frames)
+    detecting: deque[tuple[FrameRef, Future]] = deque()
+    rendering: deque[tuple[FrameRef, DetectedFrame, Future | None]] = deque()
     while True:
-        while len(finding) + len(drawing) < team.window and (entry := next(upcoming, None)) is not None:
-            finding.append((entry, team.submit(detect_frame, entry, config)))
-        if finding and len(drawing) < team.workers:
-            entry, job = finding.popleft()
-            found = _found(entry, job)
-            if found.detection is not None and tracker is not None:
-                found = replace(found, detection=tracker.update(found.detection))
-            drawing.append(
-                (entry, found, team.submit(render_frame, entry, found, near=job) if found.detection is not None else None)
-            )
-        elif drawing:
-            yield _drawn(*drawing.popleft())
+        while len(detecting) + len(rendering) < executor.max_pending and (frame := next(upcoming, None)) is not None:
+            detecting.append((frame, executor.submit(detect_frame, frame, config)))
+        if detecting and len(rendering) < executor.workers:
+            frame, job = detecting.popleft()
+            detected = _detected(frame, job)
+            render_job = None
+            if detected.detection is not None:
+                if tracker is not None:
+                    detected = replace(detected, detection=tracker.update(detected.detection))
+                render_job = executor.submit(render_frame, frame, detected, affinity=job)
+            rendering.append((frame, detected, render_job))
+        elif rendering:
+            yield _rendered(*rendering.popleft())
         else:
             return
 
 
-def _found(entry: FrameRef, job: Future) -> Found:
+def _detected(frame: FrameRef, job: Future) -> DetectedFrame:
+    """Return the result of a `detect_frame` job; a failed frame if its worker was lost."""
     try:
-        found: Found = job.result()
-        return found
+        detected: DetectedFrame = job.result()
+        return detected
     except WorkerLost as error:
-        return Found(FrameRecord.of(entry, str(error), error.code))
+        return DetectedFrame(FrameRecord.failed(frame, str(error), error.code))
 
 
-def _drawn(entry: FrameRef, found: Found, job: Future | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
+def _rendered(frame: FrameRef, detected: DetectedFrame, job: Future | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
+    """Return the result of a `render_frame` job; without a job, or if its worker was lost, a failed frame."""
     if job is None:
-        return found.record, None
+        return detected.record, None
     try:
         record, files = job.result()
         return record, files
     except WorkerLost as error:
-        return FrameRecord.of(entry, str(error), error.code), None
+        return FrameRecord.failed(frame, str(error), error.code), None

@@ -1,4 +1,4 @@
-"""One thread per process: frames are what runs side by side, and sums come out the same on every machine."""
+"""One thread per process: the frames run in parallel, and sums of floats come out the same on every machine."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import os
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
+"""Environment variables that limit numerical libraries to one thread."""
 
 
 def single_thread() -> None:
-    """Hold this process to one thread; to be called before numpy and numba are imported."""
+    """Limit this process to one thread; call before importing numpy and numba."""
     os.environ.update(ONE_THREAD)
     import cv2
 

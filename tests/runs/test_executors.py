@@ -1,4 +1,4 @@
-"""Runs by many processes: the same bytes as by one, whoever is killed meanwhile."""
+"""Runs by worker processes give the same bytes as runs by one process, even if workers are killed."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,11 +21,12 @@ from builders.paths import SAMPLES
 from doo3d.config import Config
 from doo3d.errors import MissingDependency
 from doo3d.inputs import ReadOptions, open_capture
-from doo3d.runs import local_executor as executor
 from doo3d.runs import run as batch
-from doo3d.runs.dask_executor import local
-from doo3d.runs.frame import detect_frame, render_frame
+from doo3d.runs.dask_executor import local_workers
+from doo3d.runs.frame_cache import FrameCache
 from doo3d.runs.frame_files import encode_frame
+from doo3d.runs.frame_jobs import detect_frame, render_frame
+from doo3d.runs.select_executor import select_executor
 
 pytest.importorskip("distributed")
 FRAMES = 8
@@ -43,10 +47,10 @@ def frames(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def wanted(frames, tmp_path_factory):
-    """What one process makes of it."""
-    out = tmp_path_factory.mktemp("wanted") / "out"
-    batch.run(open_capture(frames), out, Config(), reading=ReadOptions())
+def expected(frames, tmp_path_factory):
+    """The files of a run by one process."""
+    out = tmp_path_factory.mktemp("expected") / "out"
+    batch.run(open_capture(frames), out, Config(), options=ReadOptions())
     return contents(out)
 
 
@@ -75,16 +79,18 @@ def wait_for(condition, seconds=60):
         time.sleep(0.01)
 
 
-def test_workers_make_the_same_bytes(frames, wanted, tmp_path):
-    seen = []
-    summary = batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2, report=seen.append)
-    assert contents(tmp_path / "out") == wanted
+@pytest.mark.cluster
+def test_workers_make_the_same_bytes(frames, expected, tmp_path):
+    reported = []
+    summary = batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2, report=reported.append)
+    assert contents(tmp_path / "out") == expected
     assert (summary.succeeded, summary.failed) == (FRAMES - 1, 1)
-    assert [record.name for record in seen] == [f"{i:06d}" for i in range(FRAMES)]
+    assert [record.name for record in reported] == [f"{i:06d}" for i in range(FRAMES)]
 
 
+@pytest.mark.cluster
 @pytest.mark.parametrize(("workers", "frames_done"), [(0, 1), (0, 5), (2, 0), (2, 3)])
-def test_killed_and_started_again(frames, wanted, tmp_path, workers, frames_done):
+def test_killed_and_started_again(frames, expected, tmp_path, workers, frames_done):
     command = ("doo3d", "detect", frames, "-o", tmp_path / "out", "--workers", workers)
     process = started(*command)
     wait_for(lambda: finished_frames(tmp_path / "out") >= frames_done)
@@ -92,24 +98,25 @@ def test_killed_and_started_again(frames, wanted, tmp_path, workers, frames_done
     process.communicate()
     assert frames_done <= finished_frames(tmp_path / "out") < FRAMES
     again = started(*command)
-    said, _ = again.communicate()
-    assert again.returncode == 1, said
-    assert contents(tmp_path / "out") == wanted
+    output, _ = again.communicate()
+    assert again.returncode == 1, output
+    assert contents(tmp_path / "out") == expected
     assert finished_frames(tmp_path / "out") == FRAMES
 
 
-def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, wanted, tmp_path):
+@pytest.mark.cluster
+def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, expected, tmp_path):
     capture = open_capture(frames)
     deadly = capture.frames[2]
     # as a loader would be that crashes in a library: what is pickled is the name of a function and its argument
     object.__setattr__(deadly, "loader", Deadly("import os; os._exit(1)"))
-    summary = batch.run(capture, tmp_path / "out", Config(), reading=ReadOptions(), workers=2)
+    summary = batch.run(capture, tmp_path / "out", Config(), options=ReadOptions(), workers=2)
     assert [record.name for record in summary.records if record.error] == ["000002", "000004"]
     assert [record.code for record in summary.records if record.error] == ["worker-lost", "file-damaged"]
     made = contents(tmp_path / "out")
-    assert wanted.keys() - made.keys() == {"000002.json", "000002.png"}
+    assert expected.keys() - made.keys() == {"000002.json", "000002.png"}
     # the ids of chains go on from frame to frame, and the cable is found in all: one frame less changes none of the others
-    assert all(made[file] == wanted[file] for file in made if file != "manifest.json")
+    assert all(made[file] == expected[file] for file in made if file != "manifest.json")
     failed = json.loads(made["manifest.json"])["frames"][2]
     assert (failed["status"], failed["code"]) == ("failed", "worker-lost")
     assert "tcp://" not in failed["error"]
@@ -143,7 +150,8 @@ def scheduler(tmp_path):
         process.communicate()
 
 
-def test_a_scheduler_whose_worker_is_killed_midway(frames, wanted, tmp_path, scheduler):
+@pytest.mark.cluster
+def test_a_scheduler_whose_worker_is_killed_midway(frames, expected, tmp_path, scheduler):
     address, processes = scheduler
     killed = []
 
@@ -154,9 +162,10 @@ def test_a_scheduler_whose_worker_is_killed_midway(frames, wanted, tmp_path, sch
 
     batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler=address, report=kill_one)
     assert killed
-    assert contents(tmp_path / "out") == wanted
+    assert contents(tmp_path / "out") == expected
 
 
+@pytest.mark.cluster
 def test_nobody_answers(frames, refused):
     refused(frames, "--scheduler", "tcp://127.0.0.1:1", code="scheduler-unreachable")
     refused(frames, "--scheduler", "tcp://127.0.0.1:1", "--workers", "2", code="options-conflict")
@@ -169,6 +178,7 @@ def test_the_package_that_is_missing_is_named(monkeypatch, frames, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.cluster
 def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
     from doo3d.outputs import run_folder as results
 
@@ -181,41 +191,95 @@ def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.cluster
 def test_workers_have_one_thread_each():
-    with local(1) as team:
-        job = team.submit(threads)
-        assert job.result() == (1, 1, 1)
+    with local_workers(1) as executor:
+        assert executor.submit(threads).result() == (1, 1, 1)
 
 
-def threads():
+def threads(cache):
     import cv2
     import numba
 
     return cv2.getNumThreads(), numba.get_num_threads(), int(os.environ["OPENBLAS_NUM_THREADS"])
 
 
-def test_what_no_longer_waits_for_its_picture_is_read_again(frames):
-    entry = open_capture(frames).frames[0]
-    found = detect_frame(entry, Config())
-    first, files = render_frame(entry, found)
-    again, the_same = render_frame(entry, found)
-    assert files == the_same == encode_frame(found.detection, entry.load().data)
+@pytest.mark.cluster
+def test_port_8787_may_be_taken(frames, expected, tmp_path):
+    """It is the default of dask's dashboard, which a run does not serve; a warning would be an error here."""
+    with socket.create_server(("127.0.0.1", 8787)) if not is_taken(8787) else nullcontext():
+        batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2)
+    assert contents(tmp_path / "out") == expected
+
+
+def is_taken(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def test_the_cache_holds_the_latest_frames_and_no_more():
+    cache = FrameCache(max_frames=3)
+    data = [object() for _ in range(5)]
+    keys = [cache.add(item) for item in data]
+    assert len(set(keys)) == 5
+    assert len(cache) == 3
+    assert [cache.take(key) for key in keys] == [None, None, *data[2:]]
+    assert len(cache) == 0
+    assert cache.take(keys[-1]) is None
+
+
+def test_a_frame_that_the_cache_no_longer_holds_is_read_again(frames):
+    frame, cache = open_capture(frames).frames[0], FrameCache()
+    detected = detect_frame(cache, frame, Config())
+    assert len(cache) == 1
+    first, files = render_frame(cache, frame, detected)
+    assert len(cache) == 0
+    again, same = render_frame(cache, frame, detected)
+    assert files == same == encode_frame(detected.detection, frame.load().data)
     assert first.lengths == again.lengths
 
 
+def test_every_frame_of_a_run_is_read_once(frames, tmp_path):
+    """By the job that detects; the job that renders takes it from the cache."""
+    capture, loads = open_capture(frames), []
+    capture.frames = [
+        replace(frame, loader=lambda frame=frame: (loads.append(frame.name), frame.load())[1]) for frame in capture.frames[:3]
+    ]
+    batch.run(capture, tmp_path / "out", Config())
+    assert loads == ["000000", "000001", "000002"]
+
+
+@pytest.mark.cluster
+def test_the_cache_of_a_worker_stays_with_it_from_job_to_job(frames):
+    frame = open_capture(frames).frames[0]
+    with local_workers(2) as executor:
+        detect = executor.submit(detect_frame, frame, Config())
+        detected = detect.result()
+        assert executor.submit(count_cached, affinity=detect).result() == 1
+        render = executor.submit(render_frame, frame, detected, affinity=detect)
+        assert render.result()[1] == encode_frame(detected.detection, frame.load().data)
+        assert render.worker == detect.worker
+        assert executor.submit(count_cached, affinity=detect).result() == 0
+
+
+def count_cached(cache):
+    return len(cache)
+
+
+@pytest.mark.slow
 def test_one_process_needs_no_dask(frames):
     code = f"""
 import sys
-from doo3d import batch
+from doo3d.runs.run import run
 from doo3d.config import Config
 from doo3d.inputs import open_capture
 capture = open_capture({str(frames)!r})
 capture.frames = capture.frames[:1]
-batch.run(capture, 'out', Config())
+run(capture, 'out', Config())
 assert not {{'dask', 'distributed'}} & set(sys.modules)
 """
     done = started(sys.executable, "-c", code, cwd=frames.parent)
-    said, _ = done.communicate()
-    assert done.returncode == 0, said
-    with executor.executor() as team:
-        assert (team.workers, team.window) == (1, 1)
+    output, _ = done.communicate()
+    assert done.returncode == 0, output
+    with select_executor() as executor:
+        assert (executor.workers, executor.max_pending) == (1, 1)

@@ -14,8 +14,9 @@ from builders.errors import refuses
 from doo3d.config import Config, load_config
 from doo3d.inputs import FrameRef, ReadOptions, open_capture
 from doo3d.outputs import run_folder as results
-from doo3d.runs import frame, frame_files
+from doo3d.runs import frame_files, frame_jobs
 from doo3d.runs import run as batch
+from doo3d.runs.frame_record import FAILED, FrameRecord
 from doo3d.types import Chain, Detection, Frame
 
 
@@ -24,7 +25,7 @@ def found(monkeypatch):
     """A detection without the pipeline, so that these tests say what the run does; what it does is `found["do"]`."""
     chain = Chain(np.array([[-0.02, 0, 0.5], [-0.01, 0, 0.5], [0, 0, 0.5]]), 0.01, 0.005, occluded=np.array([True, False]))
     what = {"do": lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",))}
-    monkeypatch.setattr(frame, "detect", lambda data, config, mask=None: what["do"](data, config, mask))
+    monkeypatch.setattr(frame_jobs, "detect", lambda data, config, mask=None: what["do"](data, config, mask))
     return what
 
 
@@ -107,11 +108,11 @@ def test_one_bad_frame_does_not_stop_the_others(capture, tmp_path):
 
 def test_a_journal_without_codes_is_still_read():
     """Earlier versions wrote none."""
-    record = frame.FrameRecord("a", "a.png", None, frame.FAILED, error="is cut off", code="file-damaged")
+    record = FrameRecord("a", "a.png", None, FAILED, error="is cut off", code="file-damaged")
     line = record.to_journal()
-    assert frame.FrameRecord.from_journal(line) == record
+    assert FrameRecord.from_journal(line) == record
     del line["code"]
-    old = frame.FrameRecord.from_journal(line)
+    old = FrameRecord.from_journal(line)
     assert (old.error, old.code) == ("is cut off", None)
 
 
@@ -395,9 +396,9 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
 
 def test_other_ways_of_reading_are_another_input(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config(), reading=ReadOptions())
+    batch.run(open_capture(folder), out, Config(), options=ReadOptions())
     with refuses("out-other-input", "reading", "--force"):
-        batch.run(open_capture(folder), out, Config(), reading=ReadOptions(depth_scale=5000))
+        batch.run(open_capture(folder), out, Config(), options=ReadOptions(depth_scale=5000))
 
 
 def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
@@ -412,7 +413,7 @@ def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
 
 def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypatch):
     """Frames, detections and files are let go of; what stays of a frame is its record."""
-    monkeypatch.setattr(frame, "encode_frame", lambda detection, data: {".json": b"{}" * 50_000, ".png": b"x" * 100_000})
+    monkeypatch.setattr(frame_jobs, "encode_frame", lambda detection, data: {".json": b"{}" * 50_000, ".png": b"x" * 100_000})
     folder = open_capture(capture())
     alive = weakref.WeakSet()
 

@@ -1,0 +1,37 @@
+"""The executor of a run: this process, or workers of dask.distributed. All give the same results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..errors import InputError
+from .executor import Executor
+from .serial_executor import SerialExecutor
+
+
+@contextmanager
+def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
+    """Provide an executor for the duration of a `with` block.
+
+    Parameters
+    ----------
+    workers : processes to start on this machine; 0 for this process alone, without dask.
+    scheduler : address of a running dask scheduler whose workers to use, such as tcp://host:8786.
+
+    Raises
+    ------
+    InputError : both are given, or the scheduler cannot be reached. MissingDependency : dask.distributed is not installed.
+    """
+    if workers and scheduler:
+        raise InputError(
+            f"the scheduler {scheduler} has its own workers: give either the scheduler or a number of workers",
+            code="options-conflict",
+        )
+    if not workers and not scheduler:
+        yield SerialExecutor()
+        return
+    from .dask_executor import local_workers, scheduler_workers
+
+    with scheduler_workers(scheduler) if scheduler else local_workers(workers) as executor:
+        yield executor

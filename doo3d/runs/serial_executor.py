@@ -1,0 +1,34 @@
+"""Jobs done by this process, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from .executor import Future
+from .frame_cache import FrameCache
+
+
+@dataclass(frozen=True)
+class _DeferredJob:
+    """A job that is done when its result is asked for."""
+
+    function: Callable[..., Any]
+    args: tuple[Any, ...]
+
+    def result(self) -> Any:
+        return self.function(*self.args)
+
+
+class SerialExecutor:
+    """An Executor of this process alone."""
+
+    workers, max_pending = 1, 1
+
+    def __init__(self) -> None:
+        self.cache = FrameCache()
+
+    def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
+        """Submit a job; it is done when its result is asked for."""
+        return _DeferredJob(function, (self.cache, *args))
