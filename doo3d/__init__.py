@@ -1,6 +1,6 @@
-"""doo3d: deformable one-dimensional objects as 3-D chains, from RGB-D frames and point clouds.
+"""doo3d: deformable linear objects (cables, ropes, hoses, wires) as 3-D chains, from RGB-D frames and point clouds.
 
-The public names, loaded when first used so that importing the package costs nothing.
+The public names load when they are first used, so that importing the package costs nothing.
 """
 
 from __future__ import annotations
@@ -12,12 +12,16 @@ if TYPE_CHECKING:
     from .config import Config, load_config
     from .errors import ConfigError, DooError, InputError, MissingDependency
     from .exports import export
+    from .inputs import open_capture
+    from .inspection.explain import explain
     from .pipeline import detect
+    from .sequence.fusion import fuse
+    from .sequence.tracking import Tracker
     from .types import Camera, Chain, Cloud, Detection, Frame, Image
 
 __version__ = "0.1.0"
 
-_HOME = {
+_MODULE_OF = {
     "Camera": "types",
     "Chain": "types",
     "Cloud": "types",
@@ -29,9 +33,13 @@ _HOME = {
     "Image": "types",
     "InputError": "errors",
     "MissingDependency": "errors",
+    "Tracker": "sequence.tracking",
     "detect": "pipeline",
+    "explain": "inspection.explain",
     "export": "exports",
+    "fuse": "sequence.fusion",
     "load_config": "config",
+    "open_capture": "inputs",
 }
 
 __all__ = [
@@ -46,16 +54,20 @@ __all__ = [
     "Image",
     "InputError",
     "MissingDependency",
+    "Tracker",
     "detect",
+    "explain",
     "export",
+    "fuse",
     "load_config",
+    "open_capture",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module 'doo3d' has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
+    return getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:
