@@ -1,6 +1,6 @@
 """The whole pipeline under changes that leave the object as it is: a cloud moved, its points in another order, a frame mirrored.
 
-The voxel grid lies along the axes of the data, so a moved object is found again within a fraction of its radius, not byte for byte.
+The voxel grid lies along the axes of the data: a moved object is found again within a fraction of its radius, not byte for byte.
 """
 
 from __future__ import annotations
