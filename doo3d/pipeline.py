@@ -17,11 +17,11 @@ from .stages.fit import fit
 from .stages.merge import merge
 from .stages.prune import prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
-from .stages.segment import segment
+from .stages.segment import Segmentation, segment, segment_extended
 from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
-from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Foreground, Frame, Image, Path, Skeleton
+from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -32,6 +32,7 @@ MASK_EXTENSIONS = 3
 class Stages:
     """What every stage made of one frame, and the seconds it took."""
 
+    segmentation: Segmentation
     context: FrameContext
     skeleton: Skeleton
     paths: list[Path]
@@ -64,22 +65,23 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     InputError : the data cannot be used; the message says what, where and what to do.
     """
     clock = _Clock()
-    foreground = segment(data, config.segment, mask, config.seed)
+    segmentation = segment(data, config.segment, mask, config.seed)
     clock("segment")
-    stages = run_from_foreground(foreground, config, clock)
+    stages = run_from_segmentation(segmentation, config, clock)
     for _ in range(MASK_EXTENSIONS):
-        grown = extend_mask(stages.chains, stages.context, config.extend_mask)
+        extended = extend_mask(stages.chains, stages.context, config.extend_mask)
         clock("extend_mask")
-        if grown is None:
+        if extended is None:
             break
-        foreground = segment(data, config.segment, grown, config.seed)
+        segmentation = segment_extended(data, config.segment, extended, segmentation)
         clock("segment")
-        stages = run_from_foreground(foreground, config, clock)
+        stages = run_from_segmentation(segmentation, config, clock)
     return stages
 
 
-def run_from_foreground(foreground: Foreground, config: Config, clock: _Clock) -> Stages:
-    """From what is the object to its chains."""
+def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
+    """Run the stages after segmentation, every stage's product kept."""
+    foreground = segmentation.foreground
     grid = voxelize(foreground, config.voxelize)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
     context = FrameContext(foreground, grid, visibility, config.fit.segment_length)
@@ -105,7 +107,7 @@ def run_from_foreground(foreground: Foreground, config: Config, clock: _Clock) -
     clock("lay_chains")
     crossings = find_crossings(chains, context, config.crossings)
     clock("crossings")
-    return Stages(context, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
+    return Stages(segmentation, context, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
 
 
 def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:

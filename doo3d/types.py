@@ -256,6 +256,8 @@ class Foreground:
     filtered : (N, D) m, the same with their noise averaged away, at the price of detail; None where they are the same.
     pixels : (N, 2) int, the (u, v) each point was seen at; None for clouds.
     mask : (H, W) bool, the pixels of the object, with depth or without; None for clouds.
+    mask_radius : m, the usual half-width of the mask at its depth (0: unknown), as `geometry.mask.mask_radius` has it; None where
+        it has not been measured.
     depth : (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
     color : (H, W, 3) uint8 RGB, the whole image's; None where there is none.
     camera : None where there is none.
@@ -272,6 +274,7 @@ class Foreground:
     color: Array | None = None
     camera: Camera | None = None
     viewpoint: Floats | None = None
+    mask_radius: float | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
 

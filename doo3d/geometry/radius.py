@@ -22,7 +22,10 @@ def point_spacing(foreground: Foreground) -> float:
 def estimate_radius(foreground: Foreground, apart: float) -> float:
     """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
-        return max(mask_radius(foreground.mask, foreground.depth, foreground.camera.fx), apart)
+        radius = foreground.mask_radius
+        if radius is None:
+            radius = mask_radius(foreground.mask, foreground.depth, foreground.camera.fx)
+        return max(radius, apart)
     return max(_cloud_radius(foreground.points, apart), apart)
 
 

@@ -14,7 +14,7 @@ from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages
 from ..stages.merge.merge import Joined, join
-from ..stages.segment.methods import SEGMENTERS, method
+from ..stages.segment.methods import SEGMENTERS, resolve_method
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
 from ..visibility import Visibility
 
@@ -101,7 +101,7 @@ def _told(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> in
     """Pixels or points that the method took, before anything was dropped."""
     if mask is None:
         given = isinstance(data, Cloud) and data.segmented
-        mask = SEGMENTERS["everything" if given else method(data, config.segment)](data, config.segment, config.seed)
+        mask = SEGMENTERS["everything" if given else resolve_method(data, config.segment)](data, config.segment, config.seed)
     return int(np.count_nonzero(mask))
 
 

@@ -109,7 +109,7 @@ def fuse(entries: Iterable[FrameRef], config: Config) -> Cloud:
                 lost += 1
                 continue
             pose = _checked(shot.pose)
-            found = segment(_with_depth(shot), config.segment, shot.mask_for(config), config.seed)
+            found = segment(_with_depth(shot), config.segment, shot.mask_for(config), config.seed).foreground
             if not len(found.points):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..config import HsvRange
-from ..stages.segment.mask_cleanup import tidy
+from ..stages.segment.mask_cleanup import remove_small_components
 from ..types import Array, Bools, Floats, Ints
 from .thin_object import DARK, NEUTRAL, Thin, hsv_of
 
@@ -100,7 +100,7 @@ def whole(color: Array, thing: Thin) -> Bools:
     """
     around = max(3, 2 * round(thing.half) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (around, around))
-    solid = tidy(thing.mask, max(2, round(4 * thing.half**2)))
+    solid = remove_small_components(thing.mask, max(2, round(4 * thing.half**2)))
     reach = 2 * max(1, round(thing.half / 3)) + 1
     closed = cv2.morphologyEx(solid.view(np.uint8), cv2.MORPH_CLOSE, disc)
     near = cv2.dilate(closed, np.ones((reach, reach), np.uint8)) > 0

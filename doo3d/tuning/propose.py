@@ -13,7 +13,7 @@ from ..config import Config, HsvRange, SegmentConfig
 from ..errors import InputError
 from ..geometry.mask import mask_radius
 from ..stages.segment import segment
-from ..stages.segment.methods import method
+from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
 from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING
 from ..types import Array, Bools, Cloud, Frame, Image
@@ -96,7 +96,7 @@ def tune(
             raise InputError(
                 "the frame has no colour that a place in it could tell: leave out --pick and --box", code="method-needs-color"
             )
-        way = method(data, config.segment)
+        way = resolve_method(data, config.segment)
         found = config.segment.model_copy(update={"method": way})
         reasons = {"segment.method": "there is no colour, and this is what the depth calls for"}
     else:
@@ -183,7 +183,7 @@ def _measured(data: Frame | Image, config: Config, found: SegmentConfig, things:
         if metres > 0.6 * found.max_width:
             found = found.model_copy(update={"max_width": round(2 * metres, 3)})
             reasons["segment.max_width"] = f"the object is {1000 * metres:.0f} mm wide"
-    foreground = segment(data, found, None, config.seed)
+    foreground = segment(data, found, None, config.seed).foreground
     if foreground.mask is None or not foreground.mask.any():
         raise InputError(f"segment: nothing is left of what was found: {OTHERWISE}", code="object-missing")
     mask = foreground.mask

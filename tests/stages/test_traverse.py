@@ -78,7 +78,7 @@ def test_arms_that_meet_are_a_path_each(dim, count):
 
 def test_paths_stop_where_strands_touch():
     """At a flat X the paths end where the surfaces part, and no two paths come nearer than that."""
-    paths = run(spoke(0), spoke(180), spoke(70), spoke(250), separation=2.2)
+    paths = run(spoke(0), spoke(180), spoke(70), spoke(250))
     assert len(paths) == 4
     ends = [end for path in paths for end in path.points[[0, -1]]]
     inner = sorted(ends, key=np.linalg.norm)[:4]

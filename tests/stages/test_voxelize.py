@@ -12,17 +12,31 @@ from doo3d.config import SegmentConfig, VoxelizeConfig
 from doo3d.kernels.skeleton_graph import connected_components
 from doo3d.kernels.thinning import neighbor_table
 from doo3d.stages.segment import segment
-from doo3d.stages.voxelize import behind, voxelize
+from doo3d.stages.voxelize import MAX_VOXELS, behind, voxelize
 from doo3d.types import Foreground
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 
 
+@pytest.fixture
+def constants(monkeypatch):
+    """Set constants of the stage for one test, such as constants(MAX_VOXELS=215)."""
+
+    def put(**values):
+        for name, value in values.items():
+            monkeypatch.setattr(f"doo3d.stages.voxelize.{name}", value)
+
+    return put
+
+
+@pytest.fixture
+def keep_small(constants):
+    """Pieces of any size stay."""
+    constants(MIN_COMPONENT=1)
+
+
 def grid_of(points, **settings):
-    return voxelize(
-        Foreground(np.asarray(points, dtype=float)),
-        VoxelizeConfig(**({"size": 1.0, "radius": 2.0, "min_component": 1} | settings)),
-    )
+    return voxelize(Foreground(np.asarray(points, dtype=float)), VoxelizeConfig(**({"size": 1.0, "radius": 2.0} | settings)))
 
 
 def cells_of(solid):
@@ -41,9 +55,10 @@ def back(grid, shape):
 
 @dims
 @pytest.mark.parametrize("size", [0.7, 3.0])
-def test_centroids_and_counts(dim, size):
+def test_centroids_and_counts(dim, size, constants):
+    constants(MIN_COMPONENT=1, CLOSING_ITERATIONS=0)
     points = np.random.default_rng(dim).normal(scale=4, size=(500, dim))
-    grid = grid_of(points, size=size, close=0)
+    grid = grid_of(points, size=size)
     cell = np.floor(points / size)
     expected = {tuple(c): points[(cell == c).all(axis=1)] for c in np.unique(cell, axis=0)}
     assert len(grid.coords) == len(expected)
@@ -60,22 +75,24 @@ def test_centroids_and_counts(dim, size):
 @dims
 @pytest.mark.parametrize("times", [1, 2])
 @pytest.mark.parametrize("seed", range(3))
-def test_closing_is_that_of_morphology(dim, times, seed):
+def test_closing_is_that_of_morphology(dim, times, seed, constants):
+    constants(MIN_COMPONENT=1, CLOSING_ITERATIONS=times)
     solid = np.zeros([16] * dim, dtype=bool)
     solid[(slice(4, -4),) * dim] = np.random.default_rng(seed).random([8] * dim) < 0.4
     expected = binary_closing(solid, np.ones([2 * times + 1] * dim)) | solid
     assert expected.sum() > solid.sum()
-    np.testing.assert_array_equal(back(grid_of(cells_of(solid), close=times), solid.shape), expected)
+    np.testing.assert_array_equal(back(grid_of(cells_of(solid)), solid.shape), expected)
 
 
 @dims
+@pytest.mark.usefixtures("keep_small")
 def test_closing_fills_a_hole_and_leaves_a_box(dim):
     solid = np.zeros([12] * dim, dtype=bool)
     solid[(slice(3, 9),) * dim] = True
-    np.testing.assert_array_equal(back(grid_of(cells_of(solid), close=1), solid.shape), solid)
+    np.testing.assert_array_equal(back(grid_of(cells_of(solid)), solid.shape), solid)
     holed = solid.copy()
     holed[(5,) * dim] = False
-    grid = grid_of(cells_of(holed), close=1)
+    grid = grid_of(cells_of(holed))
     np.testing.assert_array_equal(back(grid, solid.shape), solid)
     (added,) = np.flatnonzero(grid.counts == 0)
     near = np.abs(grid.coords - grid.coords[added]).max(axis=1) == 1
@@ -83,12 +100,13 @@ def test_closing_fills_a_hole_and_leaves_a_box(dim):
 
 
 @dims
-def test_small_pieces_go(dim):
+def test_small_pieces_go(dim, constants):
     solid = np.zeros([20] * dim, dtype=bool)
     solid[(slice(2, 12), *[3] * (dim - 1))] = True
     solid[(slice(15, 18), *[15] * (dim - 1))] = True
     for least, count in ((3, 13), (4, 10), (11, 0)):
-        assert len(grid_of(cells_of(solid), min_component=least).coords) == count
+        constants(MIN_COMPONENT=least)
+        assert len(grid_of(cells_of(solid)).coords) == count
 
 
 @dims
@@ -101,19 +119,22 @@ def test_empty_in_empty_out(dim):
 @dims
 @pytest.mark.parametrize("count", [1, 7])
 @pytest.mark.parametrize("size", [None, 0.01])
+@pytest.mark.usefixtures("keep_small")
 def test_one_place(dim, count, size):
-    grid = voxelize(Foreground(np.tile(np.arange(1.0, dim + 1), (count, 1))), VoxelizeConfig(size=size, min_component=1))
+    grid = voxelize(Foreground(np.tile(np.arange(1.0, dim + 1), (count, 1))), VoxelizeConfig(size=size))
     assert grid.counts.tolist() == [count]
     np.testing.assert_allclose(grid.centroids, [np.arange(1.0, dim + 1)])
     assert np.isfinite(grid.size)
     assert np.isfinite(grid.radius)
 
 
-def test_a_grid_too_large_is_refused_with_the_number():
+def test_a_grid_too_large_is_refused_with_the_number(constants):
     points = cells_of(np.ones((6, 6, 6), dtype=bool))
-    assert len(grid_of(points, max_voxels=216).coords) == 216
+    constants(MAX_VOXELS=216)
+    assert len(grid_of(points).coords) == 216
+    constants(MAX_VOXELS=215)
     with refuses("voxels-too-many", "216", "215", "voxelize.size"):
-        grid_of(np.concatenate((points, points)), max_voxels=215, close=0)
+        grid_of(np.concatenate((points, points)))
 
 
 def test_a_box_that_no_number_can_count_is_refused():
@@ -121,18 +142,20 @@ def test_a_box_that_no_number_can_count_is_refused():
         grid_of([[0, 0, 0], [1e3, 1e3, 1e3]], size=1e-6)
 
 
+@pytest.mark.usefixtures("keep_small")
 def test_a_far_point_costs_nothing():
     near = cells_of(np.ones((5, 5, 5), dtype=bool))
     grid = grid_of(np.concatenate((near, [[3e4, 3e4, 3e4]])))
     assert len(grid.coords) == 126
 
 
-def test_a_million_points_in_a_plane_are_handled_or_refused():
+def test_a_million_points_in_a_plane_are_handled_or_refused(constants):
     points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
     grid = voxelize(Foreground(points), VoxelizeConfig())
-    assert 0 < len(grid.coords) <= VoxelizeConfig().max_voxels
+    assert 0 < len(grid.coords) <= MAX_VOXELS
+    constants(MAX_VOXELS=1000)
     with refuses("voxels-too-many", "1000"):
-        voxelize(Foreground(points), VoxelizeConfig(size=0.01, max_voxels=1000))
+        voxelize(Foreground(points), VoxelizeConfig(size=0.01))
 
 
 @pytest.mark.parametrize("shift", [(0, 0, 0), (-3, 2, 7)])
@@ -145,9 +168,10 @@ def test_the_order_of_points_does_not_matter(shift):
     np.testing.assert_allclose(other.centroids, one.centroids, atol=1e-12)
 
 
-def test_points_are_taken_to_be_at_their_steady_places():
+@pytest.mark.usefixtures("keep_small")
+def test_filtered_points_are_voxelized():
     filtered = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
-    config = VoxelizeConfig(size=1.0, min_component=1)
+    config = VoxelizeConfig(size=1.0)
     grid = voxelize(Foreground(filtered + 0.7, filtered=filtered), config)
     assert grid.counts.tolist() == [2, 1]
     np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 0.5], [5.5, 0.5, 0.5]])
@@ -165,7 +189,7 @@ def test_the_radius_is_about_right_before_there_is_a_chain(radius, view):
     axis = line([-0.15, 0.02, 0.5], [0.15, -0.03, 0.55])
     if view == "image":
         frame, mask = frame_of(axis, radius=radius)
-        foreground = segment(frame, SegmentConfig(), mask)
+        foreground = segment(frame, SegmentConfig(), mask).foreground
     else:
         foreground = Foreground(surface(axis, radius, None if view == "whole" else np.zeros(3), spacing=radius / 4))
     grid = voxelize(foreground, VoxelizeConfig())
@@ -184,8 +208,8 @@ def test_closing_does_not_bridge_what_the_mask_says_is_empty():
         frame, mask = frame_of(*axes)
         depth = frame.depth.copy()
         depth[np.random.default_rng(0).random(depth.shape) < 0.3] = 0
-        foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(edge_support=2), mask)
-        grid = voxelize(foreground, VoxelizeConfig(core=0.6))
+        foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask).foreground
+        grid = voxelize(foreground, VoxelizeConfig())
         label = connected_components(neighbor_table(grid.coords))
         assert sorted(np.bincount(label) > 200) == [True, True]
         assert (grid.counts == 0).any()
@@ -196,7 +220,7 @@ def strands(below, tilt=0.0):
     across = line([0.0, -0.1, 0.5 - 0.1 * tilt], [0.0, 0.1, 0.5 + 0.1 * tilt])
     along = line([-0.12, 0.0, 0.5 + below], [0.12, 0.0, 0.5 + below])
     frame, mask = frame_of(*([across] if below == 0 else [across, along]), radius=0.008)
-    return segment(frame, SegmentConfig(), mask)
+    return segment(frame, SegmentConfig(), mask).foreground
 
 
 def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():

@@ -1,53 +1,107 @@
-"""How noisy the depth is, and the window in which its noise averages away."""
+"""Remove outliers from the depth of a mask, and average its noise away."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ...config import SegmentConfig
-from ...geometry.mask import bounding_box, mask_radius
-from ...types import Array, Bools, Frame
+from ...geometry.mask import bounding_box
+from ...kernels.depth_filter import count_agreeing_neighbors, sigma_filter
+from ...types import Array, Bools, Floats, Frame, Ints
 
-FAR = 5.0
-"""Times the usual difference of readings side by side by which a reading may differ from another and be averaged with it."""
+OUTLIER_WINDOW_PX = 2
+"""px; half-width of the window in which a depth reading is compared with its neighbors: 5 x 5, less than a thin cable."""
 
+OUTLIER_NOISE_FACTOR = 3.0
+"""Times the measured depth noise that `outlier_slope` is at least: three deviations."""
 
-ALIKE = 4
-"""Neighbouring readings that err alike, so that only as many fewer are averaged: those of a stereo camera do over 2 px."""
+OUTLIER_MIN_NEIGHBORS = 7
+"""Neighbors of the 24 in the window that must agree with a reading, or half of those there are; fewer make a flying point."""
 
+SIGMA_FILTER_NOISE_FACTOR = 5.0
+"""Times the depth noise by which a reading may differ from another and still be averaged with it."""
 
-MOST = 20
-"""px; half the widest window."""
+CORRELATED_READINGS = 4
+"""Neighboring readings that err alike, so that averaging counts them as one: those of a stereo camera do over 2 px."""
 
+NOISE_TO_DEVIATION = 1.2
+"""Standard deviations per `depth_noise`: 1.05 for independent normal errors; neighbors err alike and so differ by less."""
+
+MAX_FILTER_HALF_WIDTH_PX = 20
+"""px; widest half-width of the window of the sigma filter."""
 
 MAX_DEPTH_ERROR_RADII = 0.3
 """Radii; largest error of the averaged depth: less than half a voxel, so that noise breaks no strand apart."""
 
 
-def roughness(depth: Array, mask: Bools) -> float:
-    """How far readings beside each other in the mask (H, W) usually are apart, m: the median along the rows of depth (H, W) m.
+class Readings(NamedTuple):
+    """Depth at pixels of the object: pixels (N, 2) int64 (u, v); depth (N,) m as measured; filtered (N,) m, averaged."""
 
-    What stands out by a few times that is no noise; farther away, where a stereo camera reads worse, it is more.
+    pixels: Ints
+    depth: Floats
+    filtered: Floats
+
+
+def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentConfig) -> tuple[Readings, float, int]:
+    """Return the readings of a mask that enough of their neighbors agree with, each with its noise averaged away.
+
+    Parameters
+    ----------
+    frame : the depth and the camera.
+    mask : (H, W) bool, the pixels of the object.
+    radius : m, the half-width of the mask; 0 where it is unknown.
+    config : section `segment` of the settings.
+
+    Returns
+    -------
+    readings : in row-major order of the pixels.
+    slope : m per pixel, the largest depth step between neighboring readings of one surface.
+    outliers : number of readings, of those between `min_depth` and `max_depth`, that were dropped.
+    """
+    v, u = np.nonzero(mask & (frame.depth >= config.min_depth) & (frame.depth <= config.max_depth))
+    noise = depth_noise(frame.depth, mask)
+    slope = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * noise)
+    agreeing, neighbors, mean = count_agreeing_neighbors(frame.depth, mask, v, u, OUTLIER_WINDOW_PX, slope)
+    kept = agreeing >= np.minimum(OUTLIER_MIN_NEIGHBORS, neighbors / 2)
+    u, v, mean = u[kept], v[kept], mean[kept]
+    half_width = filter_half_width(frame, mask, radius, noise)
+    if half_width > OUTLIER_WINDOW_PX:
+        mean = sigma_filter(frame.depth, mask, v, u, half_width, SIGMA_FILTER_NOISE_FACTOR * noise)
+    readings = Readings(np.column_stack((u, v)), frame.depth[v, u].astype(float), mean)
+    return readings, slope, len(kept) - len(u)
+
+
+def depth_noise(depth: Array, mask: Bools) -> float:
+    """Return the median difference of readings side by side in the rows of a mask (H, W), in metres; 0 without any.
+
+    depth : (H, W) m, 0 = none. A stereo camera reads worse farther away, so that the difference grows with the distance.
     """
     if not mask.any():
         return 0.0
     box = bounding_box(mask)
-    seen = np.where(mask[box], depth[box], 0)
-    both = (seen[:, 1:] > 0) & (seen[:, :-1] > 0)
-    return float(np.median(np.abs(np.diff(seen, axis=1)[both]))) if both.any() else 0.0
+    readings = np.where(mask[box], depth[box], 0)
+    both = (readings[:, 1:] > 0) & (readings[:, :-1] > 0)
+    return float(np.median(np.abs(np.diff(readings, axis=1)[both]))) if both.any() else 0.0
 
 
-def steady_half(error: float, mask: Bools, frame: Frame, config: SegmentConfig) -> int:
-    """Half the width, px, of the window over which depth must be averaged to be known within `filtered` radii of the object.
+def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) -> int:
+    """Return the half-width, in pixels, of the window in which the mean depth errs by `MAX_DEPTH_ERROR_RADII` at most.
 
-    error : m, as of `roughness`. The window holds as much of a strand as its width lets it.
+    The window holds no more of a strand than the strand is wide; 0 where the radius or the noise is unknown.
+
+    Parameters
+    ----------
+    frame : the depth and the camera.
+    mask : (H, W) bool, the pixels of the object.
+    radius : m, the half-width of the mask; 0 where it is unknown.
+    noise : m, as of `depth_noise`.
     """
-    radius = mask_radius(mask, frame.depth, frame.camera.fx)
-    seen = frame.depth[mask]
-    if not (radius and error):
+    if not (radius and noise):
         return 0
-    width = 2 * radius * frame.camera.fx / float(np.median(seen[seen > 0]))
-    readings = ALIKE * (1.2 * error / (MAX_DEPTH_ERROR_RADII * radius)) ** 2
-    return min(MOST, math.ceil(readings / width / 2))
+    readings = frame.depth[mask]
+    width = 2 * radius * frame.camera.fx / float(np.median(readings[readings > 0]))
+    needed = CORRELATED_READINGS * (NOISE_TO_DEVIATION * noise / (MAX_DEPTH_ERROR_RADII * radius)) ** 2
+    return min(MAX_FILTER_HALF_WIDTH_PX, math.ceil(needed / width / 2))

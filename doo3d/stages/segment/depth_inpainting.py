@@ -1,4 +1,4 @@
-"""Depth where colour sees the object and the sensor has no reading, from what the object's readings round it say."""
+"""Inpaint the depth of a mask where color sees the object and the sensor has no reading."""
 
 from __future__ import annotations
 
@@ -9,60 +9,105 @@ from scipy.sparse.linalg import spsolve
 
 from ...geometry.mask import bounding_box
 from ...types import Array, Bools, Floats, Ints
+from .depth_filter import Readings
 
-BESIDE = ((0, 1), (1, 0), (0, -1), (-1, 0))
+FOUR_NEIGHBORS = ((0, 1), (1, 0), (0, -1), (-1, 0))
+
+INPAINT_MIN_HOLE_PX = 2
+"""px; the mask farther than this from a reading gets depth from the readings around it; smaller holes are closed as voxels."""
 
 
-def bridged(mask: Bools, pixels: Ints, depth: Floats, wide: int, steep: float) -> tuple[Ints, Floats]:
-    """Pixels (Q, 2) of holes in the depth of a mask (H, W), and the depth there, (Q,) m.
+def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: float) -> Readings:
+    """Return the readings with those inpainted in the holes of a mask, in row-major order of their pixels.
 
-    The depth of a hole is harmonic: Laplace's equation, with the readings at its border and no flux through the edge of the mask.
-    Along a strand that is the straight line from reading to reading, and level beyond the last one. Where it changes by more
-    than `steep` m per pixel the hole lies between two strands, and has none.
-
-    pixels : (N, 2), where the readings are. depth : (N,) m. wide : px; what is no farther than this from a reading is no hole.
+    Parameters
+    ----------
+    readings : the measured ones.
+    mask : (H, W) bool, the pixels of the object.
+    depth : (H, W) m, 0 = none; outliers in it are no holes, and stay without depth.
+    max_slope : m per pixel, the largest depth step between neighboring readings of one surface.
     """
-    none = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+    u, v = readings.pixels.T
+    usable = mask & (depth <= 0)
+    usable[v, u] = True
+    holes, inpainted = inpaint_depth(usable, readings.pixels, readings.filtered, INPAINT_MIN_HOLE_PX, max_slope)
+    pixels = np.concatenate((readings.pixels, holes))
+    order = np.lexsort((pixels[:, 0], pixels[:, 1]))
+    return Readings(pixels[order], np.append(readings.depth, inpainted)[order], np.append(readings.filtered, inpainted)[order])
+
+
+def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_slope: float) -> tuple[Ints, Floats]:
+    """Return the pixels of holes in the depth of a mask, and the depth inpainted there.
+
+    The depth of a hole is harmonic: it solves Laplace's equation with the readings at its border, and no flux through the edge
+    of the mask. Along a strand that is the straight line from reading to reading, and level beyond the last one. Where the
+    depth changes by more than `max_slope` the hole lies between two strands, and stays a hole.
+
+    Parameters
+    ----------
+    mask : (H, W) bool, the pixels of the object.
+    pixels : (N, 2) int64 (u, v), where the readings are.
+    depth : (N,) m, the readings.
+    min_hole : px; pixels no farther than this from a reading are no hole.
+    max_slope : m per pixel.
+
+    Returns
+    -------
+    pixels : (Q, 2) int64 (u, v), those inpainted.
+    depth : (Q,) m.
+    """
     if not len(pixels) or len(pixels) == np.count_nonzero(mask):
-        return none
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     rows, columns = bounding_box(mask)
     part = np.pad(mask[rows, columns], 1)
     v, u = pixels[:, 1] - rows.start + 1, pixels[:, 0] - columns.start + 1
-    known = np.zeros(part.shape)
-    known[v, u] = depth
-    square = np.ones((2 * wide + 1, 2 * wide + 1), np.uint8)
-    far = part & (cv2.dilate((known > 0).view(np.uint8), square) == 0)
-    hole = part & (known == 0) & (cv2.dilate(far.view(np.uint8), square) > 0)
+    measured = np.zeros(part.shape)
+    measured[v, u] = depth
+    hole = _holes(part, measured, min_hole)
     if not hole.any():
-        return none
-    filled = _harmonic(hole, known)
-    some = np.where(filled > 0, filled, known)
-    slope = np.zeros(part.shape)
-    for dv, du in BESIDE:
-        other = np.roll(some, (dv, du), (0, 1))
-        slope = np.maximum(slope, np.where((other > 0) & part, np.abs(other - some), 0.0))
-    row, column = np.nonzero((filled > 0) & (slope <= steep))
-    return np.column_stack((column + columns.start - 1, row + rows.start - 1)), filled[row, column]
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+    inpainted = _solve_laplace(hole, measured)
+    slope = _max_slope(np.where(inpainted > 0, inpainted, measured), part)
+    row, column = np.nonzero((inpainted > 0) & (slope <= max_slope))
+    return np.column_stack((column + columns.start - 1, row + rows.start - 1)), inpainted[row, column]
 
 
-def _harmonic(hole: Bools, known: Array) -> Array:
-    """(H, W): in a hole the mean of its neighbours that are in it or known; 0 elsewhere, and in holes without a reading beside.
+def _holes(mask: Bools, measured: Array, min_hole: int) -> Bools:
+    """Return the pixels (H, W) without a reading around those that are farther than `min_hole` px from any."""
+    square = np.ones((2 * min_hole + 1, 2 * min_hole + 1), np.uint8)
+    far = mask & (cv2.dilate((measured > 0).view(np.uint8), square) == 0)
+    return np.asarray(mask & (measured == 0) & (cv2.dilate(far.view(np.uint8), square) > 0))
 
-    hole : (H, W) bool, False along the border. known : (H, W), 0 = unknown.
+
+def _max_slope(depth: Array, mask: Bools) -> Array:
+    """Return the largest depth step, (H, W) m, to any of the four neighbors of a pixel that have depth."""
+    slope = np.zeros(depth.shape)
+    for shift in FOUR_NEIGHBORS:
+        neighbor = np.roll(depth, shift, (0, 1))
+        slope = np.maximum(slope, np.where((neighbor > 0) & mask, np.abs(neighbor - depth), 0.0))
+    return slope
+
+
+def _solve_laplace(hole: Bools, measured: Array) -> Array:
+    """Return the depth (H, W) m in the holes: the mean of each pixel's neighbors that are in the hole or measured.
+
+    It is 0 elsewhere, and in holes without a reading beside them. The linear system is sparse, one equation per pixel.
+
+    hole : (H, W) bool, False along the border. measured : (H, W) m, 0 = none.
     """
     count, label = cv2.connectedComponents(hole.view(np.uint8), connectivity=4)
-    touched = np.zeros(count, dtype=bool)
-    for shift in BESIDE:
-        touched[label[hole & (np.roll(known, shift, (0, 1)) > 0)]] = True
-    hole = hole & touched[label]
-    number = np.full(hole.shape, -1)
-    number[hole] = np.arange(np.count_nonzero(hole))
-    row, column, right, degree = [], [], np.zeros(number.max() + 1), np.zeros(number.max() + 1)
-    for shift in BESIDE:
-        near, value = np.roll(number, shift, (0, 1))[hole], np.roll(known, shift, (0, 1))[hole]
-        inside = near >= 0
+    has_reading = np.zeros(count, dtype=bool)
+    for shift in FOUR_NEIGHBORS:
+        has_reading[label[hole & (np.roll(measured, shift, (0, 1)) > 0)]] = True
+    hole = hole & has_reading[label]
+    unknown = np.full(hole.shape, -1)
+    unknown[hole] = np.arange(np.count_nonzero(hole))
+    row, column, right, degree = [], [], np.zeros(unknown.max() + 1), np.zeros(unknown.max() + 1)
+    for shift in FOUR_NEIGHBORS:
+        neighbor, value = np.roll(unknown, shift, (0, 1))[hole], np.roll(measured, shift, (0, 1))[hole]
+        inside = neighbor >= 0
         row.append(np.flatnonzero(inside))
-        column.append(near[inside])
+        column.append(neighbor[inside])
         right += value
         degree += inside | (value > 0)
     i = np.concatenate((*row, np.arange(len(right))))

@@ -1,6 +1,8 @@
-"""Small pieces, small holes and wide regions out of a mask."""
+"""Remove small components, small holes and wide regions from a mask."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -9,47 +11,83 @@ from ...config import SegmentConfig
 from ...geometry.mask import bounding_box, ridge_radius
 from ...types import Array, Bools
 
+WIDE_REGION_MARGIN = 1.5
+"""Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
 
-def drop_wide(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
-    """The mask (H, W) without what is wider on all sides than `max_width`, or than `max_ratio` times the usual width.
 
-    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown. The usual width is the median over the middle lines of the mask.
+class CleanedMask(NamedTuple):
+    """A cleaned mask (H, W) bool, and how many pixels were selected before, and removed or closed by each step."""
+
+    mask: Bools
+    selected: int
+    removed_small: int
+    closed_holes: int
+    removed_wide: int
+
+
+def clean_mask(mask: Bools, scale: Array | None, config: SegmentConfig) -> CleanedMask:
+    """Return the mask without small components, small holes and wide regions.
+
+    Parameters
+    ----------
+    mask : (H, W) bool.
+    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown; None keeps wide regions.
+    config : section `segment` of the settings.
+    """
+    solid = remove_small_components(mask, config.min_component)
+    selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
+    both = selected if solid is mask else int(np.count_nonzero(mask & solid))
+    kept = remove_wide_regions(solid, scale, config) if scale is not None and after else solid
+    wide = 0 if kept is solid else after - int(np.count_nonzero(kept))
+    return CleanedMask(kept, selected, selected - both, after - both, wide)
+
+
+def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
+    """Return the mask without regions that are wide in every direction, such as a gripper.
+
+    Wide is more than `max_width`, or than `max_width_ratio` times the usual width: the median over the medial axis of the mask.
+
+    Parameters
+    ----------
+    mask : (H, W) bool, not empty.
+    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown.
+    config : section `segment` of the settings.
     """
     box = bounding_box(mask)
     part, scale = mask[box], scale[box]
-    inside = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
-    usual = ridge_radius(inside, scale)
+    distance = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
+    usual = ridge_radius(distance, scale)
     limit = min(config.max_width / 2, config.max_width_ratio * usual) if usual else config.max_width / 2
-    core = inside * scale > limit
+    core = distance * scale > limit
     if not core.any():
         return mask
-    reach = 1.5 * limit / float(np.median(scale[core]))
+    margin = WIDE_REGION_MARGIN * limit / float(np.median(scale[core]))
     result = np.zeros_like(mask)
-    result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > reach)
+    result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
     return result
 
 
-def tidy(mask: Bools, least: int) -> Bools:
-    """The mask (H, W) without 8-connected pieces, and without 4-connected holes, of fewer than `least` pixels.
+def remove_small_components(mask: Bools, min_pixels: int) -> Bools:
+    """Return the mask (H, W) without 8-connected components, and 4-connected holes, of fewer than `min_pixels` pixels.
 
-    Their borders tell their size: a polygon through the centres of b pixels with the area a covers a + b / 2 + 1 pixels, and
-    leaves a - b / 2 + 1 free inside it (Pick's theorem).
+    Their contours (Suzuki and Abe) give their sizes: a polygon through the centers of b pixels with the area a covers
+    a + b / 2 + 1 pixels, and leaves a - b / 2 + 1 free inside it (Pick's theorem). A component counts with its holes filled.
     """
-    if least <= 1 or not mask.any():
+    if min_pixels <= 1 or not mask.any():
         return mask
     box = bounding_box(mask)
-    borders, tree = cv2.findContours(mask[box].view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    contours, tree = cv2.findContours(mask[box].view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     small = []
-    for border, (_, _, _, outer) in zip(borders, tree[0], strict=True):
-        if len(border) > 4 * least:
+    for contour, (_, _, _, parent) in zip(contours, tree[0], strict=True):
+        if len(contour) > 4 * min_pixels:
             continue
-        free = 1 if outer < 0 else -1
-        if cv2.contourArea(border) + free * len(border) / 2 + 1 < least:
-            small.append((border, int(outer >= 0)))
+        sign = 1 if parent < 0 else -1
+        if cv2.contourArea(contour) + sign * len(contour) / 2 + 1 < min_pixels:
+            small.append((contour, int(parent >= 0)))
     if not small:
         return mask
     result = mask.copy()
     image = result.view(np.uint8)[box]
-    for border, value in small:
-        cv2.drawContours(image, [border], 0, value, cv2.FILLED)
+    for contour, value in small:
+        cv2.drawContours(image, [contour], 0, value, cv2.FILLED)
     return result

@@ -1,4 +1,4 @@
-"""Points of a cloud with few neighbours."""
+"""Remove outliers from the points of a cloud, and average their noise away."""
 
 from __future__ import annotations
 
@@ -8,15 +8,44 @@ from ...geometry.sparse_grid import cloud_spacing, voxelize_points
 from ...kernels.thinning import neighbor_table
 from ...types import Bools, Floats
 
+NEIGHBORHOOD_CELL_SPACINGS = 2.0
+"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud."""
 
-def neighbourhood(points: Floats, window: float) -> tuple[Floats, Floats]:
-    """How many points of a cloud lie about each, and their mean.
+MIN_NEIGHBORS_RATIO = 0.15
+"""Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
 
-    Neighbours are those in the same cell and the 26 round it, cells of `window` point spacings. Returns (N,) and (N, 3) m.
+FAR_OUTLIER_BOX_SIZES = 3
+"""Diagonals of the box of the central 96 % of the points beyond which, outside that box, a point is a far outlier."""
+
+
+def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
+    """Return the points of a cloud (N, 3) m that have enough neighbors.
+
+    Returns
+    -------
+    points : (M, 3) m, as measured.
+    means : (M, 3) m, the mean of each point and its neighbors.
+    outliers : number of points that were dropped, N - M.
+    """
+    near = points[~far_outliers(points)]
+    neighbors, means = mean_neighbors(near, NEIGHBORHOOD_CELL_SPACINGS)
+    kept = neighbors >= MIN_NEIGHBORS_RATIO * np.median(neighbors) if len(near) else np.zeros(0, dtype=bool)
+    return near[kept], means[kept], len(points) - int(np.count_nonzero(kept))
+
+
+def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats]:
+    """Return how many neighbors each point of a cloud (N, 3) m has, and their mean; each counts as its own neighbor.
+
+    Neighbors are those in the same cell and the 26 around it, cells of `cell_spacings` point spacings.
+
+    Returns
+    -------
+    counts : (N,).
+    means : (N, 3) m.
     """
     if not len(points):
         return np.zeros(0), points
-    size = window * cloud_spacing(points)
+    size = cell_spacings * cloud_spacing(points)
     cells = voxelize_points(points, points.min(axis=0) - size, size, 1)
     if isinstance(cells, float):
         return np.ones(len(points)), points
@@ -25,8 +54,8 @@ def neighbourhood(points: Floats, window: float) -> tuple[Floats, Floats]:
     return sums[cells.cell, 3], sums[cells.cell, :3] / sums[cells.cell, 3:]
 
 
-def lone(points: Floats) -> Bools:
-    """Which of the points (N, 3) lie far outside the box of the rest, three times its size away from it."""
+def far_outliers(points: Floats) -> Bools:
+    """Return (N,) bool, the points (N, 3) m that lie far outside the box of the central 96 % of them."""
     low, high = np.percentile(points, [2, 98], axis=0) if len(points) else np.zeros((2, 3))
-    margin = 3 * np.linalg.norm(high - low)
+    margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)
     return np.asarray(((points < low - margin) | (points > high + margin)).any(axis=1))

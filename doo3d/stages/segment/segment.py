@@ -1,152 +1,198 @@
-"""Keep what surely is the object: lose some of it rather than keep other things (paper, section III-A)."""
+"""Select the pixels or points of the object, and drop those that are not surely part of it (paper, section III-A)."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
-from ...geometry.mask import mask_pixels
-from ...kernels.depth_filter import count_agreeing_neighbors, sigma_filter
+from ...geometry.mask import mask_pixels, mask_radius
 from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
-from .depth_filter import FAR, roughness, steady_half
-from .depth_inpainting import bridged
-from .mask_cleanup import drop_wide, tidy
-from .methods import SEGMENTERS, method
-from .point_filter import lone, neighbourhood
+from .depth_filter import filter_readings
+from .depth_inpainting import inpaint_readings
+from .mask_cleanup import CleanedMask, clean_mask
+from .methods import SEGMENTERS, resolve_method
+from .point_filter import filter_points
+from .segmentation import EXTENDED, MASK, Segmentation
 
-LINES = "segment: no mask and no colours are given, so lines of any colour are the object, shadows too; see doo3d tune"
+RIDGE_NOTE = "segment: no mask and no colours are given, so lines of any colour are the object, shadows too; see doo3d tune"
 
+DEPTH_CHECK_READINGS = 10_000
+"""Readings at most whose median is compared with the range of depths: a wrong unit is a factor of 10 at least."""
 
-OUTLIER_WINDOW_PX = 2
-"""px; half-width of the window in which a depth reading is compared with its neighbors: 5 x 5, less than a thin cable."""
-
-OUTLIER_NOISE_FACTOR = 3.0
-"""Times the measured depth noise that `outlier_slope` is at least: three deviations."""
-
-OUTLIER_MIN_NEIGHBORS = 7
-"""Neighbors of the 24 in the window that must agree with a reading, or half of those there are; fewer make a flying point."""
-
-INPAINT_MIN_HOLE_PX = 2
-"""px; the mask farther than this from a reading gets depth from the readings round it; smaller holes are the closing's."""
-
-CLOUD_WINDOW = 2.0
-"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud."""
-
-CLOUD_MIN_SUPPORT = 0.15
-"""Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
+EXTENT_TOLERANCE = 10
+"""Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
 
 
-def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Foreground:
-    """The points of the object.
+def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Segmentation:
+    """Return the points of the object, and a record of what was dropped.
 
-    mask : the caller's own segmentation, (H, W) for a Frame or (N,) for a Cloud; goes before the method of the config.
+    Parameters
+    ----------
+    data : the frame, cloud or image.
+    config : section `segment` of the settings.
+    mask : (H, W) for a Frame or an Image, (N,) for a Cloud, the caller's own segmentation; replaces the method of the config.
+    seed : of the random numbers that the method draws.
+
+    Returns
+    -------
+    Segmentation, points in m (px in 2-D).
 
     Raises
     ------
     InputError : the mask is empty or of another size; there is no depth in it; the depth is out of all proportion
         (wrong unit); a cloud with fewer than two different points; the method does not fit the data.
     """
-    if config.method == "mask" and mask is None and not (isinstance(data, Cloud) and data.segmented):
+    if config.method == MASK and mask is None and not (isinstance(data, Cloud) and data.segmented):
         raise InputError(
-            "segment.method is mask but there is none: give one, or a capture with a mask/ folder", code="mask-missing"
+            "segment.method is mask but no mask is given: give one, or a capture with a mask/ folder", code="mask-missing"
         )
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
     if isinstance(data, Image):
         return _segment_image(data, config, mask, seed)
-    given = mask is not None
-    if not given:
-        _check_depth(data, config)
-    way = "mask" if given else method(data, config)
-    found = check_mask(mask, data.depth.shape) if mask is not None else SEGMENTERS[way](data, config, seed)
-    if given and not found.any():
-        raise InputError("the mask is empty: no pixel of it says object", code="mask-empty")
-    found = tidy(found, config.min_component)
-    if way not in ("mask", "everything") and found.any():
-        found = drop_wide(found, data.depth / data.camera.fx, config)
-    _check_depth(data, config, found)
-    v, u = np.nonzero(found & (data.depth >= config.min_depth) & (data.depth <= config.max_depth))
-    error = roughness(data.depth, found)
-    tolerance = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * error)
-    support, among, depth = count_agreeing_neighbors(data.depth, found, v, u, OUTLIER_WINDOW_PX, tolerance)
-    solid = support >= np.minimum(OUTLIER_MIN_NEIGHBORS, among / 2)
-    half = steady_half(error, found, data, config)
-    if half > OUTLIER_WINDOW_PX:
-        depth[solid] = sigma_filter(data.depth, found, v[solid], u[solid], half, FAR * error)
-    pixels = np.column_stack((u[solid], v[solid]))
-    read, filtered = data.depth[v[solid], u[solid]].astype(float), depth[solid]
-    if way != "everything":
-        silent = found & (data.depth <= 0)
-        silent[v[solid], u[solid]] = True
-        holes, between = bridged(silent, pixels, filtered, INPAINT_MIN_HOLE_PX, tolerance)
-        pixels = np.concatenate((pixels, holes))
-        order = np.lexsort((pixels[:, 0], pixels[:, 1]))
-        pixels = pixels[order]
-        read, filtered = np.append(read, between)[order], np.append(filtered, between)[order]
-    return Foreground(
-        points=data.camera.unproject(pixels, read),
-        filtered=data.camera.unproject(pixels, filtered),
-        pixels=pixels,
-        mask=found,
-        depth=data.depth,
-        color=data.color,
-        camera=data.camera,
+    return _segment_frame(data, config, mask, seed)
+
+
+def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
+    """Return the segmentation of a mask that `extend_mask` made of an earlier one.
+
+    Parameters
+    ----------
+    data : the frame, cloud or image.
+    config : section `segment` of the settings.
+    mask : (H, W) bool, the extended mask; treated as one that the caller gives.
+    base : the segmentation whose mask was extended, itself extended or not.
+
+    Raises
+    ------
+    InputError : as `segment` does for a given mask.
+    """
+    return replace(segment(data, config, mask), method=EXTENDED, base=base.base or base)
+
+
+def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
+    if mask is None:
+        _check_depth(frame, config)
+    method, selected = _select(frame, config, mask, seed, frame.depth.shape)
+    scale = frame.depth / frame.camera.fx if method not in (MASK, "everything") else None
+    cleaned = clean_mask(selected, scale, config)
+    _check_depth(frame, config, cleaned.mask)
+    radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
+    readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, config)
+    measured = len(readings.pixels)
+    if method != "everything":
+        readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
+    foreground = Foreground(
+        points=frame.camera.unproject(readings.pixels, readings.depth),
+        filtered=frame.camera.unproject(readings.pixels, readings.filtered),
+        pixels=readings.pixels,
+        mask=cleaned.mask,
+        mask_radius=radius,
+        depth=frame.depth,
+        color=frame.color,
+        camera=frame.camera,
         viewpoint=np.zeros(3),
-        notes=() if found.any() else (_nothing(way),),
+        notes=() if cleaned.mask.any() else (_nothing_note(method),),
+    )
+    without_depth = int(np.count_nonzero(cleaned.mask)) - measured - outliers
+    return _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
+
+
+def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
+    shape = image.color.shape[:2]
+    method, selected = _select(image, config, mask, seed, shape)
+    if selected.all():
+        raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
+    cleaned = clean_mask(selected, np.ones(shape) if mask is None else None, config)
+    pixels = mask_pixels(cleaned.mask)
+    note = RIDGE_NOTE if method == "ridge" and config.method == "auto" else ""
+    if not cleaned.mask.any():
+        note = _nothing_note(method)
+    foreground = Foreground(
+        points=pixels.astype(float), pixels=pixels, mask=cleaned.mask, color=image.color, notes=(note,) if note else ()
+    )
+    return _record(foreground, method, cleaned)
+
+
+def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
+    _check_extent(cloud, config)
+    method, selected = _select(cloud, config, mask, seed, (len(cloud.points),))
+    points, means, outliers = filter_points(cloud.points[selected])
+    foreground = Foreground(
+        points=points,
+        filtered=means,
+        viewpoint=cloud.viewpoint,
+        notes=() if selected.any() else (_nothing_note(method),),
+        views=cloud.views,
+    )
+    return Segmentation(foreground, method, int(np.count_nonzero(selected)), 0, 0, 0, 0, outliers)
+
+
+def _select(
+    data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
+) -> tuple[str, Bools]:
+    """Return the method and the mask of the given shape that the caller, or else the method, gives."""
+    if mask is not None:
+        given = check_mask(mask, shape)
+        if not given.any():
+            element = "point" if isinstance(data, Cloud) else "pixel"
+            raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
+        return MASK, given
+    method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
+    return method, SEGMENTERS[method](data, config, seed)
+
+
+def _record(
+    foreground: Foreground, method: str, cleaned: CleanedMask, without_depth: int = 0, inpainted: int = 0, outliers: int = 0
+) -> Segmentation:
+    return Segmentation(
+        foreground=foreground,
+        method=method,
+        selected=cleaned.selected,
+        removed_small=cleaned.removed_small,
+        removed_wide=cleaned.removed_wide,
+        without_depth=without_depth,
+        inpainted=inpainted,
+        outliers=outliers,
+        closed_holes=cleaned.closed_holes,
     )
 
 
-def _nothing(way: str) -> str:
-    hint = {
+def _nothing_note(method: str) -> str:
+    """Return the note for a frame in which the method selected nothing."""
+    remedy = {
         "hsv": "widen segment.ranges (doo3d tune proposes them and shows what they take)",
         "background": "lower segment.depth_difference or segment.color_difference",
         "plane": "lower segment.plane_distance, or tell the object by its colour (doo3d tune)",
-    }.get(way, "give a mask, or tell the object by its colour (doo3d tune)")
-    return f"segment ({way}): nothing in this frame is told from the rest; {hint}"
+    }.get(method, "give a mask, or tell the object by its colour (doo3d tune)")
+    return f"segment ({method}): nothing in this frame is told from the rest; {remedy}"
 
 
-def _check_depth(data: Frame, config: SegmentConfig, mask: Bools | None = None) -> None:
-    what, depth = ("frame", data.depth) if mask is None else ("object", data.depth[mask])
+def _check_depth(frame: Frame, config: SegmentConfig, mask: Bools | None = None) -> None:
+    """Refuse a frame, or a mask in it, without depth or with depth in the wrong unit."""
+    part, depth = ("frame", frame.depth) if mask is None else ("object", frame.depth[mask])
     if not depth.size:
         return
-    seen = depth[depth > 0]
-    if not seen.size:
+    readings = depth[depth > 0]
+    if not readings.size:
         raise InputError(
-            f"no depth at any of the {depth.size} pixels of the {what}: is the depth aligned to the mask, and in metres?",
-            code="mask-without-depth" if data.depth.any() else "depth-none",
+            f"no depth at any of the {depth.size} pixels of the {part}: is the depth aligned to the mask, and in metres?",
+            code="mask-without-depth" if frame.depth.any() else "depth-none",
         )
-    middle = float(np.median(seen[:: max(1, seen.size // 10_000)]))
-    if not config.min_depth <= middle <= config.max_depth:
+    median = float(np.median(readings[:: max(1, readings.size // DEPTH_CHECK_READINGS)]))
+    if not config.min_depth <= median <= config.max_depth:
         raise InputError(
-            f"the {what} is {middle:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
+            f"the {part} is {median:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
             "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
             code="depth-unit",
         )
 
 
-def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
-    shape = image.color.shape[:2]
-    way = "mask" if mask is not None else method(image, config)
-    found = check_mask(mask, shape) if mask is not None else SEGMENTERS[way](image, config, seed)
-    if mask is not None and not found.any():
-        raise InputError("the mask is empty: no pixel of it says object", code="mask-empty")
-    if found.all():
-        raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
-    found = tidy(found, config.min_component)
-    if mask is None and config.method != "everything" and found.any():
-        found = drop_wide(found, np.ones(shape), config)
-    pixels = mask_pixels(found)
-    return Foreground(
-        points=pixels.astype(float),
-        pixels=pixels,
-        mask=found,
-        color=image.color,
-        notes=(_nothing(way),) if not found.any() else (LINES,) if way == "ridge" and config.method == "auto" else (),
-    )
-
-
-def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Foreground:
+def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:
+    """Refuse a cloud without extent, or with one in the wrong unit."""
     points = cloud.points
     if len(points) < 2 or not np.ptp(points, axis=0).any():
         raise InputError(
@@ -154,26 +200,8 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
             code="cloud-without-extent",
         )
     extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [95, 5], axis=0))))
-    if not config.min_depth / 10 <= extent <= 10 * config.max_depth:
+    if not config.min_depth / EXTENT_TOLERANCE <= extent <= EXTENT_TOLERANCE * config.max_depth:
         raise InputError(
             f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)",
             code="points-unit",
         )
-    way = "mask" if mask is not None else "everything" if cloud.segmented else method(cloud, config)
-    if mask is not None:
-        found = check_mask(mask, (len(points),))
-    else:
-        found = SEGMENTERS[way](cloud, config, seed)
-    if mask is not None and not found.any():
-        raise InputError("the mask is empty: no point of it says object", code="mask-empty")
-    kept = points[found]
-    kept = kept[~lone(kept)]
-    support, mean = neighbourhood(kept, CLOUD_WINDOW)
-    solid = support >= CLOUD_MIN_SUPPORT * np.median(support) if len(kept) else np.zeros(0, dtype=bool)
-    return Foreground(
-        points=kept[solid],
-        filtered=mean[solid],
-        viewpoint=cloud.viewpoint,
-        notes=() if len(kept) else (_nothing(way),),
-        views=cloud.views,
-    )

@@ -40,7 +40,7 @@ def scene(axis, radius, view):
         return Foreground(surface(axis, radius))
     frame, mask = frame_of(axis, radius=radius)
     if view == "image":
-        return segment(frame, SegmentConfig(), mask)
+        return segment(frame, SegmentConfig(), mask).foreground
     return Foreground(cloud_of(frame, mask), viewpoint=np.zeros(3) if view == "seen" else None)
 
 
@@ -181,7 +181,7 @@ def test_what_only_colour_saw_is_not_occluded():
     frame, mask = frame_of(axis, radius=0.004)
     depth = frame.depth.copy()
     depth[:, 280:360] = 0
-    foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask)
+    foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask).foreground
     path = rough(axis, 0.004, foreground)
     for occluded in ("both", "from_depth"):
         (chain,) = run(
@@ -251,7 +251,7 @@ def test_no_rounds_stay_on_the_surface():
 def test_longest_first():
     axes = [line([-0.1, y, 0.5], [-0.1 + length, y, 0.5]) for y, length in ((-0.05, 0.08), (0.0, 0.2), (0.05, 0.12))]
     frame, mask = frame_of(*axes, radius=0.004)
-    foreground = segment(frame, SegmentConfig(), mask)
+    foreground = segment(frame, SegmentConfig(), mask).foreground
     grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
     paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
     chains = refine(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from doo3d.stages.segment.depth_inpainting import bridged
+from doo3d.stages.segment.depth_inpainting import inpaint_depth
 
 
 def strip(width: int = 9, length: int = 200):
@@ -19,11 +19,11 @@ def readings(depth):
     return np.column_stack((u, v)), depth[v, u]
 
 
-def test_a_hole_is_bridged_in_a_line():
+def test_a_hole_is_inpainted_in_a_line():
     mask, exact = strip()
     depth = exact.copy()
     depth[:, 80:140] = 0
-    pixels, found = bridged(mask, *readings(depth), 2, 0.003)
+    pixels, found = inpaint_depth(mask, *readings(depth), 2, 0.003)
     assert len(pixels) == (mask & (depth == 0)).sum()
     np.testing.assert_allclose(found, exact[pixels[:, 1], pixels[:, 0]], atol=1e-9)
 
@@ -32,7 +32,7 @@ def test_beyond_the_last_reading_it_is_level():
     mask, exact = strip()
     depth = exact.copy()
     depth[:, 180:] = 0
-    pixels, found = bridged(mask, *readings(depth), 2, 0.003)
+    pixels, found = inpaint_depth(mask, *readings(depth), 2, 0.003)
     assert len(pixels) == 9 * 30
     np.testing.assert_allclose(found, 0.5 + 0.179, atol=1e-9)
 
@@ -42,14 +42,14 @@ def test_between_strands_of_different_depth_there_is_nothing():
     depth[mask] = 0.5
     depth[:, 110:] += 0.1 * mask[:, 110:]
     depth[:, 105:115] = 0
-    assert len(bridged(mask, *readings(depth), 2, 0.003)[0]) == 0
+    assert len(inpaint_depth(mask, *readings(depth), 2, 0.003)[0]) == 0
 
 
 def test_single_pixels_are_no_holes_and_pieces_without_readings_stay_empty():
     mask, depth = strip()
     depth[mask & (np.random.default_rng(0).random(mask.shape) < 0.2)] = 0
     mask[30:38, 20:80] = True
-    assert len(bridged(mask, *readings(depth), 2, 0.003)[0]) == 0
-    assert len(bridged(mask, np.zeros((0, 2), dtype=np.int64), np.zeros(0), 2, 0.003)[0]) == 0
+    assert len(inpaint_depth(mask, *readings(depth), 2, 0.003)[0]) == 0
+    assert len(inpaint_depth(mask, np.zeros((0, 2), dtype=np.int64), np.zeros(0), 2, 0.003)[0]) == 0
     full, exact = strip()
-    assert len(bridged(full, *readings(exact), 2, 0.003)[0]) == 0
+    assert len(inpaint_depth(full, *readings(exact), 2, 0.003)[0]) == 0

@@ -1,7 +1,7 @@
-"""Ways of telling the object from the rest.
+"""Methods that tell the object from the rest.
 
-One file each with one function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a Cloud.
-To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
+Each file holds one method, a function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a
+Cloud. To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
 """
 
 from __future__ import annotations
@@ -23,6 +23,6 @@ SEGMENTERS: dict[str, Segmenter] = {
 }
 
 
-def method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
-    """The name in SEGMENTERS of the way that the config wants, `auto` resolved by what config and data hold."""
-    return auto.choose(data, config) if config.method == "auto" else config.method
+def resolve_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
+    """Return the name in SEGMENTERS of the method set, `auto` resolved by what the config and the data hold."""
+    return auto.choose_method(data, config) if config.method == "auto" else config.method

@@ -1,4 +1,4 @@
-"""The data is already the object."""
+"""Select everything: the data is already the object."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ....types import Bools, Cloud, Frame, Image
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Every pixel with depth, every point.
+    """Return every pixel of a Frame that has depth, (H, W) bool, or every point of a Cloud, (N,) bool.
 
     Raises
     ------
-    InputError : an image, where everything is the background too.
+    InputError : an image, all of whose pixels would include the background.
     """
     if isinstance(data, Image):
         raise InputError(

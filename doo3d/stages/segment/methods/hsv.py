@@ -1,4 +1,4 @@
-"""The object has a colour of its own."""
+"""Select the pixels or points whose color lies in given ranges."""
 
 from __future__ import annotations
 
@@ -11,22 +11,25 @@ from ....types import Array, Bools, Cloud, Frame, Image
 
 
 def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
-    """(H, W, 3) uint8 RGB -> (H, W) bool, inside any of the boxes of OpenCV's 8-bit HSV; low hue above high wraps."""
+    """Return (H, W) bool, the pixels of (H, W, 3) uint8 RGB inside any of the boxes in OpenCV's 8-bit HSV.
+
+    A box whose low hue is above its high one wraps around through red.
+    """
     hsv = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV)
-    found = np.zeros(color.shape[:2], dtype=np.uint8)
+    inside = np.zeros(color.shape[:2], dtype=np.uint8)
     for box in ranges:
         spans = [(box.low[0], box.high[0])] if box.low[0] <= box.high[0] else [(box.low[0], 179), (0, box.high[0])]
         for low, high in spans:
-            found |= cv2.inRange(hsv, np.array((low, *box.low[1:])), np.array((high, *box.high[1:])))
-    return np.asarray(found > 0)
+            inside |= cv2.inRange(hsv, np.array((low, *box.low[1:])), np.array((high, *box.high[1:])))
+    return np.asarray(inside > 0)
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Pixels or points whose colour lies in one of `config.ranges`.
+    """Return the pixels (H, W), or points (N,), whose color lies in one of `config.ranges`, as bool.
 
     Raises
     ------
-    InputError : the data has no colour.
+    InputError : the data has no color.
     """
     if isinstance(data, Cloud):
         if data.colors is None:

@@ -1,4 +1,4 @@
-"""The way that fits the data, and everything."""
+"""The method that fits the data, and everything."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, helix, line, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.stages.segment.methods import SEGMENTERS, method
+from doo3d.stages.segment.methods import SEGMENTERS, resolve_method
 from doo3d.stages.segment.methods.auto import is_broad
 from doo3d.types import Cloud, Frame
 
@@ -18,7 +18,7 @@ CABLE = surface(wave(), RADIUS, np.zeros(3))
 
 
 def mask(data, config, seed):
-    return SEGMENTERS[method(data, config)](data, config, seed)
+    return SEGMENTERS[resolve_method(data, config)](data, config, seed)
 
 
 def test_everything():

@@ -87,9 +87,9 @@ def test_a_reference_that_changed_on_disk_is_read_again(tmp_path):
 
 def turned(path, orientation):
     """The JPEG at the path with EXIF that says nothing but how it is to be turned."""
-    exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01" + struct.voxelize_points(">HH", orientation, 0) + b"\0\0\0\0"
+    exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01" + struct.pack(">HH", orientation, 0) + b"\0\0\0\0"
     data = path.read_bytes()
-    path.write_bytes(data[:2] + b"\xff\xe1" + struct.voxelize_points(">H", len(exif) + 2) + exif + data[2:])
+    path.write_bytes(data[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + data[2:])
     return path
 
 

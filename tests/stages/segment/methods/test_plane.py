@@ -7,7 +7,7 @@ import pytest
 from builders.drawn_masks import CAMERA, depth_of, line, surface, wave
 
 from doo3d.config import SegmentConfig
-from doo3d.stages.segment.methods.plane import fit_plane, height, mask
+from doo3d.stages.segment.methods.plane import fit_plane, height_above_plane, mask
 from doo3d.types import Cloud, Frame
 
 CONFIG = SegmentConfig(method="plane")
@@ -65,8 +65,8 @@ def test_a_plane_has_one_side_towards_the_sensor():
     frame, _ = table(0.4)
     normal = unit([0.0, np.sin(0.4), np.cos(0.4)])
     offset = 0.6 * np.cos(0.4)
-    above = height(frame, normal, offset)
-    np.testing.assert_allclose(height(frame, -normal, -offset), above, atol=1e-6)
+    above = height_above_plane(frame, normal, offset)
+    np.testing.assert_allclose(height_above_plane(frame, -normal, -offset), above, atol=1e-6)
     assert above.max() == pytest.approx(2 * RADIUS, abs=0.0005)
     assert above.min() > -1e-5
     v, u = np.nonzero(frame.depth)
@@ -74,7 +74,7 @@ def test_a_plane_has_one_side_towards_the_sensor():
     for viewpoint in (np.zeros(3), None):
         cloud = Cloud(points, viewpoint=viewpoint)
         for sign in (1, -1):
-            np.testing.assert_allclose(height(cloud, sign * normal, sign * offset), above[v, u], atol=1e-5)
+            np.testing.assert_allclose(height_above_plane(cloud, sign * normal, sign * offset), above[v, u], atol=1e-5)
 
 
 def test_what_lies_behind_the_plane_is_not_the_object():
