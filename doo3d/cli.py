@@ -30,7 +30,7 @@ COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "evaluate": (evaluate.app, None),
     "bench": (bench.bench, "Print the milliseconds of each stage."),
     "presets": (presets.presets, None),
-    "config": (config.config, "Print the configuration with explanations."),
+    "config": (config.config, "Print the settings, each explained."),
     "samples": (samples.samples, None),
 }
 """Name -> the command (or group of commands) and its line in the help where that is not its first sentence; in help order."""

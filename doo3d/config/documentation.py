@@ -1,80 +1,158 @@
-"""The configuration for people: as YAML with a comment to each field, and as a page of the documentation."""
+"""The configuration for people: YAML with a comment on each setting, and a page of the documentation."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
-from typing import Any, get_args, get_origin
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from .models import Config
+from .former import FIXED, FORMER, FORMER_VALUES
+from .models import Config, is_expert
 
-_WIDTH = 110  # columns of the comments
-_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
-_WORDS = {"float": "number", "int": "whole number", "bool": "true or false", "str": "text", "NoneType": "null"}
+COMMENT_COLUMNS = 110
+BOUND_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+TYPE_WORDS = {"float": "number", "int": "whole number", "bool": "true or false", "str": "text", "NoneType": "null"}
 
 
-def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None) -> str:
-    """The effective configuration as YAML that `load_config` reads back, with each field's description above it.
+class Setting(NamedTuple):
+    """A field of the configuration; its section is None for a field of Config itself."""
 
-    reasons : dotted key -> why the field is as it is, below its description.
-    """
-    blocks, why = [], reasons or {}
+    section: str | None
+    name: str
+    field: FieldInfo
+
+    @property
+    def key(self) -> str:
+        """Return the dotted key."""
+        return f"{self.section}.{self.name}" if self.section else self.name
+
+    def value_in(self, config: Config) -> Any:
+        """Return the value of the setting in a configuration."""
+        return getattr(getattr(config, self.section) if self.section else config, self.name)
+
+
+def all_settings() -> list[Setting]:
+    """Return every setting: those outside of sections first, then those of each section, in order."""
+    outside, inside = [], []
     for name, field in Config.model_fields.items():
-        value = getattr(config, name)
-        if isinstance(value, BaseModel):
-            head = _comment(_summary(type(value)), "")
-            fields = [
-                _entry(key, item, getattr(value, key), "  ", why.get(f"{name}.{key}"))
-                for key, item in type(value).model_fields.items()
-            ]
-            blocks.append("\n".join([*head, f"{name}:", *fields]))
+        model = _section_model(field)
+        if model is None:
+            outside.append(Setting(None, name, field))
         else:
-            blocks.append(_entry(name, field, value, "", why.get(name)))
+            inside += [Setting(name, inner, item) for inner, item in model.model_fields.items()]
+    return outside + inside
+
+
+def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, expert: bool = False) -> str:
+    """Return the effective configuration as YAML, each setting below a comment; `load_config` reads the same Config back.
+
+    Parameters
+    ----------
+    config : the configuration.
+    reasons : dotted key -> why the setting has its value, added to its comment.
+    expert : include all expert settings; otherwise those only that have a reason or differ from their defaults.
+    """
+    reasons = reasons or {}
+    shown = [
+        setting
+        for setting in all_settings()
+        if expert or not is_expert(setting.field) or setting.key in reasons or setting.value_in(config) != setting.field.default
+    ]
+    blocks = [_entry(setting, config, reasons) for setting in shown if setting.section is None]
+    for section in dict.fromkeys(setting.section for setting in shown if setting.section):
+        entries = [_entry(setting, config, reasons) for setting in shown if setting.section == section]
+        blocks.append("\n".join([*_comment(_section_summary(section), ""), f"{section}:", *entries]))
+    if len(shown) < len(all_settings()):
+        blocks.append("# Expert settings with their default values are left out; all: doo3d config --all")
     return "\n\n".join(blocks) + "\n"
 
 
 def markdown() -> str:
-    """The page that lists every field with its default, what it may be, and what it does."""
+    """Return the page of the documentation: basic settings, expert settings, settings of earlier versions."""
     parts = [
         "# Configuration",
-        "Made from the models in `doo3d/config.py` by `doo3d config --markdown`. A preset (`doo3d presets`) or a YAML file of "
-        "your own sets what differs from these defaults; `--set section.field=value` sets one field for one run. Lengths "
-        "are metres in 3-D and pixels in 2-D; lengths given in radii or voxels go with the object.",
-        _table([item for item in Config.model_fields.items() if _section(item[1]) is None], ""),
+        "The presets need no settings; begin with `doo3d detect`, and let `doo3d tune` propose settings for a camera and an "
+        "object. A preset (`doo3d presets`) or a YAML file of your own sets what differs from the defaults below; "
+        "`--set section.setting=value` sets one for one run. `doo3d config` prints the basic settings as YAML, "
+        "`doo3d config --all` the expert ones too.",
+        "Lengths are metres in 3-D and pixels in 2-D; lengths given in radii or voxels scale with the object. This page is made "
+        "from `doo3d/config/models.py` by `doo3d config --markdown`.",
     ]
-    for name, field in Config.model_fields.items():
-        kind = _section(field)
-        if kind is not None:
-            parts += [f"## {name}", _summary(kind), _table(list(kind.model_fields.items()), f"{name}.")]
+    basic = [setting for setting in all_settings() if not is_expert(setting.field)]
+    expert = [setting for setting in all_settings() if is_expert(setting.field)]
+    parts += ["## Basic settings", "Those that a camera and an object may need.", *_tables(basic, "")]
+    parts += [
+        "## Expert settings",
+        "The paper's weights, what the presets need, and what unusual sensors need. Everything else is a named constant in the "
+        "file of its stage.",
+        *_tables(expert, " (expert)"),
+    ]
+    parts += [
+        "## Settings of earlier versions",
+        "A former name in a YAML file or after `--set` is refused, and the error names its replacement: with the code "
+        "`setting-renamed` where the setting has another name now, with `setting-fixed` where it is a constant now.",
+        _former_table(),
+    ]
     return "\n\n".join(parts) + "\n"
 
 
-def _section(field: FieldInfo) -> type[BaseModel] | None:
+def _tables(settings: Sequence[Setting], suffix: str) -> list[str]:
+    """Return a table of the settings outside of sections, and a heading and a table for every section."""
+    parts = []
+    for section in dict.fromkeys(setting.section for setting in settings):
+        if section is not None:
+            parts += [f"### {section}{suffix}", _section_summary(section)]
+        rows = [
+            (f"`{setting.key}`", f"`{_flow(setting.field.default)}`", _kind(setting.field), setting.field.description or "")
+            for setting in settings
+            if setting.section == section
+        ]
+        parts.append(_table(("setting", "default", "values", "effect"), rows))
+    return parts
+
+
+def _former_table() -> str:
+    rows = [(f"`{former}`", f"renamed: `{new}`") for former, new in FORMER.items()]
+    for key, values in FORMER_VALUES.items():
+        rows += [(f"`{key}: {former}`", f"renamed: `{key}: {new}`") for former, new in values.items()]
+    rows += [(f"`{former}`", f"constant: {value}") for former, value in FIXED.items()]
+    return _table(("former setting", "now"), sorted(rows, key=lambda row: row[0].strip("`")))
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *(tuple(cell.replace("|", "\\|") for cell in row) for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" if line[0] != "---" else f"|{'|'.join(line)}|" for line in lines)
+
+
+def _section_model(field: FieldInfo) -> type[BaseModel] | None:
     kind = field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
 
 
-def _summary(model: type[BaseModel]) -> str:
-    return " ".join((model.__doc__ or "").split())
+def _section_summary(section: str) -> str:
+    model = _section_model(Config.model_fields[section])
+    return " ".join(((model and model.__doc__) or "").split())
 
 
 def _comment(text: str, indent: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH, initial_indent=f"{indent}# ", subsequent_indent=f"{indent}# ")
+    return textwrap.wrap(text, COMMENT_COLUMNS, initial_indent=f"{indent}# ", subsequent_indent=f"{indent}# ")
 
 
-def _entry(key: str, field: FieldInfo, value: Any, indent: str, reason: str | None = None) -> str:
-    bounds = _bounds(field)
-    lines = _comment(f"{field.description or ''}{f' [{bounds}]' if bounds else ''}", indent)
-    lines += _comment(f"HERE: {reason}", indent) if reason else []
-    return "\n".join([*lines, f"{indent}{key}: {_flow(value)}"])
+def _entry(setting: Setting, config: Config, reasons: Mapping[str, str]) -> str:
+    """Return the lines of one setting: its description, the reason for its value, and the value."""
+    indent = "  " if setting.section else ""
+    lines = _comment(setting.field.description or "", indent)
+    if setting.key in reasons:
+        lines += _comment(f"HERE: {reasons[setting.key]}", indent)
+    return "\n".join([*lines, f"{indent}{setting.name}: {_flow(setting.value_in(config))}"])
 
 
 def _flow(value: Any) -> str:
-    """The value as YAML on one line."""
+    """Return a value as YAML on one line."""
     text = str(yaml.safe_dump(_plain(value), default_flow_style=True, sort_keys=False, width=10_000, allow_unicode=True))
     return text.removesuffix("\n").removesuffix("\n...")
 
@@ -85,30 +163,18 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def _table(fields: list[tuple[str, FieldInfo]], prefix: str) -> str:
-    rows = ["| field | default | may be | what it does |", "|---|---|---|---|"]
-    for key, field in fields:
-        cells = (f"`{prefix}{key}`", f"`{_flow(field.default)}`", _kind(field), field.description or "")
-        rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(rows)
-
-
 def _kind(field: FieldInfo) -> str:
-    bounds = _bounds(field)
-    return _type_words(field.annotation) + (f", {bounds}" if bounds else "")
-
-
-def _bounds(field: FieldInfo) -> str:
-    """Such as "> 0, <= 2"; empty where there are none."""
-    parts = []
-    for bound in field.metadata:
-        parts += [f"{sign} {getattr(bound, name)}" for name, sign in _SIGNS.items() if hasattr(bound, name)]
-    return ", ".join(parts)
+    """Return the type and bounds of a setting, such as "number, > 0, <= 2"."""
+    bounds = [
+        f"{sign} {getattr(bound, name)}" for bound in field.metadata for name, sign in BOUND_SIGNS.items() if hasattr(bound, name)
+    ]
+    return ", ".join([_type_words(field.annotation), *bounds])
 
 
 def _type_words(kind: Any) -> str:
+    """Return a type annotation in words."""
     if hasattr(kind, "__name__") and not get_args(kind):
-        return _WORDS.get(kind.__name__, str(kind.__name__))
+        return TYPE_WORDS.get(kind.__name__, str(kind.__name__))
     if get_origin(kind) is dict:
         return f"names, each with a {_type_words(get_args(kind)[1])}"
     if get_origin(kind) is tuple:

@@ -1,160 +1,102 @@
-"""How a preset or a YAML file, with overrides, becomes a Config."""
+"""Presets, YAML files and overrides, loaded as a Config."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ConfigError, invalid_code, unread_code
+from .former import FIXED, FORMER, FORMER_VALUES
 from .models import Config
 
-FORMER = {
-    "segment.max_ratio": "segment.max_width_ratio",
-    "segment.edge_tolerance": "segment.outlier_slope",
-    "voxelize.core": "voxelize.core_fraction",
-    "voxelize.rim": "voxelize.core_margin_px",
-    "voxelize.step": "voxelize.split_at_depth_step",
-    "merge.own": "merge.custom_costs",
-    "merge.keep_bending": "merge.curvature_persistence",
-    "merge.direction_length": "merge.tangent_window_radii",
-    "merge.open_weight": "merge.exposed_end_cost",
-    "merge.rings": "merge.allow_closed_chains",
-    "refine.rounds": "refine.iterations",
-    "refine.min_width": "refine.min_radius_ratio",
-    "grow": "extend_mask",
-    "grow.reach": "extend_mask.max_length",
-    "visibility": "visibility",
-    "visibility.margin": "visibility.margin",
-    "visibility.through": "visibility.own_object_counts_as_free",
-    "tracks": "tracking",
-    "tracks.lengths": "tracking.max_motion_lengths",
-}
-"""Names of settings in earlier versions, and what each is called now."""
 
-FIXED = {
-    "segment.plane_iterations": "200 draws",
-    "segment.ridge_filter": "sato",
-    "segment.ridge_sigmas": "2, 4 and 6 px",
-    "segment.ridge_pixels": "500000 px",
-    "segment.window": "2 px",
-    "segment.edge_noise": "3 times the depth noise",
-    "segment.edge_support": "7 neighbors",
-    "segment.holes": "2 px",
-    "segment.cloud_window": "2 point spacings",
-    "segment.cloud_support": "0.15",
-    "segment.smooth": "always on",
-    "segment.steady": "0.3 radii",
-    "voxelize.size_over_radius": "0.5; set voxelize.size",
-    "voxelize.size_over_spacing": "1.6; set voxelize.size",
-    "voxelize.close": "1 voxel",
-    "voxelize.max_voxels": "2 million",
-    "voxelize.min_component": "12 voxels",
-    "thin": "always Lee-Kashyap-Chu thinning",
-    "traverse.min_loop": "12 radii",
-    "traverse.smooth": "1 radius",
-    "traverse.min_bridge": "3 radii",
-    "traverse.max_trim": "15 radii",
-    "traverse.trim": "1 radius",
-    "traverse.separation": "2.2 radii",
-    "prune.width_over_voxel": "1.5; set prune.width",
-    "merge.open_reach": "2 radii",
-    "merge.border": "8 radii",
-    "merge.patience": "3 times max_cost",
-    "merge.remnant": "0.1",
-    "fill.radius": "half the gap at most",
-    "fill.max_deviation": "20 degrees",
-    "refine.spacing": "0.4 radii",
-    "refine.pool": "1 radius",
-    "refine.smooth": "1.2 radii",
-    "refine.depth_weight": "0.06",
-    "refine.depth_noise": "0.15 radii",
-    "refine.prior": "0.01",
-    "refine.reach": "2.2 radii",
-    "refine.extend": "6 radii",
-    "refine.stub": "8 radii",
-    "grow.rounds": "3",
-    "grow.hidden": "8 radii",
-    "grow.noise": "6 grey levels",
-    "grow.max_difference": "2.5 variances",
-    "grow.min_contrast": "1.5 variances",
-    "grow.adapt": "0.2",
-    "visibility.margin_radii": "1.2 radii",
-    "tracks.radii": "10 radii",
-    "tracks.keep": "30 frames",
-    "fusion.voxel": "the spacing of the points",
-    "fusion.cell": "4 voxels",
-    "fusion.max_sights": "24 views",
-}
-"""Settings of earlier versions that are constants now, and their values."""
+class Refusal(NamedTuple):
+    """One reason why a configuration is refused: a sentence, and the code of the error."""
+
+    sentence: str
+    code: str
 
 
 def preset_folder() -> Path:
-    """Where the presets are: inside the installed package, or beside it in a checkout."""
+    """Return the folder of the presets: in the installed package, or beside the package in a checkout."""
     package = Path(__file__).parents[1]
-    inside = package / "configs"
-    return inside if inside.is_dir() else package.parent / "configs"
+    installed = package / "configs"
+    return installed if installed.is_dir() else package.parent / "configs"
 
 
 def preset_names() -> list[str]:
-    """The presets that `load_config` finds by name."""
+    """Return the names of the presets, sorted."""
     return sorted(path.stem for path in preset_folder().glob("*.yaml"))
 
 
 def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | None = None) -> Config:
-    """A preset or a YAML file, with overrides.
+    """Load a preset or a YAML file, with overrides.
 
     Parameters
     ----------
-    name : a preset's name, or the path of a YAML file.
+    name : name of a preset, or path of a YAML file.
     overrides : dotted key -> value, such as {"merge.chains": 2}.
 
     Raises
     ------
-    ConfigError : no such preset or file, broken YAML, an unknown key (with the nearest known one), a value out of bounds.
+    ConfigError : no such preset or file, broken YAML, an unknown key (the nearest known key is named), a key of an earlier
+        version (its new name, or the constant that replaced it, is named), a value out of bounds.
     """
     values = _read(name)
     for key, value in (overrides or {}).items():
-        _put(values, str(key), value)
+        _set_key(values, str(key), value)
     try:
         return Config.model_validate(values)
     except ValidationError as error:
+        refusals = [refusal for item in error.errors() for refusal in _refusals(item)]
         raise ConfigError(
-            f"config {name}: " + "; ".join(_sentence(item) for item in error.errors()),
-            code=invalid_code(item["type"] for item in error.errors()),
+            f"config {name}: " + "; ".join(refusal.sentence for refusal in refusals), code=refusals[0].code
         ) from None
 
 
-def parse_overrides(pairs: list[str]) -> dict[str, Any]:
-    """["merge.chains=2", ...] -> {"merge.chains": 2, ...}; values are read as YAML.
+def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
+    """Parse overrides such as "merge.chains=2" into {"merge.chains": 2}; values are read as YAML.
 
     Raises
     ------
     ConfigError : a pair without "=", or a value that is not YAML.
     """
-    result: dict[str, Any] = {}
+    overrides: dict[str, Any] = {}
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals or not key.strip():
             raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2", code="override-invalid")
         try:
-            result[key.strip()] = yaml.safe_load(text)
+            overrides[key.strip()] = yaml.safe_load(text)
         except yaml.YAMLError as error:
             raise ConfigError(f"--set {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
-    return result
+    return overrides
+
+
+def known_keys(model: type[BaseModel] = Config, prefix: str = "") -> list[str]:
+    """Return every dotted key of the configuration, sections included, in order."""
+    keys: list[str] = []
+    for name, item in model.model_fields.items():
+        kind = item.annotation
+        keys.append(prefix + name)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            keys += known_keys(kind, f"{prefix}{name}.")
+    return keys
 
 
 def _read(name: str | Path) -> dict[str, Any]:
+    """Read a preset or a YAML file into nested dictionaries."""
     path = Path(name)
     if path.suffix not in (".yaml", ".yml"):
         path = preset_folder() / f"{name}.yaml"
         if not path.is_file():
             raise ConfigError(
-                f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; a file of your own ends in .yaml",
+                f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; the name of your own file ends in .yaml",
                 code="preset-unknown",
             )
     try:
@@ -172,7 +114,8 @@ def _read(name: str | Path) -> dict[str, Any]:
     return values
 
 
-def _put(values: dict[str, Any], key: str, value: Any) -> None:
+def _set_key(values: dict[str, Any], key: str, value: Any) -> None:
+    """Set a dotted key in nested dictionaries."""
     *sections, last = key.split(".")
     for section in sections:
         inner = values.setdefault(section, {})
@@ -184,29 +127,45 @@ def _put(values: dict[str, Any], key: str, value: Any) -> None:
     values[last] = value
 
 
-def known_keys(model: type[BaseModel] = Config, prefix: str = "") -> list[str]:
-    """Every dotted key of the configuration, in order."""
-    keys: list[str] = []
-    for name, item in model.model_fields.items():
-        kind = item.annotation
-        keys.append(prefix + name)
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            keys += known_keys(kind, f"{prefix}{name}.")
-    return keys
+def _refusals(item: Any) -> list[Refusal]:
+    """Return the reasons behind one error of pydantic; several for a former section, one for each of its settings."""
+    key, value = ".".join(str(part) for part in item["loc"]), item["input"]
+    if item["type"] == "extra_forbidden":
+        return _former_section(key, value) if key in FORMER and isinstance(value, dict) and value else [_unknown_key(key)]
+    renamed = FORMER_VALUES.get(key, {}).get(value) if isinstance(value, str) else None
+    if renamed is not None:
+        return [Refusal(f"{key}: {value} was renamed, use {renamed}", "setting-renamed")]
+    message = item["msg"].removeprefix("Value error, ")
+    given = f", got {value!r}" if item["type"] != "value_error" else ""
+    return [Refusal(f"{key}: {message}{given}" if key else message, invalid_code([item["type"]]))]
 
 
-def _sentence(item: Any) -> str:
-    key = ".".join(str(part) for part in item["loc"])
-    if item["type"] != "extra_forbidden":
-        given = f", got {item['input']!r}" if item["type"] != "value_error" else ""
-        return f"{key}: {item['msg'].removeprefix('Value error, ')}{given}" if key else item["msg"].removeprefix("Value error, ")
+def _former_section(section: str, values: Mapping[Any, Any]) -> list[Refusal]:
+    """Return what became of the settings that are given in a section of an earlier version."""
+    kept = {f"{section}.{name}": f"{FORMER[section]}.{name}" for name in values}
+    known = known_keys()
+    return [
+        _unknown_key(key) if key in FORMER or key in FIXED or new not in known else _renamed(key, new)
+        for key, new in kept.items()
+    ]
+
+
+def _unknown_key(key: str) -> Refusal:
+    """Return why a key is refused: it was renamed, it is a constant now, or it never was one."""
     if key in FORMER:
-        return f"{key} is called {FORMER[key]} now"
+        return _renamed(key, FORMER[key])
     if key in FIXED:
-        return f"{key} is no setting any more: it is {FIXED[key]}"
+        return Refusal(f"{key} is no longer a setting: doo3d always uses {FIXED[key]}", "setting-fixed")
+    if key.partition(".")[0] in FORMER and "." in key:
+        section = FORMER[key.partition(".")[0]]
+        return Refusal(f"unknown key {key}; its section was renamed, use {section}", "key-unknown")
     keys = known_keys()
-    near = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
+    nearest = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
         known for known in keys if known.split(".")[-1] == key.split(".")[-1]
     ]
-    hint = f", did you mean {near[0]}?" if near else f"; the sections are {', '.join(Config.model_fields)}"
-    return f"unknown key {key}{hint}"
+    hint = f", did you mean {nearest[0]}?" if nearest else f"; the sections are {', '.join(Config.model_fields)}"
+    return Refusal(f"unknown key {key}{hint}", "key-unknown")
+
+
+def _renamed(key: str, new: str) -> Refusal:
+    return Refusal(f"{key} was renamed, use {new}", "setting-renamed")

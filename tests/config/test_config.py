@@ -1,4 +1,4 @@
-"""The configuration: presets, files, overrides, and what is said when a value cannot be."""
+"""The configuration: presets, files, overrides, and the errors of what cannot be used."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from builders.errors import refuses
 from pydantic import ValidationError
 
 from doo3d.config import Config, known_keys, load_config, parse_overrides, preset_names
+from doo3d.config.former import FIXED, FORMER, FORMER_VALUES
 from doo3d.errors import ConfigError
 
 
@@ -35,7 +36,7 @@ def test_paper_preset_has_the_papers_weights():
 def test_overrides():
     config = load_config("default", {"fit.segment_length": 0.02, "merge.chains": None, "seed": 3})
     assert (config.fit.segment_length, config.merge.chains, config.seed) == (0.02, None, 3)
-    assert config.thin == Config().thin
+    assert config.traverse == Config().traverse
 
 
 def test_overrides_as_text():
@@ -72,7 +73,7 @@ def test_overrides_that_are_none(pair, code):
         ("merge.chains", 0, "value-out-of-bounds", ("merge.chains", "got 0")),
         ("fit.segment_length", -0.01, "value-out-of-bounds", ("fit.segment_length", "got -0.01")),
         ("fit.segment_length", "long", "value-invalid", ("fit.segment_length", "'long'")),
-        ("voxelize.close", 1.5, "value-invalid", ("voxelize.close", "1.5")),
+        ("refine.iterations", 1.5, "value-invalid", ("refine.iterations", "1.5")),
         ("segment.method", "magic", "value-invalid", ("segment.method", "'magic'")),
         ("segment.method", "hsv", "value-invalid", ("segment.ranges",)),
         ("segment.method", "background", "value-invalid", ("segment.reference",)),
@@ -92,6 +93,60 @@ def test_a_key_below_what_is_no_section(tmp_path):
     (tmp_path / "mine.yaml").write_text("merge: 3")
     with refuses("section-expected", "merge.chains", kind=ConfigError):
         load_config(tmp_path / "mine.yaml", {"merge.chains": 2})
+
+
+# --- names of earlier versions -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("key", FORMER)
+def test_a_former_name_is_refused_with_the_new_one(key):
+    assert FORMER[key] in known_keys()
+    with refuses("setting-renamed", f"{key} was renamed, use {FORMER[key]}", kind=ConfigError):
+        load_config("default", {key: 1})
+
+
+@pytest.mark.parametrize("key", FIXED)
+def test_a_former_setting_is_refused_with_the_constant_in_its_place(key):
+    assert key not in known_keys()
+    with refuses("setting-fixed", f"{key} is no longer a setting", FIXED[key], kind=ConfigError):
+        load_config("default", {key: 1})
+
+
+def test_a_former_value_is_refused_with_the_new_one():
+    for key, values in FORMER_VALUES.items():
+        for former, new in values.items():
+            with refuses("setting-renamed", f"{former} was renamed, use {new}", kind=ConfigError):
+                load_config("default", {key: former})
+            load_config("default", {key: new})
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "sentence"),
+    [
+        ("grow: {reach: 100}", "setting-renamed", "grow.reach was renamed, use extend_mask.max_length"),
+        ("grow: {rounds: 3}", "setting-fixed", "grow.rounds is no longer a setting: doo3d always uses 3"),
+        ("grow: {nothing: 3}", "key-unknown", "unknown key grow.nothing; its section was renamed, use extend_mask"),
+        ("grow:", "setting-renamed", "grow was renamed, use extend_mask"),
+        ("evidence: {margin: 0.01}", "setting-renamed", "evidence.margin was renamed, use visibility.margin"),
+        (
+            "thin: {method: directional}",
+            "setting-fixed",
+            "thin is no longer a setting: doo3d always uses Lee-Kashyap-Chu thinning",
+        ),
+        (
+            "tracks: {lengths: 1, keep: 3}",
+            "setting-renamed",
+            "tracks.lengths was renamed, use tracking.max_motion_lengths; "
+            "tracks.keep is no longer a setting: doo3d always uses 30 frames",
+        ),
+    ],
+)
+def test_a_section_of_an_earlier_version(text, code, sentence, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    assert (str(caught.value), caught.value.code) == (f"config {path}: {sentence}", code)
 
 
 def test_no_such_preset():
