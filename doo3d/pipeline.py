@@ -14,14 +14,14 @@ from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
 from .stages.fit import fit
-from .stages.merge import merge
-from .stages.prune import prune
+from .stages.merge import Merged, merge
+from .stages.prune import Pruned, prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import Segmentation, segment, segment_extended
 from .stages.thin import thin
 from .stages.traverse import traverse
 from .stages.voxelize import voxelize
-from .types import Array, Assembly, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton
+from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -37,8 +37,8 @@ class Stages:
     skeleton: Skeleton
     paths: list[Path]
     fitted: list[Chain]
-    pruned: list[Chain]
-    merged: list[Assembly]
+    pruned: Pruned
+    merged: Merged
     filled: list[Path]
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
@@ -94,9 +94,9 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("fit")
     pruned = prune(fitted, context, config.prune)
     clock("prune")
-    merged = merge(pruned, context, config.merge, config.fill)
+    merged = merge(pruned.chains, context, config.merge)
     clock("merge")
-    filled = fill(merged, context, config.fill)
+    filled = fill(merged.assemblies, context)
     clock("fill")
     extended = extend_ends(filled, context)
     context = decide_viewpoint(extended, context)
@@ -195,8 +195,8 @@ def _lost(stages: Stages) -> tuple[str, ...]:
         ),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
         ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length; doo3d tune proposes one"),
-        ("prune", len(stages.pruned), "lower prune.width"),
-        ("merge", len(stages.merged), "lower merge.min_length; doo3d explain says what was dropped"),
+        ("prune", len(stages.pruned.chains), "lower prune.width"),
+        ("merge", len(stages.merged.assemblies), "lower merge.min_length; doo3d explain says what was dropped"),
     ):
         if not product:
             return (f"{name}: nothing is left after this stage; {hint}",)

@@ -318,11 +318,11 @@ class Skeleton:
 
 @dataclass(frozen=True)
 class Path:
-    """An ordered run of points.
+    """An ordered polyline.
 
-    points : (P, D) m. closed : the last point is followed by the first (which is not repeated).
-    filled : (P - 1,) bool (P where closed): the step from this point to the next bridges a gap; None where nothing does.
-    joins : per connection the step in the middle of its gap, and how sure it is, 0 to 1.
+    points : (P, D) m (px in 2-D). closed : the last point is followed by the first (which is not repeated).
+    filled : (P - 1,) bool (P where closed): the step from this point to the next bridges a gap; None where no step does.
+    joins : per connection the number of the step in the middle of its gap, and the confidence of the connection, 0 to 1.
     """
 
     points: Floats
@@ -332,25 +332,6 @@ class Path:
 
     def __post_init__(self) -> None:
         _set(self, points=self.points, filled=self.filled)
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """The pieces of one object in order, before the gaps between them are filled.
-
-    pieces : the joints of each piece, (N + 1, D) m, from the start of the object to its end.
-    headings : per gap the unit directions (2, D) that leave the piece before it and the piece after it, both into the
-    gap; one more than gaps between pieces where the object is a ring. costs : what each connection cost.
-    segment_length : m. closed : the last piece is joined to the first. confidence : 0 to 1, how sure each connection is; none:
-    they all are.
-    """
-
-    pieces: tuple[Floats, ...]
-    headings: tuple[Floats, ...]
-    costs: tuple[float, ...]
-    segment_length: float
-    closed: bool = False
-    confidence: tuple[float, ...] = ()
 
 
 class Connection(NamedTuple):

@@ -263,7 +263,7 @@ def test_every_stage_kept():
         > len(stages.paths)
         > 0
     )
-    assert len(stages.fitted) >= len(stages.merged) == len(stages.filled) == len(stages.chains) == 1
+    assert len(stages.fitted) >= len(stages.merged.assemblies) == len(stages.filled) == len(stages.chains) == 1
     assert list(stages.seconds) == STAGES
     assert all(seconds >= 0 for seconds in stages.seconds.values())
 
@@ -274,7 +274,7 @@ def test_empty_in_empty_out():
     grid = voxelize(foreground, settings.voxelize)
     context = FrameContext(foreground, grid, None, 0.01)
     paths = traverse(thin(grid), context, settings.traverse)
-    chains = prune(fit(paths, context, settings.fit), context, settings.prune)
-    filled = fill(merge(chains, context, settings.merge), context, settings.fill)
+    chains = prune(fit(paths, context, settings.fit), context, settings.prune).chains
+    filled = fill(merge(chains, context, settings.merge).assemblies, context)
     assert paths == chains == filled == extend_ends(filled, context) == []
     assert lay_chains(estimate_centerline([], context, settings.refine), [], context, settings.refine) == []

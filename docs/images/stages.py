@@ -81,13 +81,13 @@ def before_fitting(scene: Rendered, stages: Stages) -> None:
 def from_fitting_on(scene: Rendered, stages: Stages) -> None:
     """From segments to the chain."""
     page = Page(scene)
-    for k, chain in enumerate(stages.pruned):
+    for k, chain in enumerate(stages.pruned.chains):
         page.line(chain.joints, chain_color(k), 1)
         page.dots(chain.joints, chain_color(k), 3)
     page.save("fit")
 
     page = Page(scene)
-    for k, assembly in enumerate(stages.merged):
+    for k, assembly in enumerate(stages.merged.assemblies):
         for piece in assembly.pieces:
             page.line(piece, chain_color(k))
         for one, other in zip(assembly.pieces, assembly.pieces[1:], strict=False):

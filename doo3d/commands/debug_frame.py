@@ -62,8 +62,8 @@ def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
     from ..viz.png import encode_image
     from ..viz.stage_products import draw_product
 
-    data, stages, mask = run_with_stages(entry, config)
-    found = explain(data, stages, config, mask)
+    data, stages = run_with_stages(entry, config)
+    found = explain(stages, config)
     backdrop = planar_backdrop(data.color) if isinstance(data, Image) else backdrop_of(data)
     try:
         folder.mkdir(parents=True, exist_ok=True)

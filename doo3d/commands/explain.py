@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..inputs import FrameRef
     from ..inspection.explain import Choice, Explanation
     from ..pipeline import Stages
-    from ..types import Bools, Cloud, Frame, Image
+    from ..types import Cloud, Frame, Image
 
 
 def explain(
@@ -48,8 +48,8 @@ def explain(
     say_compiling()
     from ..inspection.explain import explain as account
 
-    data, stages, given = run_with_stages(entry, effective)
-    found = account(data, stages, effective, given)
+    _, stages = run_with_stages(entry, effective)
+    found = account(stages, effective)
     if document is not None:
         from ..outputs.detection_json import dumps
 
@@ -57,8 +57,8 @@ def explain(
     typer.echo("\n".join([f"frame {entry.name}", *lines(found)]))
 
 
-def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages, Bools | None]:
-    """A frame, what every stage made of it, as detection goes through it, and the capture's mask where that was used.
+def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
+    """Return a frame and the products of all stages, made as in detection.
 
     Raises
     ------
@@ -66,9 +66,8 @@ def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
     """
     from ..pipeline import run_with_stages as walk
 
-    shot = entry.load()
-    mask = shot.mask_for(config)
-    return *walk(shot.data, config, mask), mask
+    loaded = entry.load()
+    return walk(loaded.data, config, loaded.mask_for(config))
 
 
 def lines(found: Explanation) -> Iterator[str]:

@@ -13,6 +13,8 @@ FORMER = {
     "merge.direction_length": "merge.tangent_window_radii",
     "merge.open_weight": "merge.exposed_end_cost",
     "merge.rings": "merge.allow_closed_chains",
+    "fill": "merge",
+    "fill.side": "merge.gap_side",
     "refine.rounds": "refine.iterations",
     "refine.min_width": "refine.min_radius_ratio",
     "grow": "extend_mask",

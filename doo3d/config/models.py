@@ -316,6 +316,11 @@ class MergeConfig(Section):
         "turns it off. Raise it for piles of tubes.",
         ge=0,
     )
+    gap_side: Literal["outside", "inside"] = expert(
+        "outside",
+        "Where ends turn away from each other, lead the gap path round the outside of the gap or through its inside. "
+        "Change it for objects that fold back on themselves.",
+    )
     tangent_window_radii: float = expert(
         10.0,
         "Length of chain over which the direction of an end is measured. Radii, 0 or more; 0 takes the last segment "
@@ -332,17 +337,6 @@ class MergeConfig(Section):
         """The three settings of bending: as set, else as `stiffness` says."""
         own = (self.direction_weight, self.curvature_weight, self.curvature_persistence)
         return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))
-
-
-class FillConfig(Section):
-    """Close gaps with tangent arcs and lines."""
-
-    side: Literal["outside", "inside"] = expert(
-        "outside",
-        "Where ends turn away from each other, lead the gap path round the outside of the gap or through its inside. "
-        "Change it for "
-        "objects that fold back on themselves.",
-    )
 
 
 class RefineConfig(Section):
@@ -442,7 +436,6 @@ class Config(Section):
     fit: FitConfig = FitConfig()
     prune: PruneConfig = PruneConfig()
     merge: MergeConfig = MergeConfig()
-    fill: FillConfig = FillConfig()
     refine: RefineConfig = RefineConfig()
     crossings: CrossingsConfig = CrossingsConfig()
     extend_mask: ExtendMaskConfig = ExtendMaskConfig()

@@ -1,4 +1,4 @@
-"""The way across a gap: an arc, a straight line, an arc, tangent to both ends (paper, section III-G).
+"""Gap paths: an arc, a straight line, an arc, tangent to both ends (paper, section III-G); Dubins paths of the CSC kind.
 
 The paper closes a gap in the plane with circles that touch the two end lines. One family covers its cases and ends
 whose lines are skew: arc, line, arc, of one radius, each arc in the plane of its end direction and the line. Where
@@ -18,6 +18,11 @@ from ..kernels import arcs as kernel
 from ..types import Array, Floats
 
 Vector = tuple[float, float, float]
+Arc = tuple[Vector, Vector, Vector, float, float]
+"""A Turn as the kernel has it: start, direction, normal, angle, radius."""
+
+MAX_DEVIATION_DEG = 20.0
+"""Degrees between the line and the straight connection of the ends, at most, when the radius of the arcs is chosen."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ def _vector(array: Floats) -> Vector:
     return x, y, z[0] if z else 0.0
 
 
-def _turn(turn: tuple[Vector, Vector, Vector, float, float], flat: bool) -> Turn:
+def _turn(turn: Arc, flat: bool) -> Turn:
     start, direction, normal = (np.array(vector[:2] if flat else vector) for vector in turn[:3])
     return Turn(start, direction, normal, turn[3], turn[4])
 
@@ -91,24 +96,57 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
     return radius if radius > 0 else None
 
 
-def tangent_path(
+@dataclass(frozen=True)
+class GapPath:
+    """The path across a gap, decided once: its arcs and line, of which points are taken at any spacing.
+
+    ends : (2, D) m (px in 2-D), where the path starts and ends; (1, D) where the ends touch.
+    arcs : the arc at either end, both pointing into the gap; None where the path is the straight connection.
+    """
+
+    ends: Floats
+    arcs: tuple[Arc, Arc] | None = None
+
+    @property
+    def turns(self) -> tuple[Turn, Turn] | None:
+        """The arcs, the line lying between their ends; None where the path is the straight connection."""
+        if self.arcs is None:
+            return None
+        flat = self.ends.shape[1] == 2
+        return _turn(self.arcs[0], flat), _turn(self.arcs[1], flat)
+
+    def points(self, spacing: float) -> Floats:
+        """Return points along the path, (P, D), at most `spacing` m (px in 2-D) apart on arcs and line, ends included.
+
+        The straight connection is its two ends; one point remains where the ends touch.
+        """
+        if self.arcs is None:
+            return self.ends
+        points: Floats = kernel.sample_gap(*self.arcs, float(spacing), self.ends.shape[1])
+        return points
+
+
+def gap_path(
     e1: Floats,
     d1: Floats,
     e2: Floats,
     d2: Floats,
-    spacing: float,
-    radius: float | None = None,
-    max_deviation: float = 20.0,
+    *,
     inside: bool = False,
-) -> Floats:
-    """Points of the way across a gap, ends included, at most `spacing` apart.
+    radius: float | None = None,
+    max_deviation: float = MAX_DEVIATION_DEG,
+) -> GapPath:
+    """Return the gap path from one end to another.
 
-    e1, e2 : (D,) ends, m (px in 2-D). d1, d2 : (D,) unit, pointing out of either chain.
-    radius : of the arcs where it is free; None: the largest, up to half the gap, whose line turns away from the straight
-    way across by at most `max_deviation` degrees. A radius too large for the gap is halved until there is a way.
-    inside : ends that turn away from each other are joined through the inside of the gap instead of round it.
-    Returns (P, D), P >= 2, or (1, D) where the ends touch.
+    Parameters
+    ----------
+    e1, e2 : (D,) ends, m (px in 2-D).
+    d1, d2 : (D,) unit, pointing out of either chain.
+    inside : lead the path of ends that turn away from each other through the inside of the gap, not round it.
+    radius : of the arcs where it is free, m (px in 2-D); None takes the largest, up to half the gap, whose line deviates from the
+        straight connection by at most `max_deviation`. A radius too large for the gap is halved until there is a path.
+    max_deviation : degrees.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
-    way: Floats = kernel.path(ends, float(spacing), float(radius or 0.0), math.radians(max_deviation), inside)
-    return way
+    touch, found, *arcs = kernel.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)
+    return GapPath(ends[:1].copy() if touch else ends[:3:2].copy(), (arcs[0], arcs[1]) if found else None)

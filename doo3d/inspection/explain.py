@@ -1,4 +1,7 @@
-"""Why the chains of a frame are what they are: what each stage kept and dropped, and what each connection cost."""
+"""The explanation of a frame: what each stage made and dropped, and the cost of each connection.
+
+Everything is read off the records that the stages keep; no stage runs again.
+"""
 
 from __future__ import annotations
 
@@ -13,19 +16,24 @@ from ..config import Config
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages
-from ..stages.merge.merge import Joined, join
-from ..stages.segment.methods import SEGMENTERS, resolve_method
-from ..types import Array, Chain, Cloud, Floats, Frame, Image
-from ..visibility import Visibility
+from ..stages.merge import Candidate, DroppedChain, MergeDecision
+from ..stages.segment import Segmentation
+from ..types import Chain, Floats
 
 SCHEMA = "doo3d/explanation/1"
+
+MAX_LISTED_PATHS = 12
+"""Paths whose lengths are listed, the longest first."""
+
+OFF_PATH_VOXELS = 2.0
+"""Voxels from every path beyond which a voxel of the skeleton is in none of them."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Two ends that are or could be joined, and what that costs.
+    """Two ends that are or could be joined, and the cost of that.
 
-    ends : which, such as "3 end": the pieces are numbered as pruning left them. points : (2, D) m (px in 2-D), where they are.
+    ends : their names, such as "3 end": chains are numbered as pruning left them. points : (2, D) m (px in 2-D), where they lie.
     cost : the sum of `terms`, name -> cost.
     """
 
@@ -34,15 +42,25 @@ class Choice:
     cost: float
     terms: dict[str, float]
 
+    @staticmethod
+    def of(candidate: Candidate) -> Choice:
+        """Return a candidate with all its terms, those of its gap path last."""
+        free_space, unknown = candidate.gap_cost
+        terms = {**candidate.terms, "free space": free_space, "unknown": unknown}
+        first, second = candidate.ends
+        return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
+
     def to_dict(self) -> dict[str, Any]:
-        """What the JSON holds."""
+        """Return the object that the JSON file holds."""
         return {"ends": list(self.ends), "points": self.points.tolist(), "cost": self.cost, "terms": self.terms}
 
 
 @dataclass(frozen=True)
 class Merge:
-    """A connection: what was chosen, the cheapest other way to join either of its ends (None where there is no other), and how
-    sure it is, 0 to 1. kept : it is in a chain of the result, and not in one that was dropped.
+    """A connection: the ends that were joined, the cheapest alternative for either of them, and the confidence.
+
+    runner_up : None where no alternative is allowed. confidence : 0 to 1. kept : the connection is in a chain of the result,
+    and not in one that was dropped.
     """
 
     chosen: Choice
@@ -50,29 +68,37 @@ class Merge:
     confidence: float
     kept: bool = True
 
+    @staticmethod
+    def of(decision: MergeDecision) -> Merge:
+        """Return the connection of a decision's record."""
+        runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
+        return Merge(Choice.of(decision.chosen), runner_up, decision.confidence, decision.kept)
+
     def to_dict(self) -> dict[str, Any]:
-        """What the JSON holds."""
-        other = self.runner_up.to_dict() if self.runner_up else None
-        return {"chosen": self.chosen.to_dict(), "runner_up": other, "confidence": self.confidence, "kept": self.kept}
+        """Return the object that the JSON file holds."""
+        runner_up = self.runner_up.to_dict() if self.runner_up else None
+        return {"chosen": self.chosen.to_dict(), "runner_up": runner_up, "confidence": self.confidence, "kept": self.kept}
 
 
 @dataclass(frozen=True)
 class Account:
-    """What a stage made of what it was given, and what it dropped and why, a sentence each."""
+    """The account of one stage: what it made, and what it dropped and why, a sentence each."""
 
     stage: str
     made: str
     dropped: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """What the JSON holds."""
+        """Return the object that the JSON file holds."""
         return {"stage": self.stage, "made": self.made, "dropped": list(self.dropped)}
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """accounts : of the stages, in order. merges : in the order in which they are made, the cheapest first.
-    pruned : (S, 2, D), the segments that pruning took away.
+    """The explanation of a frame.
+
+    accounts : of the stages, in order. merges : the connections, the cheapest first.
+    pruned : (S, 2, D) m (px in 2-D), the segments that pruning removed.
     """
 
     accounts: tuple[Account, ...]
@@ -80,7 +106,7 @@ class Explanation:
     pruned: Floats
 
     def to_dict(self) -> dict[str, Any]:
-        """What the JSON holds (schema doo3d/explanation/1)."""
+        """Return the object that the JSON file holds (schema doo3d/explanation/1)."""
         return {
             "schema": SCHEMA,
             "stages": [account.to_dict() for account in self.accounts],
@@ -89,174 +115,151 @@ class Explanation:
         }
 
 
-def explain(data: Frame | Cloud | Image, stages: Stages, config: Config, mask: Array | None = None) -> Explanation:
-    """What became of a frame, from what `pipeline.run_with_stages` made of it with this config and mask."""
-    pruned = pruned_segments(stages.fitted, stages.pruned)
-    merges = _merges(stages, config)
-    told = _told(data, config, mask) if config.extend_mask.max_length == 0 else None
-    return Explanation((_segmented(stages, told), *_accounts(stages, config, pruned, merges)), merges, pruned)
-
-
-def _told(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> int:
-    """Pixels or points that the method took, before anything was dropped."""
-    if mask is None:
-        given = isinstance(data, Cloud) and data.segmented
-        mask = SEGMENTERS["everything" if given else resolve_method(data, config.segment)](data, config.segment, config.seed)
-    return int(np.count_nonzero(mask))
-
-
-def pruned_segments(before: list[Chain], after: list[Chain]) -> Floats:
-    """The segments (S, 2, D) of the chains before that are in none of those after."""
-    left = {pair.tobytes() for chain in after for pair in _segments(chain.joints)}
-    gone = [pair for chain in before for pair in _segments(chain.joints) if pair.tobytes() not in left]
-    dim = before[0].joints.shape[1] if before else 3
-    return np.array(gone) if gone else np.zeros((0, 2, dim))
-
-
-def _segments(joints: Floats) -> Floats:
-    return np.ascontiguousarray(np.stack((joints[:-1], joints[1:]), axis=1))
-
-
-def _merges(stages: Stages, config: Config) -> tuple[Merge, ...]:
-    if not stages.pruned:
-        return ()
-    visibility = Visibility.of(stages.context.foreground, config.visibility, stages.context.grid.radius)
-    joined = join(stages.pruned, config.merge, stages.context.grid.radius, config.fill, visibility)
-    kept = _in_result(stages)
-    order = sorted(range(len(joined.links)), key=lambda i: joined.links[i][2])
-    return tuple(
-        Merge(_choice(joined, (a, b)), _runner_up(joined, (a, b)), joined.confidence[i], bool(kept[a // 2]))
-        for i in order
-        for a, b, _ in [joined.links[i]]
+def explain(stages: Stages, config: Config) -> Explanation:
+    """Return the explanation of a frame from the records of its stages, made with this config."""
+    in_words = _Lengths.of(stages)
+    accounts = (
+        _segment(stages.segmentation),
+        _voxelize(stages, in_words),
+        Account("thin", f"{len(stages.skeleton.coords)} voxels of skeleton"),
+        _traverse(stages, in_words),
+        _fit(stages, config, in_words),
+        _prune(stages),
+        _merge(stages, config, in_words),
+        Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
+        _refine(stages, in_words),
     )
+    merges = tuple(Merge.of(decision) for decision in stages.merged.decisions)
+    return Explanation(accounts, merges, stages.pruned.removed)
 
 
-def _choice(joined: Joined, pair: tuple[int, int]) -> Choice:
-    a, b = min(pair), max(pair)
-    free, unknown = joined.ways([(a, b)])[0]
-    terms = {name: float(term[a, b]) for name, term in joined.terms.items()}
-    terms |= {"free space": float(free), "unknown": float(unknown)}
-    ends = tuple(f"{end // 2} {'end' if end % 2 else 'start'}" for end in (a, b))
-    return Choice((ends[0], ends[1]), joined.ends.points[[a, b]], sum(terms.values()), terms)
+@dataclass(frozen=True)
+class _Lengths:
+    """Lengths in words: in mm in 3-D, in px in 2-D."""
+
+    unit: str
+    scale: float
+
+    @staticmethod
+    def of(stages: Stages) -> _Lengths:
+        return _Lengths("mm", 1000.0) if stages.context.grid.coords.shape[1] == 3 else _Lengths("px", 1.0)
+
+    def __call__(self, length: float) -> str:
+        return f"{self.scale * length:.1f} {self.unit}"
 
 
-def _runner_up(joined: Joined, pair: tuple[int, int]) -> Choice | None:
-    """The cheapest other pair that has one of the two ends, by what the straight ways cost."""
-    costs = np.minimum(joined.others, joined.others.T)
-    costs[pair[0], pair[1]] = costs[pair[1], pair[0]] = np.inf
-    own = costs[list(pair)]
-    at = int(np.argmin(own))
-    return _choice(joined, (pair[at // len(costs)], at % len(costs))) if np.isfinite(own.flat[at]) else None
-
-
-def _in_result(stages: Stages) -> Array:
-    """Which of the pruned chains are in an assembly that merging kept: (C,) bool."""
-    kept = {_key(piece) for assembly in stages.merged for piece in assembly.pieces}
-    return np.array([_key(chain.joints) in kept for chain in stages.pruned], dtype=bool)
-
-
-def _key(joints: Floats) -> bytes:
-    """The same for a chain and for it reversed."""
-    return min(np.ascontiguousarray(joints).tobytes(), np.ascontiguousarray(joints[::-1]).tobytes())
-
-
-def _segmented(stages: Stages, told: int | None) -> Account:
-    """Of the segmentation; told : pixels or points that the method took, where that is known."""
-    foreground = stages.context.foreground
-    made, dropped, left = f"{len(foreground.points)} points", list(foreground.notes), len(foreground.points)
+def _segment(segmentation: Segmentation) -> Account:
+    foreground = segmentation.foreground
+    made, unit = f"{len(foreground.points)} points", "points"
     if foreground.mask is not None:
-        left = int(foreground.mask.sum())
-        made = f"{left} pixels, {2 * mask_radius(foreground.mask):.1f} px wide; {made}"
-    if told is not None and told > left:
-        ways = "specks, or wider than the object may be" if foreground.mask is not None else "points that stand alone"
-        dropped.append(
-            f"{told - left} of {told} taken at first: {ways} (segment.min_component, max_width, max_ratio, cloud_support)"
-        )
-    if foreground.mask is not None and foreground.depth is not None and foreground.pixels is not None:
-        held = np.zeros_like(foreground.mask)
-        held[foreground.pixels[:, 1], foreground.pixels[:, 0]] = True
-        if silent := int((foreground.mask & (foreground.depth <= 0)).sum()):
-            bridged = int((held & (foreground.depth <= 0)).sum())
-            dropped.append(
-                f"{silent - bridged} of {silent} pixels without depth; the others got that of their surroundings (holes)"
-            )
-        if flying := int((foreground.mask & (foreground.depth > 0) & ~held).sum()):
-            dropped.append(f"{flying} readings that agree with too few of their neighbours (segment.edge_support)")
+        unit = "pixels"
+        made = f"{int(foreground.mask.sum())} pixels, {2 * mask_radius(foreground.mask):.1f} px wide; {made}"
+    dropped = [*foreground.notes, *_selection(segmentation, unit)]
+    if segmentation.base is not None:
+        dropped += [f"{sentence}, before the mask was extended" for sentence in _selection(segmentation.base, unit)]
+    if segmentation.without_depth:
+        left = segmentation.without_depth - segmentation.inpainted
+        rest = "; the others got the depth of their surroundings" if segmentation.inpainted else ""
+        dropped.append(f"{left} of {segmentation.without_depth} pixels without depth{rest}")
+    if segmentation.outliers:
+        reason = "points with few neighbors, or far from the rest"
+        if foreground.mask is not None:
+            reason = "readings that too few of their neighbors agree with (segment.outlier_slope)"
+        dropped.append(f"{segmentation.outliers} {reason}")
     return Account("segment", made, tuple(dropped))
 
 
-def _accounts(stages: Stages, config: Config, pruned: Floats, merges: tuple[Merge, ...]) -> list[Account]:
-    unit = "mm" if stages.context.grid.coords.shape[1] == 3 else "px"
-    scale = 1000.0 if unit == "mm" else 1.0
-    grid = stages.context.grid
-
-    def said(length: float) -> str:
-        return f"{scale * length:.1f} {unit}"
-
-    least = config.fit.segment_length
-    rest = len(stages.context.foreground.points) - int(grid.counts.sum())
-    lengths = [float(steps(path.points).sum()) for path in stages.paths]
-    short = sum(length < least for length in lengths)
-    cut = _off_paths(stages)
-    lone = [chain for chain, kept in zip(stages.pruned, _in_result(stages), strict=True) if not kept] if stages.pruned else []
-    gone = len(stages.filled) - len(stages.chains)
-    last = (
-        f"chains wanted: {config.merge.chains} (merge.chains)"
-        if config.merge.chains is not None
-        else f"shorter than {config.merge.min_length:g} radii (merge.min_length)"
+def _selection(segmentation: Segmentation, unit: str) -> list[str]:
+    """Return the sentences on what was removed of the selection of a method; unit : "pixels" or "points"."""
+    reasons = (
+        (segmentation.removed_small, "in pieces that are too small (segment.min_component)"),
+        (segmentation.removed_wide, "in regions wider than the object may be (segment.max_width, max_width_ratio)"),
     )
-    return [
-        Account(
-            "voxelize",
-            f"{len(grid.coords)} voxels of {said(grid.size)}, for a radius of {said(grid.radius)}",
-            (f"{rest} points at the rim of strands (voxelize.core) or in pieces too small (voxelize.min_component)",)
-            * (rest > 0),
-        ),
-        Account("thin", f"{len(stages.skeleton.coords)} voxels of skeleton"),
-        Account(
-            "traverse",
-            f"{_counted(len(lengths), 'path')}: {', '.join(said(length) for length in sorted(lengths, reverse=True)[:12])}"
-            f"{', ...' if len(lengths) > 12 else ''}",
-            (f"{cut} voxels of skeleton: spurs (traverse.min_branch), and where strands touch at junctions (separation)",)
-            * (cut > 0),
-        ),
-        Account(
-            "fit",
-            f"{_laid(stages.fitted)} of {said(least)}",
-            (f"{_counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
-        ),
-        Account(
-            "prune",
-            _laid(stages.pruned),
-            (f"{len(pruned)} segments that overlapped one of a longer chain (prune.width)",) * (len(pruned) > 0),
-        ),
-        Account(
-            "merge",
-            f"{_counted(len(merges), 'connection')}, {_counted(len(stages.merged), 'chain')}",
-            tuple(f"a chain of {said(chain.length)}: {last}" for chain in lone),
-        ),
-        Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
-        Account(
-            "refine",
-            f"{_counted(len(stages.chains), 'chain')}: {', '.join(said(chain.length) for chain in stages.chains)}",
-            (f"{_counted(gone, 'chain')} shorter than half a segment, or thin beside the thickest (refine.min_width)",)
-            * (gone > 0),
-        ),
-    ]
+    selected = f"{segmentation.selected} {unit} selected ({segmentation.method})"
+    return [f"{removed} of {selected}: {reason}" for removed, reason in reasons if removed]
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'s' * (count != 1)}"
+def _voxelize(stages: Stages, in_words: _Lengths) -> Account:
+    grid = stages.context.grid
+    unused = len(stages.context.foreground.points) - int(grid.counts.sum())
+    reason = "near the edges of strands (voxelize.core_fraction) or in components too small"
+    return Account(
+        "voxelize",
+        f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(grid.radius)}",
+        (f"{unused} points {reason}",) * (unused > 0),
+    )
 
 
-def _laid(chains: Sequence[Chain]) -> str:
-    return f"{_counted(len(chains), 'chain')} of {_counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"
+def _traverse(stages: Stages, in_words: _Lengths) -> Account:
+    lengths = sorted((float(steps(path.points).sum()) for path in stages.paths), reverse=True)
+    listed = ", ".join(in_words(length) for length in lengths[:MAX_LISTED_PATHS])
+    more = ", ..." if len(lengths) > MAX_LISTED_PATHS else ""
+    off = _off_paths(stages)
+    return Account(
+        "traverse",
+        f"{_counted(len(lengths), 'path')}: {listed}{more}",
+        (f"{off} voxels of skeleton: spurs (traverse.min_branch), and where strands touch at junctions",) * (off > 0),
+    )
 
 
 def _off_paths(stages: Stages) -> int:
-    """Voxels of the skeleton that no path passes within two voxels."""
+    """Return the number of voxels of the skeleton that lie off all paths."""
     points = stages.skeleton.points
     if not len(points) or not stages.paths:
         return len(points)
     tree = cKDTree(np.concatenate([path.points for path in stages.paths]))
-    return int((tree.query(points)[0] > 2 * stages.context.voxel).sum())
+    return int((tree.query(points)[0] > OFF_PATH_VOXELS * stages.context.voxel).sum())
+
+
+def _fit(stages: Stages, config: Config, in_words: _Lengths) -> Account:
+    length = config.fit.segment_length
+    short = sum(float(steps(path.points).sum()) < length for path in stages.paths)
+    return Account(
+        "fit",
+        f"{_segments(stages.fitted)} of {in_words(length)}",
+        (f"{_counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
+    )
+
+
+def _prune(stages: Stages) -> Account:
+    removed = len(stages.pruned.removed)
+    return Account(
+        "prune",
+        _segments(stages.pruned.chains),
+        (f"{_counted(removed, 'segment')} that overlapped one of a longer chain (prune.width)",) * (removed > 0),
+    )
+
+
+def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
+    merged = stages.merged
+    reasons = {
+        "merge.chains": f"chains wanted: {config.merge.chains} (merge.chains)",
+        "merge.min_length": f"shorter than {config.merge.min_length:g} radii (merge.min_length)",
+    }
+
+    def sentence(dropped: DroppedChain) -> str:
+        return f"a chain of {in_words(dropped.chain.length)}: {reasons[dropped.setting]}"
+
+    return Account(
+        "merge",
+        f"{_counted(len(merged.decisions), 'connection')}, {_counted(len(merged.assemblies), 'chain')}",
+        tuple(map(sentence, merged.dropped)),
+    )
+
+
+def _refine(stages: Stages, in_words: _Lengths) -> Account:
+    dropped = len(stages.filled) - len(stages.chains)
+    reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
+    return Account(
+        "refine",
+        f"{_counted(len(stages.chains), 'chain')}: {', '.join(in_words(chain.length) for chain in stages.chains)}",
+        (f"{_counted(dropped, 'chain')} {reason}",) * (dropped > 0),
+    )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def _segments(chains: Sequence[Chain]) -> str:
+    return f"{_counted(len(chains), 'chain')} of {_counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"

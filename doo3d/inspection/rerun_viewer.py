@@ -115,9 +115,8 @@ class Viewing:
         shot = self.entries[name].load()
         if not stages:
             return as_mode_data(shot.data, self.config), ""
-        mask = shot.mask_for(self.config)
-        data, made = run_with_stages(shot.data, self.config, mask)
-        found = explain(data, made, self.config, mask)
+        data, made = run_with_stages(shot.data, self.config, shot.mask_for(self.config))
+        found = explain(made, self.config)
         for product in products(made, found):
             self._product(product)
         return data, merge_table(found)

@@ -30,7 +30,7 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
         _dots("3-skeleton", stages.skeleton.points, BONE),
         _lines("4-branches", [np.concatenate((path.points, path.points[: int(path.closed)])) for path in stages.paths]),
         _lines("5-segments", [chain.joints for chain in stages.fitted]),
-        _pruned(stages.pruned, explanation.pruned),
+        _pruned(stages.pruned.chains, stages.pruned.removed),
         _merges(stages, explanation),
         _lines("8-chains", [chain.joints for chain in stages.chains]),
     ]
@@ -86,7 +86,7 @@ def _merges(stages: Stages, explanation: Explanation) -> Product:
         np.rint(m.confidence * np.array(SURE) + (1 - m.confidence) * np.array(UNSURE)).astype(int).tolist()
         for m in explanation.merges
     ]
-    pieces = [chain.joints for chain in stages.pruned]
+    pieces = [chain.joints for chain in stages.pruned.chains]
     product = _lines("7-merges", [*pieces, *links], [*([DIM] * len(pieces)), *shades])
     first = sum(len(piece) for piece in pieces)
     labels = {first + 2 * i: f"{i + 1}: {merge.chosen.cost:.0f}" for i, merge in enumerate(explanation.merges)}

@@ -12,7 +12,7 @@ def are_compiled() -> bool:
     from . import arcs, depth_filter, end_tangents, equal_chords, matching, second_best, skeleton_graph, thinning
 
     kernels = (
-        arcs.path,
+        arcs.solve_gap,
         depth_filter.count_agreeing_neighbors,
         end_tangents.end_tangents,
         equal_chords.lay_equal_chords,

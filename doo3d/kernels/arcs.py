@@ -241,11 +241,20 @@ def _steps(turn, spacing):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def path(ends, spacing, radius, deviation, inside):  # type: ignore[no-untyped-def]
-    """Points of the way across a gap, at most `spacing` apart.
+def solve_gap(ends, radius, deviation, inside):  # type: ignore[no-untyped-def]
+    """Return the arcs of the gap path between two ends, both pointing into the gap.
 
-    ends : (4, D) float64: an end, its direction, the other end, its direction. radius : of the arcs where it is free, 0 to
-    choose it. deviation : radians. Returns (P, D), (1, D) where the ends touch.
+    Parameters
+    ----------
+    ends : (4, D) float64, m (px in 2-D): an end, its unit tangent, the other end, its unit tangent.
+    radius : of the arcs where it is free, m (px in 2-D); 0 chooses it.
+    deviation : largest angle between the line and the straight connection where the radius is chosen, radians.
+    inside : lead the path of ends that turn away from each other through the inside of the gap.
+
+    Returns
+    -------
+    Whether the ends touch, whether there are arcs (there are none where the straight connection is all that is left), and
+    the two arcs.
     """
     dim = ends.shape[1]
     flat = dim == 2
@@ -256,7 +265,7 @@ def path(ends, spacing, radius, deviation, inside):  # type: ignore[no-untyped-d
     way = _plus(e2, e1, -1.0)
     gap = _norm(way)
     if gap < TINY:
-        return ends[:1].copy()
+        return True, False, (e1, d1, d1, 0.0, gap), (e2, d2, d2, 0.0, gap)
     corner = corner_radius(e1, d1, e2, d2)
     inside = inside and max(_dot(d1, way), -_dot(d2, way)) < 0
     if corner > 0:
@@ -266,8 +275,15 @@ def path(ends, spacing, radius, deviation, inside):  # type: ignore[no-untyped-d
     else:
         radius = gap / 2
     found, first, second = _largest(e1, d1, e2, d2, radius, deviation, inside, flat)
-    if not found:
-        return ends[:3:2].copy()
+    return False, found, first, second
+
+
+@numba.njit(cache=True)
+def sample_gap(first, second, spacing, dim):  # type: ignore[no-untyped-def]
+    """Return points along arc, line and arc, (P, D), P >= 2, at most `spacing` apart, both ends included.
+
+    first, second : the arcs, as `solve_gap` returns them. dim : D.
+    """
     out, back = _end(first), _end(second)
     before, after = _steps(first, spacing), _steps(second, spacing)
     between = max(1, math.ceil(_norm(_plus(back, out, -1.0)) / spacing))

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..types import Foreground, VoxelGrid
+from ..geometry.arcs import GapPath
+from ..types import Floats, Foreground, VoxelGrid
 from ..visibility import Visibility
 
 
@@ -42,3 +43,28 @@ class FrameContext:
     def seen_from(self, foreground: Foreground) -> FrameContext:
         """Return the context with a foreground whose viewpoint is decided."""
         return replace(self, foreground=foreground)
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The pieces of one object in order, before the gaps between them are filled: from merge to fill.
+
+    Attributes
+    ----------
+    pieces : the joints of each piece, (N + 1, D) m (px in 2-D), from the start of the object to its end.
+    gap_paths : from each piece to the next; of a closed object one more, from the last piece to the first.
+    costs : the cost of each connection.
+    closed : the last piece is followed by the first.
+    confidence : the confidence of each connection, 0 to 1.
+    """
+
+    pieces: tuple[Floats, ...]
+    gap_paths: tuple[GapPath, ...] = ()
+    costs: tuple[float, ...] = ()
+    closed: bool = False
+    confidence: tuple[float, ...] = ()
+
+    @property
+    def segments(self) -> int:
+        """Number of segments of all pieces."""
+        return sum(len(piece) - 1 for piece in self.pieces)

@@ -15,19 +15,19 @@ from . import FrameContext
 
 
 def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
-    """Chains of segments of exactly `segment_length`; a turn of more than `max_turn` degrees ends a chain.
+    """Return chains of segments of exactly `segment_length` along the paths; sharp turns end a chain.
 
-    A closed path that makes one chain is walked back to its first point and gives a closed chain, whose last
-    joint is then less than a segment from the first. Steps longer than a segment are divided: the algorithm lays at
-    most one segment at each point and would fall behind.
+    A turn of more than `max_turn` degrees is sharp. A closed path that makes one chain is followed back to its first point
+    and gives a closed chain, whose last joint is then less than a segment from the first. Steps longer than a segment are
+    divided: the algorithm lays at most one segment at each point and would fall behind.
     """
     chains: list[Chain] = []
-    least = math.cos(math.radians(config.max_turn))
+    min_cosine = math.cos(math.radians(config.max_turn))
     for path in paths:
         if len(path.points) < 2:
             continue
         points = np.concatenate((path.points, path.points[: int(path.closed)]))
-        joints, bounds = traverse_contour(_divided(points, context.segment_length), context.segment_length, least)
+        joints, bounds = traverse_contour(_divided(points, context.segment_length), context.segment_length, min_cosine)
         closed = path.closed and len(bounds) == 2
         for start, end in itertools.pairwise(bounds.tolist()):
             chains.append(Chain(joints[start:end], context.segment_length, closed=closed))
@@ -35,9 +35,9 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
 
 
 def _divided(points: Floats, length: float) -> Floats:
-    """The polyline (P, D) with points added so that no step is longer than `length`."""
+    """Return the polyline (P, D) with points added so that no step is longer than `length` m (px in 2-D)."""
     parts = np.maximum(1, np.ceil(steps(points) / length)).astype(int)
     if (parts == 1).all():
         return points
-    at = np.concatenate([*(i + np.arange(count) / count for i, count in enumerate(parts)), [len(parts)]])
-    return np.column_stack([np.interp(at, np.arange(len(points)), column) for column in points.T])
+    positions = np.concatenate([*(i + np.arange(count) / count for i, count in enumerate(parts)), [len(parts)]])
+    return np.column_stack([np.interp(positions, np.arange(len(points)), column) for column in points.T])

@@ -1,6 +1,9 @@
-"""Of two segments that overlap, the one in the shorter chain goes (paper, section III-E)."""
+"""Overlapping segments removed: of two, the one in the shorter chain (paper, section III-E)."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -11,38 +14,56 @@ from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
 from . import FrameContext
 
-WIDTH_OVER_VOXEL = 1.5
+WIDTH_VOXELS = 1.5
 """Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
 
+CONTACTS_PER_PAIR = 64
+"""Contacts that FCL may report, per pair of cuboids; it stops looking when there are more."""
 
-def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> list[Chain]:
-    """Chains without overlaps; a chain that loses an inner segment falls in two, one that loses all vanishes.
 
-    The width of the cuboids is chosen from the voxel of the context when the config does not give it.
+@dataclass(frozen=True)
+class Pruned:
+    """The chains that pruning left, and the segments that it removed, (S, 2, D) m (px in 2-D), in the order of the chains."""
+
+    chains: list[Chain]
+    removed: Floats
+
+
+def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pruned:
+    """Remove segments that overlap others; a chain that loses an inner segment becomes two.
+
+    Segments are taken as square cuboids, whose width is chosen from the voxel of the context if the config does not give it.
     """
     if not chains:
-        return []
-    width = config.width or WIDTH_OVER_VOXEL * context.voxel
+        return Pruned([], np.zeros((0, 2, context.grid.centroids.shape[1])))
+    width = config.width or WIDTH_VOXELS * context.voxel
     owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
     starts = np.concatenate([chain.joints[:-1] for chain in chains])
     ends = np.concatenate([chain.joints[1:] for chain in chains])
     kept = _keep(overlaps(starts, ends, width), owner, [chain.closed for chain in chains])
-    result: list[Chain] = []
-    for c, chain in enumerate(chains):
-        result += _runs(chain, kept[owner == c])
-    return result
+    left: list[Chain] = []
+    for i, chain in enumerate(chains):
+        left += _runs(chain, kept[owner == i])
+    return Pruned(left, np.stack((starts[~kept], ends[~kept]), axis=1))
 
 
-def _keep(pairs: list[tuple[int, int]], owner: np.ndarray[tuple[int], np.dtype[np.int64]], closed: list[bool]) -> Bools:
+def _keep(pairs: Sequence[tuple[int, int]], owner: Ints, closed: Sequence[bool]) -> Bools:
+    """Return the segments that are kept, (S,) bool.
+
+    Parameters
+    ----------
+    pairs : segments i < j that overlap, in order.
+    owner : (S,), number of the chain of each segment.
+    closed : of each chain, whether its last segment meets its first.
+    """
     kept = np.ones(len(owner), dtype=bool)
     size = np.bincount(owner)
     first = np.concatenate(([0], np.cumsum(size)[:-1]))
     total = size.copy()
     for i, j in pairs:
         a, b = owner[i], owner[j]
-        apart = j - i
-        if a == b and (apart == 1 or (closed[a] and i == first[a] and apart == total[a] - 1)):
-            continue  # neighbours share a joint
+        if a == b and (j - i == 1 or (closed[a] and i == first[a] and j - i == total[a] - 1)):
+            continue  # neighbors share a joint
         if kept[i] and kept[j]:
             loser = j if size[b] <= size[a] else i
             kept[loser] = False
@@ -51,7 +72,7 @@ def _keep(pairs: list[tuple[int, int]], owner: np.ndarray[tuple[int], np.dtype[n
 
 
 def _runs(chain: Chain, kept: Bools) -> list[Chain]:
-    """The runs of kept segments of one chain, as chains."""
+    """Return the runs of kept segments of one chain, (N,) bool, as chains."""
     if kept.all():
         return [chain]
     edges = np.flatnonzero(np.diff(np.concatenate(([False], kept, [False])).astype(int)))
@@ -59,11 +80,16 @@ def _runs(chain: Chain, kept: Bools) -> list[Chain]:
 
 
 def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]]:
-    """Which of the segments (S, D) -> (S, D), as square cuboids of `width`, intersect: pairs i < j, sorted.
+    """Return the pairs i < j of segments whose square cuboids intersect, sorted.
 
     FCL's dynamic AABB tree finds the pairs, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
-    Segments that have nothing but the one before and the one after within their reach are not given to FCL at all; two
+    Segments that have only the one before and the one after within their reach are not given to FCL at all; two
     in a row always touch and are listed only where FCL saw them.
+
+    Parameters
+    ----------
+    starts, ends : (S, D) m (px in 2-D), of the segments.
+    width : of the cuboids, m (px in 2-D).
     """
     near = _crowded(starts, ends, width)
     if not len(near):
@@ -73,9 +99,8 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
         zero = np.zeros((len(starts), 1))
         starts, ends = np.hstack((starts, zero)), np.hstack((ends, zero))
     lengths, rotations, middles = _boxes(starts[near], ends[near])
-    boxes = [
-        fcl.Box(length, width, width) for length in lengths
-    ]  # contacts name the geometry, so it must live as long as they do
+    # contacts name the geometry, so it must live as long as they do
+    boxes = [fcl.Box(length, width, width) for length in lengths]
     objects = [
         fcl.CollisionObject(box, fcl.Transform(rotation, middle))
         for box, rotation, middle in zip(boxes, rotations, middles, strict=True)
@@ -84,25 +109,25 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
     manager = fcl.DynamicAABBTreeCollisionManager()
     manager.registerObjects(objects)
     manager.setup()
-    request = fcl.CollisionRequest(num_max_contacts=64 * len(boxes) ** 2, enable_contact=False)
+    request = fcl.CollisionRequest(num_max_contacts=CONTACTS_PER_PAIR * len(boxes) ** 2, enable_contact=False)
     data = fcl.CollisionData(request=request, result=fcl.CollisionResult())
     manager.collide(data, fcl.defaultCollisionCallback)
-    found = {(index[id(contact.o1)], index[id(contact.o2)]) for contact in data.result.contacts}
-    return sorted((min(pair), max(pair)) for pair in found)
+    pairs = {(index[id(contact.o1)], index[id(contact.o2)]) for contact in data.result.contacts}
+    return sorted((min(pair), max(pair)) for pair in pairs)
 
 
 def _crowded(starts: Floats, ends: Floats, width: float) -> Ints:
-    """The segments with another one, not the next, so near that their cuboids could intersect: ascending indices."""
+    """Return the segments with another one, not the next, whose cuboid could intersect theirs: ascending indices."""
     reach = float(np.linalg.norm(ends - starts, axis=1).max()) + np.sqrt(2.0) * width
     pairs = cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
     return np.unique(pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > 1])
 
 
 def _boxes(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
-    """Lengths, rotations (S, 3, 3) whose first columns run along the segments, and middles (S, 3)."""
-    along = ends - starts
-    length = np.linalg.norm(along, axis=1)
-    x = along / length[:, None]
+    """Return lengths, rotations (S, 3, 3) whose first columns are the segments' directions, and middles (S, 3)."""
+    offset = ends - starts
+    length = np.linalg.norm(offset, axis=1)
+    x = offset / length[:, None]
     axis = np.eye(3)[np.argmin(np.abs(x), axis=1)]
     y = unit(axis - x * np.einsum("ij,ij->i", axis, x)[:, None])
     return length.tolist(), np.stack((x, y, np.cross(x, y)), axis=2), (starts + ends) / 2

@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.arcs import connect, corner_radius, tangent_path, turn_towards
+from doo3d.geometry.arcs import connect, corner_radius, gap_path, turn_towards
 from doo3d.geometry.polyline import angle, steps, unit
 
 SPACING = 0.01
+
+
+def tangent_path(e1, d1, e2, d2, spacing, **settings):
+    return gap_path(e1, d1, e2, d2, **settings).points(spacing)
 
 
 def rotation(seed):

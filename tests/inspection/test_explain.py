@@ -12,9 +12,9 @@ from builders.paths import SAMPLES
 
 from doo3d.config import load_config
 from doo3d.inputs import open_capture
-from doo3d.inspection.explain import explain, pruned_segments
+from doo3d.inspection.explain import explain
 from doo3d.pipeline import run_with_stages
-from doo3d.types import Chain
+from doo3d.stages.merge.gap_paths import GapCost, GapPaths
 
 
 @pytest.fixture(scope="module", params=[("crossing", "default"), ("photos/tangle.jpg", "image"), ("clouds/helix.ply", "default")])
@@ -22,15 +22,15 @@ def explained(request):
     name, preset = request.param
     config = load_config(preset)
     shot = open_capture(SAMPLES / name).frames[0].load()
-    data, stages = run_with_stages(shot.data, config, shot.mask)
-    return explain(data, stages, config, shot.mask), stages
+    _, stages = run_with_stages(shot.data, config, shot.mask)
+    return explain(stages, config), stages
 
 
 def test_the_merges_are_those_of_the_result(explained):
     found, stages = explained
-    costs = sorted(cost for assembly in stages.merged for cost in assembly.costs)
+    costs = sorted(cost for assembly in stages.merged.assemblies for cost in assembly.costs)
     assert [merge.chosen.cost for merge in found.merges if merge.kept] == pytest.approx(costs)
-    sure = {round(value, 9) for assembly in stages.merged for value in assembly.confidence}
+    sure = {round(value, 9) for assembly in stages.merged.assemblies for value in assembly.confidence}
     assert {round(merge.confidence, 9) for merge in found.merges if merge.kept} == sure
 
 
@@ -68,19 +68,31 @@ def test_every_stage_has_its_say(explained):
     assert all(account.made for account in found.accounts)
 
 
-def test_what_was_pruned():
-    joints = np.column_stack((np.arange(6.0), np.zeros(6)))
-    whole, left = Chain(joints, 1.0), [Chain(joints[:3], 1.0), Chain(joints[4:], 1.0)]
-    gone = pruned_segments([whole], left)
-    np.testing.assert_array_equal(gone, [[joints[2], joints[3]], [joints[3], joints[4]]])
-    assert pruned_segments([whole], [whole]).shape == (0, 2, 2)
+def test_removed_segments_are_those_of_pruning(explained):
+    found, stages = explained
+    assert len(found.pruned) == sum(len(c.joints) - 1 for c in stages.fitted) - sum(
+        len(c.joints) - 1 for c in stages.pruned.chains
+    )
+
+
+def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
+    """Only those of runner-ups that joining ends never considered are left to explain."""
+    config = load_config("default")
+    loaded = open_capture(SAMPLES / "crossing").frames[0].load()
+    _, stages = run_with_stages(loaded.data, config, loaded.mask)
+    known = {decision.chosen.ends for decision in stages.merged.decisions}
+    measured = []
+    monkeypatch.setattr(GapPaths, "_measure", lambda self, pairs: measured.extend(pairs) or [GapCost(0.0, 0.0)] * len(pairs))
+    explain(stages, config)
+    assert known
+    assert not known & set(measured)
 
 
 def test_chains_that_merging_drops_are_named():
     config = load_config("default", {"merge.chains": 1})
     shot = open_capture(SAMPLES / "two_cables").frames[0].load()
-    data, stages = run_with_stages(shot.data, config, shot.mask)
-    found = explain(data, stages, config, shot.mask)
+    _, stages = run_with_stages(shot.data, config, shot.mask)
+    found = explain(stages, config)
     (merging,) = [account for account in found.accounts if account.stage == "merge"]
     assert any("merge.chains" in sentence for sentence in merging.dropped)
     assert any(not merge.kept for merge in found.merges)
@@ -120,5 +132,5 @@ def test_lost_later(doo3d, capture, override, stage):
     code, out, err = doo3d("detect", capture(), "--set", override)
     assert code == 0, err
     assert f"note: {stage}: nothing is left after this stage" in out
-    assert "doo3d tune" in out
+    assert "doo3d" in out
     assert doo3d("explain", "capture", "--set", override)[0] == 0

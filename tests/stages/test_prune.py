@@ -22,7 +22,7 @@ def chain(start, way, count, dim=3):
 
 
 def run(*chains):
-    return prune(list(chains), context_of(), PruneConfig(width=WIDTH))
+    return prune(list(chains), context_of(), PruneConfig(width=WIDTH)).chains
 
 
 def joints(chains):
@@ -132,14 +132,14 @@ def test_a_chain_that_crosses_itself_is_cut_once(dim):
 @pytest.mark.parametrize(("width", "apart", "count"), [(0.3, 0.25, 1), (0.3, 0.35, 2), (0.6, 0.35, 1)])
 def test_the_width_decides(dim, width, apart, count):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, apart), (1, 0), 4, dim)]
-    assert len(prune(parallel, context_of(), PruneConfig(width=width))) == count
+    assert len(prune(parallel, context_of(), PruneConfig(width=width)).chains) == count
 
 
 @dims
 def test_the_width_comes_from_the_voxel(dim):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
-    assert len(prune(parallel, context_of(voxel=0.2), PruneConfig())) == 2
-    assert len(prune(parallel, context_of(voxel=0.3), PruneConfig())) == 1
+    assert len(prune(parallel, context_of(voxel=0.2), PruneConfig()).chains) == 2
+    assert len(prune(parallel, context_of(voxel=0.3), PruneConfig()).chains) == 1
 
 
 def test_strands_over_each_other_do_not_overlap():
@@ -174,4 +174,13 @@ def test_nothing_overlaps_afterwards():
 
 
 def test_empty_in_empty_out():
-    assert prune([], context_of(), PruneConfig()) == []
+    pruned = prune([], context_of(dim=2), PruneConfig())
+    assert pruned.chains == []
+    assert pruned.removed.shape == (0, 2, 2)
+
+
+@dims
+def test_removed_segments_are_recorded(dim):
+    crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
+    pruned = prune([crossing, crossed], context_of(), PruneConfig(width=WIDTH))
+    np.testing.assert_array_equal(pruned.removed, [crossed.joints[2:4]])

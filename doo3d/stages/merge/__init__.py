@@ -1,5 +1,6 @@
 """Which chain ends belong together (paper, section III-F)."""
 
+from .decisions import Candidate, DroppedChain, Merged, MergeDecision
 from .merge import merge
 
-__all__ = ["merge"]
+__all__ = ["Candidate", "DroppedChain", "MergeDecision", "Merged", "merge"]

@@ -1,129 +1,233 @@
-"""Which pairs of chain ends are joined, given what each costs: the paper's way, and all of them together."""
+"""The choice of connections among all pairs of ends, given their costs: the paper's greedy rule, and a global matching."""
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ...config import MergeConfig
 from ...kernels.matching import maximum_weight_matching
 from ...types import Floats
-from .confidence import Link
 from .costs import FORCED_COST_FACTOR
+from .ends import End, Pair, ends_of
 
-Pair = tuple[int, int]
-Price = Callable[[list[Pair]], list[float]]
-"""What pairs cost beside what is known of all of them."""
-
+GapCosts = Callable[[Sequence[Pair]], list[float]]
+"""Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
 
 FORCED_MIN_LENGTH_RATIO = 0.1
 """Fraction of the longest chain's length below which a chain is not joined by force: it is clutter rather than a part."""
 
 
-def _greedy(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
-    """The paper's rule. Free space only ever adds to a cost, so it is asked for only of the pair that would be next."""
-    group = list(range(len(cost) // 2))  # scipy's DisjointSet is no shorter here, and takes 60 ms to import
-    used: set[int] = set()
+class Link(NamedTuple):
+    """Two ends to be joined, the lower first, and the cost of that; links compare by cost."""
+
+    cost: float
+    first: End
+    second: End
+
+    @property
+    def pair(self) -> Pair:
+        """The two ends."""
+        return self.first, self.second
+
+
+class ChainGroups:
+    """Sets of chains that are joined to each other, directly or through others."""
+
+    def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
+        """Put each of `count` chains in a group of its own, then join the groups of the links."""
+        self.group = list(range(count))
+        for link in links:
+            self.join(link.pair)
+
+    def __len__(self) -> int:
+        """Return the number of groups."""
+        return len(set(self.group))
+
+    def of(self, end: End) -> int:
+        """Return the group of an end's chain."""
+        return self.group[end.chain]
+
+    def join(self, pair: Pair) -> None:
+        """Make one group of the groups of two ends."""
+        kept, gone = self.of(pair[0]), self.of(pair[1])
+        self.group = [kept if group == gone else group for group in self.group]
+
+    def large(self, sizes: Sequence[int]) -> set[int]:
+        """Return the groups that are not small beside the largest; sizes : segments of each chain."""
+        total = dict.fromkeys(self.group, 0)
+        for group, size in zip(self.group, sizes, strict=True):
+            total[group] += size
+        return {group for group in total if total[group] >= FORCED_MIN_LENGTH_RATIO * max(total.values())}
+
+
+def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+    """Choose the connections: by the configured strategy, and then by force where fewer chains are wanted.
+
+    Parameters
+    ----------
+    cost : (E, E), of joining two ends without their gap path, in the upper triangle; infinite where that is not allowed.
+    sizes : segments of each chain.
+    gap_costs : costs of the gap paths of pairs.
+    config : strategy, number of chains wanted and largest cost.
+    """
+    links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), gap_costs, config)
+    if config.chains is not None:
+        links += force_merges(links, cost, sizes, gap_costs, config)
+    return links
+
+
+def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+    """Join the cheapest pair first, as the paper does.
+
+    Gap paths only ever add to a cost, so only the gap path of the pair that would be next is made.
+    """
+    groups = ChainGroups(len(cost) // 2)
+    used: set[End] = set()
     links: list[Link] = []
     rings: list[Link] = []
-    heap = [(float(cost[a, b]), int(a), int(b), False) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)]
+    heap = [(link, False) for link in _finite(cost)]
     heapq.heapify(heap)
     while heap:
-        price, a, b, known = heapq.heappop(heap)
-        if a in used or b in used:
+        link, is_complete = heapq.heappop(heap)
+        if link.first in used or link.second in used:
             continue
-        if not known:
-            price += extra([(a, b)])[0]
-            if price <= config.max_cost:
-                heapq.heappush(heap, (price, a, b, True))
-            continue
-        one, other = group[a // 2], group[b // 2]
-        if one == other:
-            rings.append((a, b, price))
-        elif config.chains is None or len(set(group)) > config.chains:
-            used |= {a, b}
-            links.append((a, b, price))
-            group = [one if g == other else g for g in group]
-    return links + [ring for ring in rings if config.allow_closed_chains and not used & set(ring[:2])]
+        if not is_complete:
+            complete = _with_gap(link, gap_costs)
+            if complete.cost <= config.max_cost:
+                heapq.heappush(heap, (complete, True))
+        elif groups.of(link.first) == groups.of(link.second):
+            rings.append(link)
+        elif config.chains is None or len(groups) > config.chains:
+            used |= set(link.pair)
+            links.append(link)
+            groups.join(link.pair)
+    return links + [ring for ring in rings if config.allow_closed_chains and not used & set(ring.pair)]
 
 
-def _global(cost: Floats, extra: Price, config: MergeConfig) -> list[Link]:
-    """The set of connections with the largest total of (max_cost - cost): every end used once at most, no rings unless wanted.
+def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+    """Choose the connections with the largest total of (max_cost - cost): a maximum-weight matching of the ends.
 
-    A maximum-weight matching of the ends. Free space is asked for only of the pairs that a matching chose, and the matching
-    then made again: as it only adds to a cost, nothing better is missed. A matching that closes a ring is made again without
-    the dearest of the ring's connections. With a number of chains wanted and fewer found, the dearest connections are undone.
+    Only the gap paths of pairs that a matching chose are made, and the matching then made again: as they only add to a cost,
+    nothing better is missed. A matching that closes a ring is made again without the costliest of the ring's connections,
+    unless rings are allowed. If a number of chains is wanted and fewer are left, the costliest connections are undone.
     """
-    prices = np.minimum(cost, cost.T)
-    top = config.max_cost if np.isfinite(config.max_cost) else 2 * float(prices[np.isfinite(prices)].max(initial=0.0)) + 1
-    known: set[Pair] = set()
+    total = np.minimum(cost, cost.T)
+    limit = config.max_cost if np.isfinite(config.max_cost) else 2 * float(total[np.isfinite(total)].max(initial=0.0)) + 1
+    complete: set[Pair] = set()
     while True:
-        partner = maximum_weight_matching(np.maximum(top - prices, 0.0))
-        pairs = [(a, b) for a, b in enumerate(partner.tolist()) if a < b]
-        new = [pair for pair in pairs if pair not in known]
-        added = extra(new)
-        known |= set(new)
-        for (a, b), price in zip(new, added, strict=True):
-            prices[a, b] += price
-            prices[b, a] = prices[a, b]
-        if any(added):
+        pairs = _matched_pairs(total, limit)
+        new = [pair for pair in pairs if pair not in complete]
+        complete |= set(new)
+        if _add_gap_costs(total, new, gap_costs):
             continue
-        ring = _ring(pairs) if not config.allow_closed_chains else None
+        ring = None if config.allow_closed_chains else find_ring(pairs)
         if ring is None:
             break
-        a, b = max(ring, key=lambda pair: float(prices[pair]))
-        prices[a, b] = prices[b, a] = np.inf
-    links = sorted(((a, b, float(prices[a, b])) for a, b in pairs), key=lambda link: link[2])
-    rings = 0 if _ring(pairs) is None else 1
-    surplus = len(links) - rings - (len(cost) // 2 - config.chains) if config.chains is not None else 0
-    return links[: len(links) - surplus] if surplus > 0 else links
+        a, b = max(ring, key=lambda pair: float(total[pair[0].index, pair[1].index]))
+        total[a.index, b.index] = total[b.index, a.index] = np.inf
+    links = sorted(Link(float(total[a.index, b.index]), a, b) for a, b in pairs)
+    if config.chains is None:
+        return links
+    rings = 0 if find_ring(pairs) is None else 1
+    surplus = len(links) - rings - (len(cost) // 2 - config.chains)
+    return links[: len(links) - max(0, surplus)]
 
 
-def insist(links: list[Link], cost: Floats, sizes: list[int], extra: Price, config: MergeConfig) -> list[Link]:
-    """What more to join where fewer chains are wanted than there are: the cheapest pair, up to `patience` times `max_cost`.
+STRATEGIES: dict[str, Callable[[Floats, GapCosts, MergeConfig], list[Link]]] = {"greedy": _greedy, "global": _global}
 
-    Only chains that are not small beside the longest: remnants are better dropped. sizes : segments of each chain.
+
+def force_merges(
+    links: Sequence[Link], cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig
+) -> list[Link]:
+    """Choose further connections, the cheapest first, until the wanted number of chains is left.
+
+    Each may cost up to FORCED_COST_FACTOR times `max_cost`. Chains that are small beside the longest are left alone: remnants
+    are better dropped.
+
+    Parameters
+    ----------
+    links : chosen before.
+    cost : (E, E), as of `assign`.
+    sizes : segments of each chain.
+    gap_costs : costs of the gap paths of pairs.
+    config : number of chains wanted, one where it is not set, and largest cost.
     """
-    group = list(range(len(sizes)))
-    for a, b, _ in links:
-        group = [group[a // 2] if g == group[b // 2] else g for g in group]
-    used = {end for a, b, _ in links for end in (a, b)}
-    pairs = sorted((float(cost[a, b]), int(a), int(b)) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True))
-    more: list[Link] = []
-    while len(set(group)) > (config.chains or 1):
-        size = {g: sum(s for s, of in zip(sizes, group, strict=True) if of == g) for g in set(group)}
-        large = {g for g in size if size[g] >= FORCED_MIN_LENGTH_RATIO * max(size.values())}
-        best = (config.max_cost * FORCED_COST_FACTOR, -1, -1)
-        for price, a, b in pairs:
-            if price >= best[0]:
-                break
-            one, other = group[a // 2], group[b // 2]
-            if one != other and not used & {a, b} and {one, other} <= large:
-                best = min(best, (price + extra([(a, b)])[0], a, b))
-        if best[1] < 0:
+    groups = ChainGroups(len(sizes), links)
+    used = {end for link in links for end in link.pair}
+    candidates = sorted(_finite(cost))
+    forced: list[Link] = []
+    while len(groups) > (config.chains or 1):
+        large = groups.large(sizes)
+        allowed = (
+            link
+            for link in candidates
+            if not used & set(link.pair)
+            and groups.of(link.first) != groups.of(link.second)
+            and {groups.of(link.first), groups.of(link.second)} <= large
+        )
+        link = _cheapest(allowed, gap_costs, config.max_cost * FORCED_COST_FACTOR)
+        if link is None:
             break
-        price, a, b = best
-        used |= {a, b}
-        more.append((a, b, price))
-        group = [group[a // 2] if g == group[b // 2] else g for g in group]
-    return more
+        used |= set(link.pair)
+        forced.append(link)
+        groups.join(link.pair)
+    return forced
 
 
-def _ring(pairs: list[Pair]) -> list[Pair] | None:
-    """The connections of a ring that they close, if they close one."""
+def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> Link | None:
+    """Return the candidate that costs least with its gap path, if that is below the limit; candidates are sorted by cost."""
+    best = None
+    for link in candidates:
+        if link.cost >= (limit if best is None else best.cost):
+            break
+        complete = _with_gap(link, gap_costs)
+        if complete.cost < limit and (best is None or complete < best):
+            best = complete
+    return best
+
+
+def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
+    """Return the connections of one ring that the connections close; None where they close none."""
     partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
-    seen: set[int] = set()
+    visited: set[End] = set()
     for start, _ in pairs:
-        ring, e = [], start
-        while e in partner and e not in seen:
-            seen.add(e)
-            ring.append((min(e, partner[e]), max(e, partner[e])))
-            e = partner[e] ^ 1
-        if ring and e == start:
+        ring: list[Pair] = []
+        end = start
+        while end in partner and end not in visited:
+            visited.add(end)
+            ring.append((min(end, partner[end]), max(end, partner[end])))
+            end = partner[end].other
+        if ring and end == start:
             return ring
     return None
 
 
-STRATEGIES: dict[str, Callable[[Floats, Price, MergeConfig], list[Link]]] = {"greedy": _greedy, "global": _global}
+def _finite(cost: Floats) -> list[Link]:
+    """Return the pairs of ends that may be joined, with their costs from (E, E)."""
+    ends = ends_of(len(cost) // 2)
+    return [Link(float(cost[a, b]), ends[a], ends[b]) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)]
+
+
+def _with_gap(link: Link, gap_costs: GapCosts) -> Link:
+    """Return the link with the cost of its gap path added."""
+    return link._replace(cost=link.cost + gap_costs([link.pair])[0])
+
+
+def _matched_pairs(total: Floats, limit: float) -> list[Pair]:
+    """Return the maximum-weight matching of the ends, the weight being what a connection costs less than the limit."""
+    partner = maximum_weight_matching(np.maximum(limit - total, 0.0)).tolist()
+    ends = ends_of(len(total) // 2)
+    return [(ends[a], ends[b]) for a, b in enumerate(partner) if a < b]
+
+
+def _add_gap_costs(total: Floats, pairs: Sequence[Pair], gap_costs: GapCosts) -> bool:
+    """Add the costs of the gap paths of pairs to `total` (E, E), and tell whether any is above zero."""
+    added = gap_costs(pairs)
+    for (a, b), cost in zip(pairs, added, strict=True):
+        total[a.index, b.index] += cost
+        total[b.index, a.index] = total[a.index, b.index]
+    return any(added)

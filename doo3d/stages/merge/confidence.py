@@ -1,87 +1,67 @@
-"""How sure connections of chain ends are: what each of them saves against the best that could be had without it."""
+"""The confidence of connections of chain ends: what each saves against the best alternative without it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...config import MergeConfig
 from ...kernels.second_best import second_best_rise
 from ...types import Floats, Ints
-from ...visibility import PointVisibility, Visibility
-
-Link = tuple[int, int, float]
-
-SAMPLES = (np.arange(12) + 0.5) / 12
-"""Parts of the straight way between two ends at which it is looked at."""
+from .assignment import Link
 
 
-def alternatives(
-    cost: Floats, points: Floats, unit_cost: float, radius: float, config: MergeConfig, visibility: Visibility | None
-) -> Floats:
-    """The costs (E, E) of joining ends (E, D) with what the camera says of the straight ways between them.
+def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_rings: bool = False) -> list[float]:
+    """Return the confidence of each connection, 0 to 1: the rise of the total cost without it, over `max_cost`.
 
-    The way that a connection would really take is too dear to be found for all; the straight one tells as well which
-    alternatives are none.
-
-    cost : without that, infinite where ends may not be joined. unit_cost, radius : as in merging.
-    """
-    total = cost.copy()
-    one, other = np.nonzero(np.isfinite(cost))
-    if not len(one):
-        return total
-    step = points[other] - points[one]
-    length = np.linalg.norm(step, axis=1)
-    free, unknown = np.zeros(len(one)), np.ones(len(one))
-    if visibility is not None:
-        places = points[one][:, None] + SAMPLES[:, None] * step[:, None]
-        said = visibility.classify(places.reshape(-1, points.shape[1])).reshape(len(one), -1)
-        free, unknown = (
-            (np.isin(said, kinds)).mean(axis=1)
-            for kinds in ((PointVisibility.FREE, PointVisibility.OUTSIDE), (PointVisibility.NO_DEPTH,))
-        )
-    unknown = np.where((length < config.tangent_window_radii * radius) & (free == 0), 0.0, unknown)
-    total[one, other] += unit_cost * length * (config.free_space_weight * free + config.unknown_weight * unknown)
-    return total
-
-
-def sureness(links: list[Link], cost: Floats, most: float, rings: bool = False) -> list[float]:
-    """How sure each connection is, 0 to 1: the rise of the total cost without it, over the most that a connection may cost.
-
-    Without a connection either of its ends stays free, which costs half of `most`, or goes to another end. What that was
-    joined to stays free, goes to an end that was free, or to what was joined to the other end's new partner. So up to three
-    connections are exchanged; no end is used twice.
+    Without a connection either of its ends stays free, which costs half of `max_cost`, or is joined to another end. What that
+    was joined to stays free, or is joined to an end that was free, or to what was joined to the other end's new partner. So up
+    to three connections are exchanged; no end is used twice.
 
     Parameters
     ----------
-    links : (end, end, price) as chosen. End e is the first (even) or last (odd) of chain e // 2.
-    cost : (E, E), of joining two ends, in the upper triangle; infinite where that may not be.
-    most : cost of leaving both ends of a connection free; where it is infinite, twice the dearest that there is.
-    rings : whether alternatives may join both ends of what is one chain then.
+    links : as chosen.
+    cost : (E, E), of joining two ends, in the upper triangle; infinite where that is not allowed.
+    max_cost : cost of leaving both ends of a connection free; where it is infinite, twice the largest cost that there is.
+    allow_rings : alternatives may join both ends of what is one chain then.
     """
-    if not np.isfinite(most):
-        most = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(price for _, _, price in links)]) + 1
+    if not np.isfinite(max_cost):
+        max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1
     if not links:
         return []
-    full = np.minimum(cost, cost.T)
-    full[full > most] = np.inf
-    partner = np.full(len(full), -1)
-    for a, b, price in links:
+    total = np.minimum(cost, cost.T)
+    total[total > max_cost] = np.inf
+    partner = np.full(len(total), -1)
+    pairs = np.array([(link.first.index, link.second.index) for link in links])
+    for (a, b), link in zip(pairs, links, strict=True):
         partner[[a, b]] = b, a
-        full[a, b] = full[b, a] = price
-    pairs = np.array([(a, b) for a, b, _ in links])
-    rise = second_best_rise(full, partner, float(most), *_elsewhere(full, partner, most), pairs, rings)
-    return [float(confidence) for confidence in np.clip(rise / most, 0.0, 1.0)]
+        total[a, b] = total[b, a] = link.cost
+    spare, settled = _spare_ends(total, partner, max_cost)
+    rise = second_best_rise(total, partner, float(max_cost), spare, settled, pairs, allow_rings)
+    return [float(confidence) for confidence in np.clip(rise / max_cost, 0.0, 1.0)]
 
 
-def _elsewhere(full: Floats, partner: Ints, most: float) -> tuple[Ints, Floats]:
-    """Where ends may go besides, as `kernels.second_best` has it: `spare` and `settled`."""
+def _spare_ends(total: Floats, partner: Ints, max_cost: float) -> tuple[Ints, Floats]:
+    """Return where ends may be joined instead, in the terms of `kernels.second_best`.
+
+    Parameters
+    ----------
+    total : (E, E), cost of joining any two ends.
+    partner : (E,), the end that each is joined to; -1 for none.
+    max_cost : cost of leaving two ends free.
+
+    Returns
+    -------
+    spare : (E,), the free end that each end would be joined to at the least cost; -1 where none is worth it.
+    settled : (E,), the cost of taking each end away from what it is joined to, or from being free.
+    """
     matched, free = np.flatnonzero(partner >= 0), np.flatnonzero(partner < 0)
-    spare, price = np.full(len(full), -1), np.full(len(full), np.inf)
+    spare, spare_cost = np.full(len(total), -1), np.full(len(total), np.inf)
     if len(free):
-        best = full[:, free].argmin(axis=1)
-        price = full[np.arange(len(full)), free[best]]
-        spare = np.where(price < most, free[best], -1)
-    settled = np.full(len(full), -most / 2)
+        best = total[:, free].argmin(axis=1)
+        spare_cost = total[np.arange(len(total)), free[best]]
+        spare = np.where(spare_cost < max_cost, free[best], -1)
+    settled = np.full(len(total), -max_cost / 2)
     left = partner[matched]
-    settled[matched] = np.minimum(most / 2, price[left] - most / 2) - full[matched, left]
+    settled[matched] = np.minimum(max_cost / 2, spare_cost[left] - max_cost / 2) - total[matched, left]
     return spare, settled

@@ -1,7 +1,7 @@
-"""What it costs to join two chain ends: the paper's equations 1 to 3, each for all pairs of E ends at once.
+"""The cost of joining two chain ends: the paper's equations 1 to 3 and 5, for all pairs of E ends at once.
 
-points : (E, D) m (px in 2-D), the ends. directions : (E, D) unit, pointing out of the chains; or (E, E, D), what that of
-end i is expected to be on its way to end j. All return (E, E).
+points : (E, D) m (px in 2-D), the ends. tangents : (E, D) unit, pointing out of the chains; or (E, E, D), the tangent of end i
+expected half way to end j. Costs of pairs are (E, E).
 """
 
 from __future__ import annotations
@@ -10,18 +10,32 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...config import MergeConfig
 from ...errors import ConfigError
-from ...geometry.polyline import angle
+from ...geometry.polyline import angle, unit
 from ...types import Bools, Floats
+from ...visibility import Visibility
+from .ends import ChainEnds
 
 CustomCost = Callable[[Floats, Floats], Floats]
 
 CUSTOM_COSTS: dict[str, CustomCost] = {}
-"""Cost terms of the user: from the ends' points (E, D) and directions (E, D) to (E, E). Weights are in `merge.custom_costs`."""
+"""Cost terms of the user: from the ends' points (E, D) and tangents (E, D) to (E, E). Weights are in `merge.custom_costs`."""
 
+EXPOSED = "exposed ends"
+"""Name of the term for ends in plain view, which comes on top of the limit of the other terms."""
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost where fewer chains are wanted than are left otherwise."""
+
+IMAGE_BORDER_RADII = 8.0
+"""Radii from the edge of the view within which an end exits it; two such ends are not joined."""
+
+EXPOSED_END_LOOKAHEAD = 2.0
+"""Radii beyond an end within which an occluder is looked for."""
+
+COINCIDENT = 1e-12
+"""m (px in 2-D); ends nearer to each other than this have no direction from one to the other."""
 
 
 def custom_cost(name: str) -> CustomCost:
@@ -40,34 +54,111 @@ def custom_cost(name: str) -> CustomCost:
     return CUSTOM_COSTS[name]
 
 
-def _pairwise(directions: Floats) -> Floats:
-    if directions.ndim == 3:
-        return directions
-    return np.broadcast_to(directions[:, None], (len(directions), *directions.shape))
-
-
 def euclidean(points: Floats) -> Floats:
-    """Distance between the ends, m (px in 2-D): equation 1."""
+    """Return the distance between the ends of each pair, m (px in 2-D): equation 1."""
     return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
 
 
-def direction(directions: Floats) -> Floats:
-    """Angle between one end's direction and the opposite of the other's, radians: equation 2."""
-    towards = _pairwise(directions)
-    return angle(towards, -towards.swapaxes(0, 1))
+def direction(tangents: Floats) -> Floats:
+    """Return the angle between the tangent of one end and the opposite of the other's, radians: equation 2."""
+    outward = _pairwise(tangents)
+    return angle(outward, -outward.swapaxes(0, 1))
 
 
-def curvature(points: Floats, directions: Floats) -> Floats:
-    """The larger of the angles by which either end must bend towards the other, radians: equation 3.
+def curvature(points: Floats, tangents: Floats) -> Floats:
+    """Return the larger of the angles by which either end must bend towards the other, radians: equation 3.
 
     Zero for ends that coincide, which need no bend.
     """
-    way = points[None] - points[:, None]
-    bend = angle(_pairwise(directions), way)
-    bend[np.linalg.norm(way, axis=-1) < 1e-12] = 0
+    gap = points[None] - points[:, None]
+    bend = angle(_pairwise(tangents), gap)
+    bend[np.linalg.norm(gap, axis=-1) < COINCIDENT] = 0
     return np.asarray(np.maximum(bend, bend.T))
 
 
 def count_in(ends: Bools) -> Floats:
     """Return how many ends of each pair are marked in `ends`, (E,) bool: 0, 1 or 2."""
     return ends[:, None].astype(float) + ends[None]
+
+
+def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, config: MergeConfig) -> dict[str, Floats]:
+    """Return the weighted terms of equation 5, and those beyond the paper, for every pair of ends.
+
+    Parameters
+    ----------
+    ends : of all chains.
+    radius : of the object, m (px in 2-D).
+    visibility : of the frame; None where there is no camera.
+    config : the weights.
+
+    Returns
+    -------
+    Name -> (E, E) cost units.
+    """
+    distance = euclidean(ends.points)
+    expected = _expected_tangents(ends, distance, radius, config)
+    terms = {
+        "distance": config.distance_weight * ends.unit_cost * distance,
+        "direction": config.bending.direction_weight * direction(expected),
+        "curvature": config.bending.curvature_weight * curvature(ends.points, expected),
+    }
+    terms |= {name: weight * custom_cost(name)(ends.points, ends.tangents) for name, weight in config.custom_costs.items()}
+    if visibility is not None and config.exposed_end_cost:
+        exposed = visibility.is_exposed(ends.points, ends.tangents, radius, EXPOSED_END_LOOKAHEAD * radius)
+        terms[EXPOSED] = config.exposed_end_cost * count_in(exposed)
+    return terms
+
+
+def pair_costs(
+    ends: ChainEnds, terms: dict[str, Floats], radius: float, visibility: Visibility | None, config: MergeConfig
+) -> Floats:
+    """Return the sum of the terms for every pair of ends that may be joined, (E, E) cost units.
+
+    Infinite elsewhere: in the lower triangle, so that each pair counts once; for ends that are too far apart or cost too much,
+    that belong to a ring, that are the two ends of one chain (unless rings are allowed), or that both exit the view.
+
+    Parameters
+    ----------
+    ends : of all chains.
+    terms : name -> (E, E), of `cost_terms`.
+    radius : of the object, m (px in 2-D).
+    visibility : of the frame; None where there is no camera.
+    config : the limits.
+    """
+    total = np.zeros((len(ends.points), len(ends.points)))
+    for name, term in terms.items():
+        if name != EXPOSED:
+            total += term
+    limit = config.max_cost * (1 if config.chains is None else FORCED_COST_FACTOR)
+    total[(euclidean(ends.points) > config.max_gap) | (total > limit)] = np.inf
+    total[np.tri(len(total), dtype=bool)] = np.inf
+    total[ends.closed] = np.inf
+    total[:, ends.closed] = np.inf
+    if not config.allow_closed_chains:
+        first = np.arange(0, len(total), 2)
+        total[first, first + 1] = np.inf
+    if visibility is not None and config.free_space_weight:
+        exiting = visibility.exits_view(ends.points, ends.tangents, IMAGE_BORDER_RADII * radius)
+        total[np.ix_(exiting, exiting)] = np.inf
+    if EXPOSED in terms:
+        total += terms[EXPOSED]
+    return np.asarray(total)
+
+
+def _pairwise(tangents: Floats) -> Floats:
+    """Return the tangents as (E, E, D)."""
+    if tangents.ndim == 3:
+        return tangents
+    return np.broadcast_to(tangents[:, None], (len(tangents), *tangents.shape))
+
+
+def _expected_tangents(ends: ChainEnds, distance: Floats, radius: float, config: MergeConfig) -> Floats:
+    """Return the tangent of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
+
+    On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
+    object bends more sharply than two of its radii, and no curvature is known well enough to extrapolate far.
+    """
+    half_way = np.minimum(distance, config.tangent_window_radii * radius)[:, :, None] / 2
+    strength = np.linalg.norm(ends.curvatures, axis=1, keepdims=True)
+    bend = ends.curvatures * np.minimum(1.0, 1 / np.maximum(2 * radius * strength, 1e-12))
+    return unit(ends.tangents[:, None] + config.bending.curvature_persistence * half_way * bend[:, None])

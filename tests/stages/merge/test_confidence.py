@@ -10,16 +10,27 @@ from builders.contexts import context_of
 from builders.drawn_masks import frame_of, line, wave
 
 import doo3d
-from doo3d.config import FillConfig, MergeConfig
+from doo3d.config import MergeConfig
+from doo3d.geometry.arcs import gap_path
 from doo3d.geometry.polyline import unit
+from doo3d.stages import Assembly
 from doo3d.stages.fill import fill
-from doo3d.stages.merge.confidence import alternatives, sureness
-from doo3d.stages.merge.merge import merge
-from doo3d.types import Assembly, Camera, Chain, Connection, Detection
+from doo3d.stages.merge import merge
+from doo3d.stages.merge.assignment import Link
+from doo3d.stages.merge.confidence import confidences
+from doo3d.stages.merge.ends import ChainEnds, ends_of
+from doo3d.stages.merge.gap_paths import GapPaths
+from doo3d.types import Camera, Chain, Connection, Detection
 from doo3d.visibility import Visibility
 
 MOST = 100.0
 STEP, RADIUS = 0.01, 0.004
+
+
+def links_of(*rows):
+    """Links of rows (end, end, cost), the ends given by their indices."""
+    ends = ends_of(8)
+    return [Link(cost, ends[a], ends[b]) for a, b, cost in rows]
 
 
 def matchings(ends):
@@ -69,7 +80,7 @@ def test_against_all_alternatives(seed, rings):
     """Never less sure than by trying all; just as sure where all six ends are joined and rings may be."""
     cost = random_costs(seed, 6 if seed % 2 else 8)
     tried = by_trying(cost, rings)
-    found = sureness([(*pair, cost[pair]) for pair, _ in tried], cost, MOST, rings)
+    found = confidences(links_of(*((*pair, cost[pair]) for pair, _ in tried)), cost, MOST, rings)
     expected = [rise / MOST for _, rise in tried]
     assert (np.array(found) >= np.array(expected) - 1e-9).all()
     if len(tried) == 3 and len(cost) == 6 and rings:
@@ -82,7 +93,7 @@ def test_nearly_always_just_as_sure_as_by_trying_all():
     for seed in range(80):
         cost = random_costs(seed, 6, low=0.4 * MOST)
         tried = by_trying(cost, True)
-        found = sureness([(*pair, cost[pair]) for pair, _ in tried], cost, MOST, rings=True)
+        found = confidences(links_of(*((*pair, cost[pair]) for pair, _ in tried)), cost, MOST, allow_rings=True)
         same += np.isclose(found, [rise / MOST for _, rise in tried]).tolist()
     assert np.mean(same) > 0.95
 
@@ -90,21 +101,21 @@ def test_nearly_always_just_as_sure_as_by_trying_all():
 def test_without_alternatives_the_cost_counts():
     cost = np.full((4, 4), np.inf)
     cost[1, 2] = 30
-    assert sureness([(1, 2, 30.0)], cost, MOST) == pytest.approx([0.7])
-    assert sureness([(1, 2, 30.0)], cost, np.inf)[0] == pytest.approx(31 / 61)
-    assert sureness([], cost, MOST) == []
+    assert confidences(links_of((1, 2, 30.0)), cost, MOST) == pytest.approx([0.7])
+    assert confidences(links_of((1, 2, 30.0)), cost, np.inf)[0] == pytest.approx(31 / 61)
+    assert confidences([], cost, MOST) == []
 
 
 def test_between_equals_nothing_is_sure():
     cost = np.full((6, 6), np.inf)
     cost[1, 2] = cost[1, 4] = 30
-    assert sureness([(1, 2, 30.0)], cost, MOST) == [0]
+    assert confidences(links_of((1, 2, 30.0)), cost, MOST) == [0]
 
 
 def test_dearer_than_ever_paid_is_not_sure():
     cost = np.full((4, 4), np.inf)
     cost[1, 2] = 230
-    assert sureness([(1, 2, 230.0)], cost, MOST) == [0]
+    assert confidences(links_of((1, 2, 230.0)), cost, MOST) == [0]
 
 
 def test_what_would_close_a_ring_is_no_alternative():
@@ -112,9 +123,9 @@ def test_what_would_close_a_ring_is_no_alternative():
     cost = np.full((6, 6), np.inf)
     cost[1, 2] = cost[3, 4] = 20
     cost[1, 4] = cost[2, 3] = 21
-    links = [(1, 2, 20.0), (3, 4, 20.0)]
-    assert sureness(links, cost, MOST, rings=True) == pytest.approx([0.02, 0.02])
-    assert sureness(links, cost, MOST) == pytest.approx([0.8, 0.8])
+    links = links_of((1, 2, 20.0), (3, 4, 20.0))
+    assert confidences(links, cost, MOST, allow_rings=True) == pytest.approx([0.02, 0.02])
+    assert confidences(links, cost, MOST) == pytest.approx([0.8, 0.8])
 
 
 def chain(start, way, count=6):
@@ -136,7 +147,7 @@ def settings(**changes):
 def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
     least = {}
     for degrees in (90, 50, 20):
-        joined = merge(star(np.radians(degrees)), context_of(radius=RADIUS), settings(strategy=strategy))
+        joined = merge(star(np.radians(degrees)), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
         assert all(len(assembly.confidence) == len(assembly.costs) for assembly in joined)
         least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
@@ -147,25 +158,27 @@ def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
 def test_a_rival_makes_a_connection_doubtful():
     one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
     rival = chain((0.01, 0.004), (1, 0.1))
-    (alone, *_) = merge([one, right], context_of(radius=RADIUS), settings(chains=None, min_length=0))
-    joined = merge([one, right, rival], context_of(radius=RADIUS), settings(chains=None, min_length=0))
+    (alone, *_) = merge([one, right], context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
+    joined = merge([one, right, rival], context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
     doubtful = next(assembly for assembly in joined if assembly.confidence)
     assert alone.confidence[0] > 0.9
     assert doubtful.confidence[0] < 0.3
 
 
-def test_ways_through_free_space_are_no_alternatives():
+def test_gaps_through_free_space_are_no_alternatives():
     camera = Camera(fx=500.0, fy=500.0, cx=160.0, cy=120.0, width=320, height=240)
     points = np.array([[-0.02, 0, 0.5], [0.02, 0, 0.5], [0.02, 0.02, 0.5]])
     cost = np.full((3, 3), np.inf)
     cost[0, 1:] = 40
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
-    seen = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(), Visibility(depth, np.zeros_like(depth, bool), camera, 0.01))
+    ends = ChainEnds(points, np.zeros_like(points), np.zeros_like(points), np.zeros(3, dtype=bool))
+    visibility = Visibility(depth, np.zeros_like(depth, bool), camera, 0.01)
+    seen = GapPaths(ends, RADIUS, visibility, MergeConfig()).with_straight_gaps(cost)
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
-    blind = alternatives(cost, points, 1000.0, RADIUS, MergeConfig(tangent_window_radii=1.0), None)
+    blind = GapPaths(ends, RADIUS, None, MergeConfig(tangent_window_radii=1.0)).with_straight_gaps(cost)
     assert blind[0, 1] == pytest.approx(40 + 2 * 40)
     assert cost[0, 2] == 40
 
@@ -173,19 +186,19 @@ def test_ways_through_free_space_are_no_alternatives():
 @pytest.mark.parametrize("closed", [False, True])
 def test_filling_says_which_step_lies_in_the_gap(closed):
     pieces = [np.column_stack((np.arange(5.0) + at, np.zeros(5), np.ones(5))) for at in (0, 8.5, 12.7)]
-    ways = np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+    x = np.eye(3)[0]
+    paths = [gap_path(one[-1], x, other[0], -x) for one, other in zip(pieces, [*pieces[1:], pieces[0]], strict=True)]
     count = 3 if closed else 2
     (path,) = fill(
-        [Assembly(tuple(pieces), (ways,) * count, (0.0,) * count, 1.0, closed, (0.9, 0.4, 0.7)[:count])],
+        [Assembly(tuple(pieces), tuple(paths[:count]), (0.0,) * count, closed, (0.9, 0.4, 0.7)[:count])],
         context_of(),
-        FillConfig(),
     )
     assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):
         assert start - 1e-9 <= points[step, 0]
         assert points[step + 1, 0] <= end + 1e-9
-    (path,) = fill([Assembly(tuple(pieces), (ways,) * 2, (0.0,) * 2, 1.0)], context_of(), FillConfig())
+    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:2]))], context_of())
     assert path.joins == ()
 
 

@@ -92,7 +92,7 @@ def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
         merged = merge(
             pieces, context_of(radius=0.003), MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, custom_costs=own)
         )
-        return {round(piece[0, 1], 3) for piece in merged[0].pieces}
+        return {round(piece[0, 1], 3) for piece in merged.assemblies[0].pieces}
 
     monkeypatch.setitem(
         costs.CUSTOM_COSTS, "left", lambda points, directions: np.maximum(0, points[:, None, 1] + points[None, :, 1])

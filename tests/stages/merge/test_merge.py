@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from builders.contexts import context_of
 
-from doo3d.config import FillConfig, MergeConfig, load_config
+from doo3d.config import MergeConfig, load_config
 from doo3d.geometry.polyline import unit
-from doo3d.stages.merge.merge import merge
+from doo3d.stages.merge import merge
+from doo3d.stages.merge.ends import End
 from doo3d.types import Camera, Chain
 from doo3d.visibility import Visibility
 
@@ -32,9 +33,10 @@ def config(**settings):
     return MergeConfig(**({"chains": 1, "max_cost": np.inf, "max_gap": np.inf, "free_space_weight": 0.0} | settings))
 
 
-def run(chains, settings, fill=None, visibility=None):
+def run(chains, settings, visibility=None):
     radius = RADIUS if chains[0].joints.shape[1] == 3 else 1000 * RADIUS
-    return merge(chains, context_of(radius=radius, visibility=visibility), settings, fill)
+    context = context_of(radius=radius, visibility=visibility, segment_length=chains[0].segment_length)
+    return merge(chains, context, settings).assemblies
 
 
 def gaps(assembly):
@@ -53,14 +55,17 @@ def joined(assemblies, a, b):
 
 
 def check_whole(assemblies, chains):
-    """Every chain is in one assembly at most, as it was or turned round, and headings lead into the gaps."""
+    """Every chain is in one assembly at most, as it was or turned round, and gap paths lead across the gaps."""
     left = [c.joints.tolist() for c in chains]
     for assembly in assemblies:
         for piece in assembly.pieces:
             same = [joints for joints in left if joints in (piece.tolist(), piece[::-1].tolist())]
             assert same
             left.remove(same[0])
-        assert len(assembly.headings) == len(assembly.costs) == len(assembly.pieces) - 1 + assembly.closed
+        assert len(assembly.costs) == len(assembly.confidence) == len(assembly.pieces) - 1 + assembly.closed
+        for path, (before, after) in zip(assembly.gap_paths, gaps(assembly), strict=True):
+            points = path.points(STEP)
+            np.testing.assert_allclose(points[[0, -1]], [before, after], atol=1e-9)
 
 
 def cost_of(a, a_before, b, b_before, per_unit):
@@ -87,7 +92,8 @@ def test_all_four_combinations_of_ends(dim, first_turned, second_turned):
     (assembly,) = run(chains, config())
     assert joined([assembly], *facing)
     check_whole([assembly], chains)
-    before, after = assembly.headings[0]
+    turns = assembly.gap_paths[0].turns
+    before, after = turns[0].direction, turns[1].direction
     along = unit(assembly.pieces[0][-1] - assembly.pieces[0][-2]), unit(assembly.pieces[1][0] - assembly.pieces[1][1])
     np.testing.assert_allclose(before, along[0], atol=1e-6)
     np.testing.assert_allclose(after, along[1], atol=1e-6)
@@ -214,7 +220,7 @@ def test_rings_only_when_wanted(strategy, chains):
     assert not open_.closed
     (ring,) = run([bow(0.5)], config(strategy=strategy, allow_closed_chains=True, chains=chains, min_length=0, max_cost=1e4))
     assert ring.closed
-    assert len(ring.headings) == len(ring.costs) == 1
+    assert len(ring.gap_paths) == len(ring.costs) == 1
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
@@ -251,7 +257,7 @@ def test_free_space_decides_between_equal_pairs(strategy, open_side):
     visibility = Visibility(depth, np.zeros((240, 320), bool), CAMERA, 0.01)
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
-    assemblies = run(chains, settings, fill=FillConfig(), visibility=visibility)
+    assemblies = run(chains, settings, visibility=visibility)
     assert joined(assemblies, one.joints[-1], others[-open_side].joints[0])
     assert not joined(assemblies, one.joints[-1], others[open_side].joints[0])
 
@@ -262,8 +268,7 @@ def test_one_chain_is_itself(dim, strategy):
     only = chain((0, 0), (1, 0), 9, dim)
     (assembly,) = run([only], config(strategy=strategy))
     assert [piece.tolist() for piece in assembly.pieces] in ([only.joints.tolist()], [only.joints[::-1].tolist()])
-    assert assembly.headings == ()
-    assert assembly.segment_length == only.segment_length
+    assert assembly.gap_paths == ()
 
 
 def test_short_ones_go_when_the_number_is_left_to_the_data():
@@ -274,7 +279,7 @@ def test_short_ones_go_when_the_number_is_left_to_the_data():
 
 
 def test_empty_in_empty_out():
-    assert merge([], context_of(radius=RADIUS), MergeConfig()) == []
+    assert merge([], context_of(radius=RADIUS), MergeConfig()).assemblies == []
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
@@ -283,3 +288,44 @@ def test_many_chains_the_same_every_time(strategy):
     one, other = (run(chains, config(strategy=strategy, chains=3, max_cost=1e3, max_gap=0.1)) for _ in range(2))
     assert [[p.tolist() for p in a.pieces] for a in one] == [[p.tolist() for p in a.pieces] for a in other]
     check_whole(one, chains)
+
+
+@pytest.mark.parametrize(("settings", "setting"), [({"chains": 1}, "merge.chains"), ({"chains": None}, "merge.min_length")])
+def test_dropped_chains_are_recorded_with_the_setting(settings, setting):
+    chains = [*row(2), chain((0, 3), (0, 1), 2)]
+    merged = merge(
+        chains, context_of(radius=RADIUS, segment_length=STEP), config(max_gap=0.5, min_length=6, max_cost=500, **settings)
+    )
+    assert [(dropped.chain, dropped.setting) for dropped in merged.dropped] == [(chains[2], setting)]
+
+
+def test_decisions_are_recorded():
+    """Three in a row: the costs add up, and the alternative to each connection shares one end with it."""
+    chains = [*row(3), chain((0.07, 0.02), (1, 0.4))]
+    merged = merge(chains, context_of(radius=RADIUS, segment_length=STEP), config(max_cost=500, chains=None, min_length=12))
+    assert {decision.chosen.ends for decision in merged.decisions} == {(End(0, 1), End(1, 0)), (End(1, 1), End(2, 0))}
+    costs = [decision.chosen.cost for decision in merged.decisions]
+    assert costs == sorted(costs)
+    assert sorted(merged.assemblies[0].costs) == pytest.approx(costs)
+    assert all(decision.kept for decision in merged.decisions)
+    for decision in merged.decisions:
+        assert len({*decision.chosen.ends} & {*decision.runner_up.ends}) == 1
+        assert set(decision.chosen.terms) == {"distance", "direction", "curvature"}
+        np.testing.assert_array_equal(decision.chosen.points[0], chains[decision.chosen.ends[0].chain].joints[-1])
+
+
+def test_connections_of_dropped_chains_are_not_kept():
+    chains = [*row(2), *(Chain(c.joints[:4] + np.array([0, 0.5, 0]), STEP) for c in row(2, 0.01))]
+    merged = merge(chains, context_of(radius=RADIUS, segment_length=STEP), config(chains=None, min_length=20, max_gap=0.08))
+    assert sorted((decision.chosen.ends[0].chain, decision.kept) for decision in merged.decisions) == [(0, True), (2, False)]
+    assert [dropped.chain for dropped in merged.dropped] == chains[2:]
+
+
+@pytest.mark.parametrize("side", ["outside", "inside"])
+def test_gap_paths_are_led_on_the_side_of_the_settings(side):
+    """Two ends side by side that turn away from each other."""
+    one, other = chain((-0.04, 0.02), (1, 0.6)), chain((-0.04, -0.02), (1, -0.6))
+    one, other = (Chain(c.joints - c.joints[-1] + at, STEP) for c, at in ((one, [0, 0.02, 0.5]), (other, [0, -0.02, 0.5])))
+    (assembly,) = run([one, other], config(gap_side=side))
+    first = assembly.gap_paths[0].turns[0]
+    assert bool(first.angle > np.pi) == (side == "inside")

@@ -1,0 +1,124 @@
+"""The gap paths between chain ends, and the cost of those that run through free or unknown space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ...config import MergeConfig
+from ...geometry.arcs import GapPath, gap_path
+from ...geometry.polyline import steps
+from ...types import Floats
+from ...visibility import PointVisibility, Visibility
+from .ends import ChainEnds, End, Pair
+
+SPACING_RADII = 0.5
+"""Radii between the points of a gap path whose visibility is asked."""
+
+CONNECTION_POINTS = 20
+"""Points on the straight connection of two near ends, of which none may lie in free space for the gap to cost nothing."""
+
+CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
+"""Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
+
+
+class GapCost(NamedTuple):
+    """The cost of a gap path for running through free space, and for running through unknown space."""
+
+    free_space: float
+    unknown: float
+
+
+@dataclass(frozen=True)
+class GapPaths:
+    """The gap paths of pairs of ends and their costs, each made when it is first asked for and then kept.
+
+    Attributes
+    ----------
+    ends : of all chains.
+    radius : of the object, m (px in 2-D).
+    visibility : of the frame; None where there is no camera, and all space is unknown.
+    config : the weights, and the side on which gap paths are led.
+    """
+
+    ends: ChainEnds
+    radius: float
+    visibility: Visibility | None
+    config: MergeConfig
+    _paths: dict[Pair, GapPath] = field(default_factory=dict, repr=False)
+    _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
+
+    def path(self, start: End, end: End) -> GapPath:
+        """Return the gap path from one end to another.
+
+        From either end it is the same curve, up to rounding: each direction that is asked for has its own numbers.
+        """
+        if (start, end) not in self._paths:
+            points, tangents = self.ends.points, self.ends.tangents
+            self._paths[start, end] = gap_path(
+                points[start.index], tangents[start.index], points[end.index], tangents[end.index],
+                inside=self.config.gap_side == "inside",
+            )  # fmt: skip
+        return self._paths[start, end]
+
+    def costs(self, pairs: Sequence[Pair]) -> list[float]:
+        """Return the cost of the gap path of each pair, free and unknown space together."""
+        if not (self.config.free_space_weight or self.config.unknown_weight):
+            return [0.0] * len(pairs)
+        if missing := [pair for pair in pairs if pair not in self._costs]:
+            self._costs.update(zip(missing, self._measure(missing), strict=True))
+        return [cost.free_space + cost.unknown for cost in map(self._costs.__getitem__, pairs)]
+
+    def cost(self, pair: Pair) -> GapCost:
+        """Return the cost of one gap path, free and unknown space apart."""
+        self.costs([pair])
+        return self._costs.get(pair, GapCost(0.0, 0.0))
+
+    def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
+        """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
+        one, other = self.ends.points[np.array([(a.index, b.index) for a, b in pairs])].swapaxes(0, 1)
+        costly = np.linalg.norm(other - one, axis=1) >= self.config.tangent_window_radii * self.radius
+        if self.visibility is not None:
+            costly |= self.visibility.free_and_unknown_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, 0] > 0
+        cost = np.zeros((len(pairs), 2))
+        if costly.any():
+            spacing = SPACING_RADII * self.radius
+            paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
+            cost[costly] = (
+                self.ends.unit_cost * self._lengths(paths) * (self.config.free_space_weight, self.config.unknown_weight)
+            )
+        return [GapCost(*row) for row in cost.tolist()]
+
+    def _lengths(self, paths: list[Floats]) -> Floats:
+        """Return the length of each path in free and in unknown space, (K, 2) m (px in 2-D)."""
+        if self.visibility is not None:
+            return self.visibility.free_and_unknown_lengths(paths)
+        return np.array([(0.0, steps(path).sum()) for path in paths])
+
+    def with_straight_gaps(self, cost: Floats) -> Floats:
+        """Return the costs of pairs with what the straight connections cost for free and unknown space, (E, E).
+
+        Gap paths are too expensive to be made for all pairs; the straight connection tells as well which alternatives a
+        connection has.
+
+        cost : (E, E) cost units without gap paths, infinite where ends may not be joined.
+        """
+        total = cost.copy()
+        first, second = np.nonzero(np.isfinite(cost))
+        if not len(first):
+            return total
+        points, config = self.ends.points, self.config
+        offset = points[second] - points[first]
+        length = np.linalg.norm(offset, axis=1)
+        free, unknown = np.zeros(len(first)), np.ones(len(first))
+        if self.visibility is not None:
+            samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
+            status = self.visibility.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
+            free = np.isin(status, (PointVisibility.FREE, PointVisibility.OUTSIDE)).mean(axis=1)
+            unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
+        unknown = np.where((length < config.tangent_window_radii * self.radius) & (free == 0), 0.0, unknown)
+        total[first, second] += self.ends.unit_cost * length * (config.free_space_weight * free + config.unknown_weight * unknown)
+        return total
