@@ -65,7 +65,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     InputError : the data cannot be used; the message says what, where and what to do.
     """
     clock = _Clock()
-    segmentation = segment(data, config.segment, mask, config.seed)
+    segmentation = _segment(data, config, mask)
     clock("segment")
     stages = run_from_segmentation(segmentation, config, clock)
     for _ in range(MASK_EXTENSIONS):
@@ -171,6 +171,16 @@ def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame |
             "an image has no depth: use a 2-D config, such as the presets image and paper_2d (-c image)", code="mode-needs-depth"
         )
     return data
+
+
+def _segment(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> Segmentation:
+    """Return the segmentation; an error names the frame, unless its name is the default of its type."""
+    try:
+        return segment(data, config.segment, mask, config.seed)
+    except InputError as error:
+        if data.name == type(data).__name__.lower():
+            raise
+        raise InputError(f"frame {data.name}: {error}", code=error.code) from None
 
 
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:

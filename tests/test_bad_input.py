@@ -1,4 +1,4 @@
-"""Bad input from the shell: one sentence that says what, where and what to do, exit code 2, nothing written."""
+"""Bad input from the shell: one sentence with cause, place and remedy, exit code 2, nothing written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def put(path: Path, image) -> None:
 def test_empty_mask(refused, capture):
     folder = capture(mask=True)
     put(folder / "mask" / "000000.png", np.zeros((240, 320), np.uint8))
-    refused(folder, code="mask-empty")
+    assert "frame 000000" in refused(folder, code="mask-empty")
 
 
 def test_no_depth_in_the_mask(refused, capture):
@@ -25,7 +25,9 @@ def test_no_depth_in_the_mask(refused, capture):
     mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_UNCHANGED)
     depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED)
     put(folder / "depth" / "000000.png", np.where(mask > 0, 0, depth).astype(np.uint16))
-    assert f" {np.count_nonzero(mask)} pixels" in refused(folder, code="mask-without-depth")
+    sentence = refused(folder, code="mask-without-depth")
+    assert "frame 000000" in sentence
+    assert f" {np.count_nonzero(mask)} pixels" in sentence
 
 
 @pytest.mark.parametrize("mask", [False, True])
@@ -34,7 +36,7 @@ def test_depth_that_is_none_everywhere(refused, capture, value, mask):
     folder = capture(mask=mask)
     (folder / "depth" / "000000.png").unlink()
     put(folder / "depth" / "000000.tiff", np.full((240, 320), value, np.float32))
-    refused(folder, code="depth-none")
+    assert "frame 000000" in refused(folder, code="depth-none")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.5])
@@ -97,7 +99,7 @@ def test_no_capture(refused, name, code):
         (["-c", "nowhere.yaml"], "file-missing", "nowhere.yaml"),
     ],
 )
-def test_settings_that_cannot_be(refused, capture, args, code, part):
+def test_invalid_settings(refused, capture, args, code, part):
     assert part in refused(capture(), *args, code=code)
 
 

@@ -1,4 +1,4 @@
-"""Bad images and videos from the shell, in the 2-D mode: one sentence, exit code 2, nothing written; or what can be done."""
+"""Bad images and videos from the shell, in the 2-D mode: one sentence, exit code 2, nothing written; or a result."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ RED = "segment.ranges=[{low: [170, 100, 60], high: [10, 255, 255]}]"
 
 
 def put(path: str, image, *options: int) -> Path:
-    place = Path(path)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_bytes(cv2.imencode(place.suffix, image, options)[1].tobytes())
-    return place
+    file = Path(path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(cv2.imencode(file.suffix, image, options)[1].tobytes())
+    return file
 
 
 def wave(width: int, height: int) -> np.ndarray:
@@ -41,7 +41,7 @@ def rope(width: int = 320, height: int = 240, thick: int = 9) -> tuple[np.ndarra
 
 @pytest.fixture
 def found(doo3d):
-    """A function that runs `detect`, which is to find one chain in every frame; the frames' results."""
+    """Return a function that runs `detect`, checks for one chain in every frame, and returns the results."""
 
     def run(*args) -> list[dict]:
         code, _, err = doo3d("detect", *args, "-o", "found", "--force")
@@ -103,7 +103,7 @@ def test_masks_without_an_edge(refused, preset, value, code):
     color, mask = rope()
     put("photo.jpg", color)
     put("m.png", np.full_like(mask, value))
-    refused("photo.jpg", "-c", preset, "--mask", "m.png", code=code)
+    assert "frame photo" in refused("photo.jpg", "-c", preset, "--mask", "m.png", code=code)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -132,8 +132,8 @@ def test_mask_of_another_size(refused):
     color, mask = rope()
     put("photo.png", color)
     put("m.png", mask[:100])
-    said = refused("photo.png", "-c", "image", "--mask", "m.png", code="mask-shape")
-    assert all(part in said for part in ("m.png", "320x100", "320x240"))
+    sentence = refused("photo.png", "-c", "image", "--mask", "m.png", code="mask-shape")
+    assert all(part in sentence for part in ("m.png", "320x100", "320x240"))
 
 
 def test_truncated_photograph(refused):
@@ -148,12 +148,13 @@ def test_an_image_in_3d(refused, capture):
     assert "camera_intrinsic.json" in refused(capture() / "depth" / "000000.png", code="mode-needs-depth")
 
 
-def test_what_has_no_image_in_2d(refused, capture):
+def test_captures_without_images_in_2d(refused, capture):
     refused(capture(color=False), "-c", "image", code="mode-needs-image")
     np.savez("a.npz", points=np.random.default_rng(0).normal(size=(99, 3)))
     refused("a.npz", "-c", "image", code="mode-needs-image")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", PRESETS)
 def test_a_hundred_megapixels(found, preset):
     color, mask = rope(12_500, 8_000, 40)

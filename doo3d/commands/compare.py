@@ -52,13 +52,13 @@ def compare(
     """
     from ..config import load_config, parse_overrides
     from ..inputs import ReadOptions, open_capture
-    from ..inputs.frame_selection import Selection, selected
+    from ..inputs.frame_selection import Selection, select_frames
 
     effective = config_of(config, overrides)
     shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
     opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or []))
-    opened = selected(opened, Selection(every, start, end, frames))
+    opened = select_frames(opened, Selection(every, start, end, frames))
     from ..compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)

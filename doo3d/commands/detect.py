@@ -72,12 +72,12 @@ def detect(
 
     single_thread()
     from ..inputs import ReadOptions, open_capture
-    from ..inputs.frame_selection import Selection, selected
+    from ..inputs.frame_selection import Selection, select_frames
 
     effective = config_of(config, overrides)
     read_options = ReadOptions.from_pairs(input_options or [])
     opened = open_capture(capture, effective.mode == "2d", mask, read_options)
-    opened = selected(opened, Selection(every, start, end, frames))
+    opened = select_frames(opened, Selection(every, start, end, frames))
     if fuse_views:
         from ..sequence.fusion import FusedCapture
 

@@ -1,4 +1,4 @@
-"""`doo3d info`: what a capture is, before hours are spent on it."""
+"""`doo3d info`: format, frames and content of a capture, and what looks wrong with it."""
 
 from __future__ import annotations
 
@@ -16,23 +16,21 @@ from .exit_codes import NOTHING_DONE, SOME_FAILED
 
 if TYPE_CHECKING:
     from ..inputs.capture import FrameData
-    from ..inputs.inspection import Look, Summary
+    from ..inputs.inspection import CaptureSummary, FrameSummary
     from ..viz.contact_sheet import Tile
 
-MOST_REASONS = 3  # of frames that cannot be read
-_PICTURES = (".png", ".jpg", ".jpeg")
+MAX_REASONS = 3  # reasons printed for unreadable frames; mostly all have the same
+_PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
 def info(
-    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="Whatever doo3d detect takes.")],
-    sheet: Annotated[
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture, as for doo3d detect.")],
+    contact_sheet: Annotated[
         Path | None,
-        typer.Option(
-            "--contact-sheet", metavar="FILE", help="Draw the frames that are looked at into this PNG or JPEG; else nothing is."
-        ),
+        typer.Option(metavar="FILE", help="Draw the checked frames into this PNG or JPEG; without it nothing is written."),
     ] = None,
-    document: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
-    samples: Annotated[int, typer.Option(min=1, metavar="N", help="How many frames are looked at, evenly.")] = 8,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    samples: Annotated[int, typer.Option(min=1, metavar="N", help="Number of frames to check, evenly spaced.")] = 8,
     mask: MaskOption = None,
     input_options: InputOption = None,
     every: EveryOption = 1,
@@ -40,76 +38,75 @@ def info(
     end: EndOption = None,
     frames: FramesOption = None,
 ) -> None:
-    """Say what INPUT is: format, frames, times, image and camera, depth, masks, poses, and what looks wrong with it.
+    """Summarize INPUT: format, frames, times, image size, camera, depth, masks, poses, and warnings.
 
     \b
     Examples:
       doo3d info sample_clouds/crossing
       doo3d info sample_clouds/crossing --contact-sheet sheet.png --samples 12
 
-    Nothing is written but the sheet. Exit code 0: all frames that were looked at can be read; 1: some cannot; 2: none.
+    Exit code 0: all checked frames can be read; 1: some cannot; 2: none can. Nothing but the contact sheet is written.
     """
     from ..inputs import ReadOptions, format_class, open_capture
-    from ..inputs.frame_selection import Selection, selected
+    from ..inputs.frame_selection import Selection, select_frames
     from ..inputs.inspection import summarize_capture
 
-    opened = selected(
-        open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or [])),
-        Selection(every, start, end, frames),
-    )
-    if sheet:
-        _check_place(sheet, capture)
+    options = ReadOptions.from_pairs(input_options or [])
+    opened = select_frames(open_capture(capture, masks=mask, options=options), Selection(every, start, end, frames))
+    if contact_sheet:
+        _check_sheet_path(contact_sheet, capture)
     from ..viz import contact_sheet as drawing
 
     tiles: list[Tile] = []
 
-    def see(look: Look, shot: FrameData | None) -> None:
-        numbered = look.name.isdecimal() and int(look.name) == look.index
-        caption = look.name if numbered else f"{look.index}: {look.name}"
-        caption += "" if look.timestamp is None else f"   {look.timestamp:.3f} s"
-        blank = drawing.Tile(caption, fault=look.error or "")
-        tiles.append(blank if shot is None else drawing.tile(caption, shot.data, shot.mask))
+    def add_tile(frame: FrameSummary, loaded: FrameData | None) -> None:
+        numbered = frame.name.isdecimal() and int(frame.name) == frame.index
+        caption = frame.name if numbered else f"{frame.index}: {frame.name}"
+        caption += "" if frame.timestamp is None else f"   {frame.timestamp:.3f} s"
+        blank = drawing.Tile(caption, fault=frame.error or "")
+        tiles.append(blank if loaded is None else drawing.tile(caption, loaded.data, loaded.mask))
 
-    found = summarize_capture(opened, samples, see if sheet else lambda look, shot: None)
-    if document:
-        typer.echo(json.dumps(found.to_dict(), indent=2, allow_nan=False))
+    summary = summarize_capture(opened, samples, add_tile if contact_sheet else lambda frame, loaded: None)
+    if as_json:
+        typer.echo(json.dumps(summary.to_dict(), indent=2, allow_nan=False))
     else:
-        typer.echo("\n".join(lines(found, format_class(found.format).what)))
-    if sheet:
-        _draw(sheet, f"{capture.resolve().name}   {found.format}   {_frames(found.frames)}", tiles)
-        typer.echo(f"sheet -> {sheet}", err=document)
-    if len(found.good) < len(found.looks):
-        raise typer.Exit(SOME_FAILED if found.good else NOTHING_DONE)
+        typer.echo("\n".join(summary_lines(summary, format_class(summary.format).what)))
+    if contact_sheet:
+        _draw(contact_sheet, f"{capture.resolve().name}   {summary.format}   {_frames(summary.frames)}", tiles)
+        typer.echo(f"contact sheet -> {contact_sheet}", err=as_json)
+    if len(summary.readable) < len(summary.checked):
+        raise typer.Exit(SOME_FAILED if summary.readable else NOTHING_DONE)
 
 
-def lines(found: Summary, what: str) -> list[str]:
-    """What `doo3d info` prints, a line per matter; those that do not apply are left out."""
-    good, cameras = found.good, {look.camera for look in found.good if look.camera is not None}
-    sizes = sorted({look.size for look in good if look.size is not None})
-    matters = [
-        ("format", f"{found.format}: {re.split(r' ?[(:]', what)[0]}"),
-        ("frames", _frames(found.frames) + (f", {found.names[0]} to {found.names[1]}" if found.names else "")),
-        ("selection", f"{found.selection}, of {_frames(found.total)}" if found.selection else ""),
-        ("time", _time(found)),
-        *(("part", part) for part in found.parts),
-        ("looked at", _looked(found)),
-        ("holds", _holds(good)),
+def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]:
+    """Return the lines that `doo3d info` prints: a label and a text each, empty texts left out."""
+    readable = summary.readable
+    cameras = {frame.camera for frame in readable if frame.camera is not None}
+    sizes = sorted({frame.size for frame in readable if frame.size is not None})
+    rows = [
+        ("format", f"{summary.format}: {re.split(r' ?[(:]', format_description)[0]}"),
+        ("frames", _frames(summary.frames) + (f", {summary.names[0]} to {summary.names[1]}" if summary.names else "")),
+        ("selection", f"{summary.selection}, of {_frames(summary.total)}" if summary.selection else ""),
+        ("time", _time(summary)),
+        *(("topic", topic) for topic in summary.topics),
+        ("frames checked", _checked(summary)),
+        ("content", _content(readable)),
         ("image", ", ".join(f"{width}x{height}" for width, height in sizes)),
         *(("camera", f"fx {c.fx:.2f}  fy {c.fy:.2f}  cx {c.cx:.2f}  cy {c.cy:.2f} px") for c in sorted(cameras, key=repr)),
-        ("depth", _depth(found)),
-        ("cloud", _clouds(good)),
-        *(("unreadable", text) for text in _unreadable(found.looks)),
-        *(("note", note) for note in found.notes),
+        ("depth", _depth(summary)),
+        ("cloud", _clouds(readable)),
+        *(("unreadable", text) for text in _unreadable(summary.checked)),
+        *(("warning", warning) for warning in summary.warnings),
     ]
-    return [found.path, *(f"  {label:<10}  {text}" for label, text in matters if text)]
+    return [summary.path, *(f"  {label:<14}  {text}" for label, text in rows if text)]
 
 
 def _frames(count: int) -> str:
     return f"{count} frame{'s' * (count != 1)}"
 
 
-def _time(found: Summary) -> str:
-    timing = found.timing
+def _time(summary: CaptureSummary) -> str:
+    timing = summary.timing
     if timing is None:
         return ""
     rate = f", {timing.rate:.2f} per second" if timing.rate else ""
@@ -117,63 +114,67 @@ def _time(found: Summary) -> str:
     return f"{timing.last - timing.first:.3f} s from {timing.first:.3f} s{rate}{longest}"
 
 
-def _looked(found: Summary) -> str:
-    if not found.looks:
+def _checked(summary: CaptureSummary) -> str:
+    if not summary.checked:
         return ""
-    failed = len(found.looks) - len(found.good)
-    return f"{_frames(len(found.looks))}" + (f", of which {failed} cannot be read" if failed else ", all can be read")
+    failed = len(summary.checked) - len(summary.readable)
+    return f"{len(summary.checked)}, of which {failed} cannot be read" if failed else f"{len(summary.checked)}, all can be read"
 
 
-def _unreadable(looks: Sequence[Look]) -> list[str]:
-    """Why frames cannot be read: of the first few, for mostly it is the same of all."""
-    reasons = [f"{look.name}: {look.error}" for look in looks if look.error is not None]
-    more = len(reasons) - MOST_REASONS
-    return reasons[:MOST_REASONS] + [f"{more} more, which --json names"] * (more > 0)
+def _unreadable(checked: Sequence[FrameSummary]) -> list[str]:
+    """Return the reasons of the first few unreadable frames, and how many more there are."""
+    reasons = [f"{frame.name}: {frame.error}" for frame in checked if frame.error is not None]
+    more = len(reasons) - MAX_REASONS
+    return reasons[:MAX_REASONS] + [f"{more} more, listed by --json"] * (more > 0)
 
 
-def _holds(good: Sequence[Look]) -> str:
-    """What the frames hold, and how many of them where it is not all."""
+def _content(readable: Sequence[FrameSummary]) -> str:
+    """Return the kinds of data in the frames, each with the number of frames that have it if not all do."""
     counts = {
-        "depth": sum(look.kind == "depth" for look in good),
-        "points": sum(look.kind == "cloud" for look in good),
-        "colour": sum(look.color for look in good),
-        "masks": sum(look.mask for look in good),
-        "poses": sum(look.pose for look in good),
-        "viewpoints": sum(look.viewpoint for look in good),
+        "depth": sum(frame.kind == "depth" for frame in readable),
+        "points": sum(frame.kind == "cloud" for frame in readable),
+        "colour": sum(frame.color for frame in readable),
+        "masks": sum(frame.mask for frame in readable),
+        "poses": sum(frame.pose for frame in readable),
+        "viewpoints": sum(frame.viewpoint for frame in readable),
     }
-    held = [name if count == len(good) else f"{name} in {count} of {len(good)}" for name, count in counts.items() if count]
-    wanted = ("points", "viewpoints") if counts["points"] else ("depth", "masks", "poses")
-    lacking = [f"no {name}" for name in wanted if not counts[name]]
-    return ", ".join([*held, *lacking]) if good else ""
+    present = [
+        name if count == len(readable) else f"{name} in {count} of {len(readable)}" for name, count in counts.items() if count
+    ]
+    expected = ("points", "viewpoints") if counts["points"] else ("depth", "masks", "poses")
+    absent = [f"no {name}" for name in expected if not counts[name]]
+    return ", ".join([*present, *absent]) if readable else ""
 
 
-def _depth(found: Summary) -> str:
-    missing = "" if found.missing is None else f"{found.missing:.1%} of the pixels without"
-    if found.depth is None:
+def _depth(summary: CaptureSummary) -> str:
+    missing = "" if summary.missing is None else f"{summary.missing:.1%} of the pixels without depth"
+    if summary.depth is None:
         return missing
-    near, middle, far = found.depth
-    return f"{near:.3f} to {far:.3f} m, median {middle:.3f} m; {missing}"
+    near, median, far = summary.depth
+    return f"{near:.3f} to {far:.3f} m, median {median:.3f} m; {missing}"
 
 
-def _clouds(good: Sequence[Look]) -> str:
-    clouds = [look for look in good if look.low is not None and look.high is not None]
+def _clouds(readable: Sequence[FrameSummary]) -> str:
+    clouds = [frame for frame in readable if frame.low is not None and frame.high is not None]
     if not clouds:
         return ""
-    points = sorted({look.points or 0 for look in clouds})
-    ends = [
-        (min(look.low[axis] for look in clouds if look.low), max(look.high[axis] for look in clouds if look.high))
+    counts = sorted({frame.points or 0 for frame in clouds})
+    bounds = [
+        (min(frame.low[axis] for frame in clouds if frame.low), max(frame.high[axis] for frame in clouds if frame.high))
         for axis in range(3)
     ]
-    box = ", ".join(f"{name} {low:.3f} to {high:.3f}" for name, (low, high) in zip("xyz", ends, strict=True))
-    return f"{points[0]}{f' to {points[-1]}' if len(points) > 1 else ''} points; {box} m"
+    box = ", ".join(f"{name} {low:.3f} to {high:.3f}" for name, (low, high) in zip("xyz", bounds, strict=True))
+    return f"{counts[0]}{f' to {counts[-1]}' if len(counts) > 1 else ''} points; {box} m"
 
 
-def _check_place(sheet: Path, capture: Path) -> None:
-    if sheet.suffix.lower() not in _PICTURES:
-        raise InputError(f"--contact-sheet {sheet}: expected a name that ends in {', '.join(_PICTURES)}", code="out-suffix")
-    if capture.resolve() in (sheet.resolve(), *sheet.resolve().parents):
+def _check_sheet_path(path: Path, capture: Path) -> None:
+    if path.suffix.lower() not in _PICTURE_SUFFIXES:
         raise InputError(
-            f"--contact-sheet {sheet}: belongs to the input, which would no longer be what it is: give another place",
+            f"--contact-sheet {path}: expected a name that ends in {', '.join(_PICTURE_SUFFIXES)}", code="out-suffix"
+        )
+    if capture.resolve() in (path.resolve(), *path.resolve().parents):
+        raise InputError(
+            f"--contact-sheet {path}: lies inside the input, which must not change: give a path outside of it",
             code="out-in-input",
         )
 

@@ -1,7 +1,7 @@
-"""Captures in: one file per format, found by what it holds and not by its name alone.
+"""Readers of captures: one file per format; the format is detected from content, not from the file name alone.
 
-To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order is the
-order of asking. A program of your own puts its class there itself: `FORMATS["mine"] = MyCapture`.
+To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order of the lines is
+the order in which formats are tried. A program of your own adds its class at run time: `FORMATS["mine"] = MyCapture`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, unread_code
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_masks import MaskedCapture
 from .formats.trajectory import PosedCapture
@@ -32,70 +32,95 @@ FORMATS: dict[str, str | CaptureFormat] = {
     "photos": "formats.photos:PhotosCapture",
     "video": "formats.video:VideoCapture",
 }
-IMAGE_FORMATS = ("photos", "video")  # those that give images without depth, for the 2-D mode
+IMAGE_FORMATS = ("photos", "video")  # formats whose frames are images without depth, for the 2-D mode
+_MAX_LISTED = 5  # captures that an error lists by name
 
 
 def format_class(name: str) -> CaptureFormat:
-    """The class that reads the format `name`, imported when first asked for."""
-    entry = FORMATS[name]
-    if not isinstance(entry, str):
-        return entry
-    module, _, member = entry.partition(":")
-    found: CaptureFormat = getattr(importlib.import_module(f".{module}", __name__), member)
-    return found
+    """Return the class that reads the format `name`, imported at the first request."""
+    registered = FORMATS[name]
+    if not isinstance(registered, str):
+        return registered
+    module, _, member = registered.partition(":")
+    loaded: CaptureFormat = getattr(importlib.import_module(f".{module}", __name__), member)
+    return loaded
 
 
 def open_capture(
     path: str | Path, images_only: bool = False, masks: str | Path | None = None, options: ReadOptions = DEFAULT
 ) -> Capture:
-    """What is at `path`, as a sequence of frames that load when asked.
+    """Open a recording, a cloud or an image as a sequence of frames.
+
+    Opening lists the frames and reads what they share (times, intrinsics); the data of a frame is read by
+    `capture.frames[i].load()`, which returns a FrameData with `data` (Frame, Cloud or Image), `mask` and `pose`.
 
     Parameters
     ----------
-    path : a folder or a file, in any of the formats of `FORMATS`.
-    images_only : for the 2-D mode: of a folder with colour and depth the colour images alone.
-    masks : instead of the capture's own: an image for a capture of one frame, or a folder of them.
-    options : what the capture does not say itself, such as topics, intrinsics, a depth scale.
+    path : a folder or a file in any format of `FORMATS`, detected from content: a ROS 1 or ROS 2 bag, one of RealSense's
+        SDK, TUM RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder with depth/ and color/, a depth image
+        with a YAML file, clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
+    images_only : prefer the color images, as Image, of a folder that has depth too: for a config with `mode: 2d`.
+    masks : masks to use instead of the capture's own: a folder of images named like the frames, or one image for a capture
+        of one frame. Non-zero pixels are the object.
+    options : values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per
+        metre), `tolerance` (s), `color`, `trajectory` (a file of camera poses). They take precedence over the capture's.
+
+    Returns
+    -------
+    Capture : `frames` (a sequence of FrameRef in recording order), `format` (a key of `FORMATS`) and `path`.
 
     Raises
     ------
-    InputError : there is nothing, it is of no known format, or what all its frames need is missing or broken.
+    InputError : `path` does not exist, its format is unknown, or something that all frames need is missing or damaged.
+        A frame that is damaged alone raises InputError from its `load`.
+    MissingDependency : the format needs a package that is not installed; the message has the pip command.
+
+    Examples
+    --------
+    >>> capture = doo3d.open_capture("sample_clouds/crossing", options=ReadOptions(depth_scale=1000))
+    >>> for frame in capture.frames:
+    ...     loaded = frame.load()
+    ...     detection = doo3d.detect(loaded.data, mask=loaded.mask)
     """
     path = Path(path)
     try:
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
         for name in sorted(FORMATS, key=lambda name: images_only and name not in IMAGE_FORMATS):
-            if (found := format_class(name)).can_read(path) or (name == "pairs" and _camera_is_said(path, options)):
-                capture = found(path, options)
+            reader = format_class(name)
+            if reader.can_read(path) or (name == "pairs" and _is_depth_by_options(path, options)):
+                capture = reader(path, options)
                 if options.trajectory is not None:
                     capture = PosedCapture(capture, options.trajectory, options.tolerance)
                 return MaskedCapture(capture, Path(masks)) if masks is not None else capture
-        raise _unknown(path)
+        raise _unknown_format(path)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
 
 
-def _camera_is_said(path: Path, options: ReadOptions) -> bool:
-    """Whether `path` is an image of whose camera the user says enough to take it for depth."""
+def _is_depth_by_options(path: Path, options: ReadOptions) -> bool:
+    """Return whether `path` is an image that the options make a depth image, by giving its camera."""
     return options.camera is not None and path.is_file() and is_image(path)
 
 
-def _unknown(path: Path) -> InputError:
-    known = f"What can be read: {'; '.join(format_class(name).what for name in FORMATS)}"
+def _unknown_format(path: Path) -> InputError:
+    """Return the error for a path that no format can read."""
+    formats = f"Formats that can be read: {'; '.join(format_class(name).what for name in FORMATS)}"
     if path.is_file():
         return InputError(
-            f"{path}: this file is of no known format (a depth image alone is not enough, its camera has to be known). {known}",
+            f"{path}: the format of this file is unknown (a depth image alone is not enough, its camera has to be given). "
+            f"{formats}",
             code="format-unknown",
         )
     inside = sorted(path.iterdir())
     if not inside:
-        return InputError(f"{path}: this folder is empty. {known}", code="folder-empty")
+        return InputError(f"{path}: this folder is empty. {formats}", code="folder-empty")
     captures = [item.name for item in inside if any(format_class(name).can_read(item) for name in FORMATS)]
     if not captures:
-        return InputError(f"{path}: this folder holds nothing of a known format. {known}", code="format-unknown")
-    shown = ", ".join(captures[:5]) + (f" and {len(captures) - 5} more" if len(captures) > 5 else "")
+        return InputError(f"{path}: this folder holds nothing in a known format. {formats}", code="format-unknown")
+    more = len(captures) - _MAX_LISTED
+    listed = ", ".join(captures[:_MAX_LISTED]) + (f" and {more} more" if more > 0 else "")
     return InputError(
-        f"{path}: this folder is not itself a capture but holds {len(captures)} of them, give one of these: {shown}",
+        f"{path}: this folder is not a capture but holds {len(captures)} captures, give one of these: {listed}",
         code="folder-of-captures",
     )

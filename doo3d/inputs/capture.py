@@ -1,4 +1,4 @@
-"""What every format gives: a capture of entries, each of which loads one shot."""
+"""The interface of every format: a capture is a sequence of frame references, each of which loads one frame's data."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .read_options import DEFAULT, ReadOptions
 
 @dataclass(frozen=True)
 class FrameData:
-    """One moment of a capture.
+    """The data of one frame of a capture.
 
     data : Frame or Cloud; Image for the 2-D mode.
-    mask : (H, W) bool, the pixels of the object as the capture knows them; None where it does not.
-    pose : (4, 4) the camera's optical frame in the world, x_world = pose @ x_camera; None where it is not known.
+    mask : (H, W) bool, the pixels of the object as annotated in the capture; None if it has no mask.
+    pose : (4, 4) the camera's optical frame in the world, x_world = pose @ x_camera, m; None if unknown.
     """
 
     data: Frame | Cloud | Image
@@ -32,11 +32,11 @@ class FrameData:
 
 @dataclass(frozen=True)
 class FrameRef:
-    """A place in a capture, cheap to hold; its data is read by `load` and not kept.
+    """A reference to one frame of a capture: small, picklable; `load` reads the data and does not keep it.
 
-    name : what the results of this frame are called, unique in its capture.
-    source : the file that it comes from. timestamp : s; None where the capture has none.
-    loader : reads the shot; raises InputError with the file's name when it cannot. It can be pickled, for other processes.
+    name : the frame's name in results, unique in its capture.
+    source : the file or folder that the frame is read from. timestamp : s; None if the capture has no times.
+    loader : reads the data; raises InputError with the file's name. It can be pickled, for other processes.
     """
 
     name: str
@@ -45,20 +45,20 @@ class FrameRef:
     timestamp: float | None = None
 
     def load(self) -> FrameData:
-        """Read the shot from disk.
+        """Read the frame's data from disk.
 
         Raises
         ------
-        InputError : it cannot be read, or is not what the format says.
+        InputError : a file cannot be read, or its content does not follow the format.
         """
         return self.loader()
 
 
 class Capture(Protocol):
-    """Frames in the order they were taken.
+    """A sequence of frames in recording order.
 
-    format : the format's name in the registry. path : as the user gave it. frames : the entries, not yet loaded.
-    A capture may have `parts` too, a list of str: its topics or streams, a line each, for `doo3d info`.
+    format : the format's name in the registry. path : as given by the user. frames : references, not yet loaded.
+    A capture may also have `topics`, a list of str: a line for each topic or stream, printed by `doo3d info`.
     """
 
     format: str
@@ -67,9 +67,9 @@ class Capture(Protocol):
 
 
 class CaptureFormat(Protocol):
-    """The class of a format: asked whether a path is its own, then called with it and with what the user says about it.
+    """The class of a format: `can_read` tests a path; calling the class with the path and the options opens the capture.
 
-    what : the format in half a sentence, for the error that lists what can be read.
+    what : the format in half a sentence, for the error that lists the formats.
     """
 
     what: ClassVar[str]

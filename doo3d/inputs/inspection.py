@@ -1,4 +1,4 @@
-"""What a capture is, from its entries and a look at a few of its frames."""
+"""Summary of a capture, from its frame references and the data of a few of its frames."""
 
 from __future__ import annotations
 
@@ -12,21 +12,23 @@ from ..errors import InputError
 from ..types import Camera, Cloud, Floats, Frame
 from .capture import Capture, FrameData, FrameRef
 
-SCHEMA = "doo3d/info/1"
-PERCENTILES = (1, 50, 99)  # of the depth: single readings are off by any amount
-MEASURED = (0.05, 30.0)  # m: where depth cameras measure; a median elsewhere is of another unit
-WIDEST, NARROWEST = 0.25, 8.0  # widths of the image: focal lengths between a fish eye's and a telescope's
-CLOUD = (0.01, 100.0)  # m across: clouds with a cable in them
-_GAP = 3.0  # medians: a longer time between two frames is worth a word
+SCHEMA = "doo3d/info/2"
+PERCENTILES = (1, 50, 99)  # of the depth; the extremes themselves are often single wrong measurements
+DEPTH_RANGE_M = (0.05, 30.0)  # range of depth cameras; a median outside it suggests a wrong unit
+FOCAL_RANGE_WIDTHS = (0.25, 8.0)  # focal length in image widths, from a fish eye's to a telescope's
+PRINCIPAL_POINT_RANGE = (0.25, 0.75)  # share of the width and of the height in which the principal point is plausible
+CLOUD_SIZE_RANGE_M = (0.01, 100.0)  # diagonal of a plausible cloud with a cable in it
+_MAX_STEP_MEDIANS = 3.0  # median time steps; a longer step between two frames gives a warning
 
 
 @dataclass(frozen=True)
-class Look:
-    """What one frame holds.
+class FrameSummary:
+    """The content of one checked frame.
 
-    index, name, timestamp : of the entry. error : why it cannot be read, a sentence; the rest is then as it is by default.
-    kind : "depth", "cloud" or "image". size : (width, height) px. depth : m, at PERCENTILES; None where none is measured.
-    missing : share of the pixels without depth. points, low, high : of a cloud, their number and the corners of its box, m.
+    index, name, timestamp : of the frame reference. error : why the frame cannot be read; all other fields keep their defaults.
+    kind : "depth", "cloud" or "image". size : (width, height) px. color, mask, pose, viewpoint : whether the frame has one.
+    depth : m, at PERCENTILES; None without valid depth. missing : share of pixels without depth, 0 to 1.
+    points : number of points of a cloud. low, high : corners of the cloud's bounding box, m.
     """
 
     index: int
@@ -49,7 +51,11 @@ class Look:
 
 @dataclass(frozen=True)
 class Timing:
-    """When the frames were taken: s of the first and of the last, frames per second by the median step, the longest step."""
+    """The times of the frames.
+
+    first, last : s. rate : frames per second, from the median step. longest : the longest step between two frames, s;
+    longest_after : the name of the frame before it.
+    """
 
     first: float
     last: float
@@ -59,11 +65,12 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Summary:
-    """A capture.
+class CaptureSummary:
+    """The content of a capture.
 
-    frames, names : how many there are, and what the first and the last are called. total, selection : how many the whole
-    capture has, and which of them are meant, empty for all. parts : topics or streams, where the format names them.
+    frames, names : number of selected frames, names of the first and the last. total : number of frames of the whole capture.
+    selection : as on the command line, empty for all frames. topics : a line for each topic or stream, if the format has them.
+    checked : summaries of the frames that were loaded.
     """
 
     path: str
@@ -72,93 +79,98 @@ class Summary:
     total: int
     selection: str
     names: tuple[str, str] | None
-    parts: tuple[str, ...]
+    topics: tuple[str, ...]
     timing: Timing | None
-    looks: tuple[Look, ...]
+    checked: tuple[FrameSummary, ...]
 
     @property
-    def good(self) -> list[Look]:
-        """The frames that could be read."""
-        return [look for look in self.looks if look.error is None]
+    def readable(self) -> list[FrameSummary]:
+        """The checked frames that can be read."""
+        return [frame for frame in self.checked if frame.error is None]
 
     @property
     def depth(self) -> tuple[float, float, float] | None:
-        """m: the least, the median and the greatest of the frames' depths at PERCENTILES."""
-        found = np.array([look.depth for look in self.good if look.depth is not None])
-        return (float(found[:, 0].min()), float(np.median(found[:, 1])), float(found[:, 2].max())) if len(found) else None
+        """Least, median and greatest, over the checked frames, of their depths at PERCENTILES, m."""
+        depths = np.array([frame.depth for frame in self.readable if frame.depth is not None])
+        return (float(depths[:, 0].min()), float(np.median(depths[:, 1])), float(depths[:, 2].max())) if len(depths) else None
 
     @property
     def missing(self) -> float | None:
-        """Share of the pixels without depth, the mean of the frames."""
-        found = [look.missing for look in self.good if look.missing is not None]
-        return float(np.mean(found)) if found else None
+        """Share of the pixels without depth, 0 to 1, the mean of the checked frames."""
+        shares = [frame.missing for frame in self.readable if frame.missing is not None]
+        return float(np.mean(shares)) if shares else None
 
     @property
-    def notes(self) -> list[str]:
-        """What looks wrong, a sentence each."""
-        return [note for check in (_depth_notes, _camera_notes, _cloud_notes, _frame_notes) for note in check(self)]
+    def warnings(self) -> list[str]:
+        """Implausible units, intrinsics, sizes and gaps in time, and unreadable frames: a sentence each."""
+        checks = (_depth_warnings, _camera_warnings, _cloud_warnings, _frame_warnings)
+        return [warning for check in checks for warning in check(self)]
 
     def to_dict(self) -> dict[str, Any]:
-        """What --json prints."""
+        """Return the summary as `doo3d info --json` prints it."""
         return {
             "schema": SCHEMA,
-            "input": {"path": self.path, "format": self.format, "frames": self.total, "parts": list(self.parts)},
+            "input": {"path": self.path, "format": self.format, "frames": self.total, "topics": list(self.topics)},
             "selection": self.selection,
             "frames": self.frames,
             "names": self.names and list(self.names),
             "timing": self.timing and asdict(self.timing),
             "depth": self.depth and dict(zip((f"percentile_{p}" for p in PERCENTILES), self.depth, strict=True)),
             "missing": self.missing,
-            "notes": self.notes,
-            "sampled": [asdict(look) for look in self.looks],
+            "warnings": self.warnings,
+            "checked": [asdict(frame) for frame in self.checked],
         }
 
 
 def summarize_capture(
-    capture: Capture, samples: int, see: Callable[[Look, FrameData | None], None] = lambda look, shot: None
-) -> Summary:
-    """Look at up to `samples` frames of a capture, evenly from the first to the last, one in memory at a time.
+    capture: Capture, samples: int, visit: Callable[[FrameSummary, FrameData | None], None] = lambda frame, data: None
+) -> CaptureSummary:
+    """Load up to `samples` frames of a capture, evenly spaced, one in memory at a time, and summarize the capture.
 
-    see : called with each look and its shot, None where it cannot be read.
+    Parameters
+    ----------
+    capture : the capture, or a selection of its frames.
+    samples : number of frames to load at most, from the first to the last.
+    visit : called with the summary and the data of each loaded frame; the data is None if the frame cannot be read.
     """
     count = len(capture.frames)
-    looks = []
+    checked = []
     numbers: list[int] = getattr(capture, "indices", None) or list(range(count))
     for i in np.unique(np.rint(np.linspace(0, count - 1, min(samples, count))).astype(int)).tolist() if count else []:
-        look, shot = _look(numbers[i], capture.frames[i])
-        looks.append(look)
-        see(look, shot)
+        summary, data = _summarize_frame(numbers[i], capture.frames[i])
+        checked.append(summary)
+        visit(summary, data)
     whole: Capture = getattr(capture, "whole", capture)
-    return Summary(
+    return CaptureSummary(
         path=str(capture.path),
         format=capture.format,
         frames=count,
         total=len(whole.frames),
         selection=getattr(capture, "selection", ""),
         names=(capture.frames[0].name, capture.frames[-1].name) if count else None,
-        parts=tuple(getattr(whole, "parts", ())),
+        topics=tuple(getattr(whole, "topics", ())),
         timing=_timing(capture),
-        looks=tuple(looks),
+        checked=tuple(checked),
     )
 
 
-def _look(index: int, entry: FrameRef) -> tuple[Look, FrameData | None]:
+def _summarize_frame(index: int, frame: FrameRef) -> tuple[FrameSummary, FrameData | None]:
     try:
-        shot = entry.load()
+        loaded = frame.load()
     except InputError as error:
-        return Look(index, entry.name, entry.timestamp, str(error)), None
-    known: dict[str, Any] = {"mask": shot.mask is not None, "pose": shot.pose is not None}
-    data = shot.data
+        return FrameSummary(index, frame.name, frame.timestamp, str(error)), None
+    values: dict[str, Any] = {"mask": loaded.mask is not None, "pose": loaded.pose is not None}
+    data = loaded.data
     if isinstance(data, Cloud):
         low, high = (tuple(getattr(data.points, end)(axis=0).tolist()) for end in ("min", "max"))
-        known |= {"kind": "cloud", "color": data.colors is not None, "viewpoint": data.viewpoint is not None}
-        known |= {"points": len(data.points), "low": low, "high": high}
+        values |= {"kind": "cloud", "color": data.colors is not None, "viewpoint": data.viewpoint is not None}
+        values |= {"points": len(data.points), "low": low, "high": high}
     elif isinstance(data, Frame):
-        known |= {"kind": "depth", "size": data.depth.shape[::-1], "camera": data.camera, "color": data.color is not None}
-        known |= {"depth": _percentiles(data.depth[data.depth > 0]), "missing": float((data.depth == 0).mean())}
+        values |= {"kind": "depth", "size": data.depth.shape[::-1], "camera": data.camera, "color": data.color is not None}
+        values |= {"depth": _percentiles(data.depth[data.depth > 0]), "missing": float((data.depth == 0).mean())}
     else:
-        known |= {"kind": "image", "size": data.color.shape[1::-1], "color": True}
-    return Look(index, entry.name, entry.timestamp, **known), shot
+        values |= {"kind": "image", "size": data.color.shape[1::-1], "color": True}
+    return FrameSummary(index, frame.name, frame.timestamp, **values), loaded
 
 
 def _percentiles(depth: Floats) -> tuple[float, ...] | None:
@@ -166,69 +178,69 @@ def _percentiles(depth: Floats) -> tuple[float, ...] | None:
 
 
 def _timing(capture: Capture) -> Timing | None:
-    stamped = [(entry.timestamp, entry.name) for entry in capture.frames if entry.timestamp is not None]
+    stamped = [(frame.timestamp, frame.name) for frame in capture.frames if frame.timestamp is not None]
     if not stamped:
         return None
     times = np.array([stamp for stamp, _ in stamped])
     steps = np.diff(times)
-    usual = float(np.median(steps)) if len(steps) else 0.0
+    median = float(np.median(steps)) if len(steps) else 0.0
     longest = int(np.argmax(steps)) if len(steps) else None
     return Timing(
         first=float(times.min()),
         last=float(times.max()),
-        rate=1 / usual if usual > 0 else None,
+        rate=1 / median if median > 0 else None,
         longest=None if longest is None else float(steps[longest]),
         longest_after=None if longest is None else stamped[longest][1],
     )
 
 
-def _depth_notes(summary: Summary) -> list[str]:
+def _depth_warnings(summary: CaptureSummary) -> list[str]:
     if summary.depth is None:
-        empty = [look for look in summary.good if look.kind == "depth"]
-        return ["no frame that was looked at has any depth"] if empty else []
-    median, (near, far) = summary.depth[1], MEASURED
+        without = [frame for frame in summary.readable if frame.kind == "depth"]
+        return ["none of the checked frames has any depth"] if without else []
+    median, (near, far) = summary.depth[1], DEPTH_RANGE_M
     if near <= median <= far:
         return []
-    wrong, factor = ("large", median) if median > far else ("small", 1 / median)
+    adjective, factor = ("large", median) if median > far else ("small", 1 / median)
     return [
-        f"the median depth is {median:.4g} m, too {wrong} for a depth camera, as if the unit were wrong by some {factor:.0g}: "
-        "check the units per metre (--input-option depth_scale=...; 1000 for millimetres)"
+        f"the median depth is {median:.4g} m, too {adjective} for a depth camera, as if the unit were wrong by a factor of about "
+        f"{factor:.0g}: check the units per metre (--input-option depth_scale=...; 1000 for millimetres)"
     ]
 
 
-def _camera_notes(summary: Summary) -> list[str]:
-    notes = []
-    cameras = {look.camera for look in summary.good if look.camera is not None}
+def _camera_warnings(summary: CaptureSummary) -> list[str]:
+    warnings = []
+    low, high = PRINCIPAL_POINT_RANGE
+    cameras = {frame.camera for frame in summary.readable if frame.camera is not None}
     for camera in sorted(cameras, key=lambda camera: (camera.width, camera.fx)):
-        across = camera.fx / camera.width
-        if not WIDEST <= across <= NARROWEST:
-            notes.append(
-                f"a focal length of {camera.fx:.0f} px for {camera.width} px of width is unlikely: is it of this resolution?"
+        if not FOCAL_RANGE_WIDTHS[0] <= camera.fx / camera.width <= FOCAL_RANGE_WIDTHS[1]:
+            warnings.append(
+                f"a focal length of {camera.fx:.0f} px for an image {camera.width} px wide is unlikely: "
+                "are the intrinsics of this resolution?"
             )
-        elif not (0.25 < camera.cx / camera.width < 0.75 and 0.25 < camera.cy / camera.height < 0.75):
-            notes.append(
-                f"the principal point ({camera.cx:.0f}, {camera.cy:.0f}) lies far from the middle of "
-                f"{camera.width}x{camera.height} px: are the intrinsics of this resolution?"
+        elif not (low < camera.cx / camera.width < high and low < camera.cy / camera.height < high):
+            warnings.append(
+                f"the principal point ({camera.cx:.0f}, {camera.cy:.0f}) lies far from the middle of the "
+                f"{camera.width}x{camera.height} px image: are the intrinsics of this resolution?"
             )
-    if len({look.size for look in summary.good}) > 1:
-        notes.append("the frames are of several sizes")
-    return notes
+    if len({frame.size for frame in summary.readable}) > 1:
+        warnings.append("the frames have different sizes")
+    return warnings
 
 
-def _cloud_notes(summary: Summary) -> list[str]:
-    notes = []
-    for look in summary.good:
-        if look.low is not None and look.high is not None:
-            across = float(np.linalg.norm(np.subtract(look.high, look.low)))
-            if not CLOUD[0] <= across <= CLOUD[1]:
-                notes.append(f"{look.name} is {across:.4g} m across: are its coordinates metres? (they have to be)")
-    return notes[:1]
+def _cloud_warnings(summary: CaptureSummary) -> list[str]:
+    for frame in summary.readable:
+        if frame.low is not None and frame.high is not None:
+            diagonal = float(np.linalg.norm(np.subtract(frame.high, frame.low)))
+            if not CLOUD_SIZE_RANGE_M[0] <= diagonal <= CLOUD_SIZE_RANGE_M[1]:
+                return [f"the cloud {frame.name} is {diagonal:.4g} m across: coordinates have to be metres, are they?"]
+    return []
 
 
-def _frame_notes(summary: Summary) -> list[str]:
-    timing, notes = summary.timing, list[str]()
-    if timing and timing.longest and timing.rate and timing.longest * timing.rate > _GAP:
-        notes.append(f"after {timing.longest_after} there is no frame for {timing.longest:.3g} s")
-    if failed := [look for look in summary.looks if look.error is not None]:
-        notes.append(f"{len(failed)} of the {len(summary.looks)} frames that were looked at cannot be read")
-    return notes
+def _frame_warnings(summary: CaptureSummary) -> list[str]:
+    timing, warnings = summary.timing, list[str]()
+    if timing and timing.longest and timing.rate and timing.longest * timing.rate > _MAX_STEP_MEDIANS:
+        warnings.append(f"there is no frame for {timing.longest:.3g} s after frame {timing.longest_after}")
+    if failed := [frame for frame in summary.checked if frame.error is not None]:
+        warnings.append(f"{len(failed)} of the {len(summary.checked)} checked frames cannot be read")
+    return warnings

@@ -1,4 +1,4 @@
-"""How a capture is to be read, where it does not say so itself."""
+"""Options for reading a capture that lacks a value or has it wrong."""
 
 from __future__ import annotations
 
@@ -12,29 +12,31 @@ from ..errors import InputError, invalid_code
 
 
 class ReadOptions(BaseModel):
-    """What the user says about a capture. Everything may be left to what the capture says, or to its format's convention."""
+    """Values that take precedence over those of the capture; None leaves them to the capture or to its format's convention."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    color_topic: str | None = Field(None, description="the topic of the colour images in a bag.")
-    depth_topic: str | None = Field(None, description="the topic of the depth images in a bag.")
-    info_topic: str | None = Field(None, description="the topic of the depth camera's CameraInfo in a bag.")
-    cloud_topic: str | None = Field(None, description="the topic of the clouds in a bag; they are read instead of images.")
-    tolerance: float = Field(0.03, ge=0, description="s; colour and depth farther apart than this do not belong together.")
-    camera: tuple[float, float, float, float] | None = Field(None, description="[fx, fy, cx, cy] px, of the depth images.")
-    depth_scale: float | None = Field(None, gt=0, description="units of the depth images per metre, such as 1000 or 5000.")
-    color: Path | None = Field(None, description="the colour image that belongs to a single depth image.")
+    color_topic: str | None = Field(None, description="Topic of the color images in a bag; none: read no color.")
+    depth_topic: str | None = Field(None, description="Topic of the depth images in a bag; none: read no depth.")
+    info_topic: str | None = Field(None, description="Topic of the depth camera's CameraInfo in a bag.")
+    cloud_topic: str | None = Field(None, description="Topic of the clouds in a bag; they are read instead of images.")
+    tolerance: float = Field(0.03, ge=0, description="Largest difference in time of color and depth of one frame. s.")
+    camera: tuple[float, float, float, float] | None = Field(
+        None, description="Intrinsics of the depth images: [fx, fy, cx, cy]. px."
+    )
+    depth_scale: float | None = Field(None, gt=0, description="Units of the depth images per metre, such as 1000 or 5000.")
+    color: Path | None = Field(None, description="Color image that belongs to a single depth image.")
     trajectory: Path | None = Field(
-        None, description="a file of camera poses, in TUM's format: lines of time, tx, ty, tz, qx, qy, qz, qw, camera to world."
+        None, description="File of camera poses in TUM's format: lines of time, tx, ty, tz, qx, qy, qz, qw, camera to world."
     )
 
     @staticmethod
     def from_pairs(pairs: list[str]) -> ReadOptions:
-        """From KEY=VALUE pairs, values as YAML.
+        """Return the options of KEY=VALUE pairs, each value parsed as YAML.
 
         Raises
         ------
-        InputError : a pair without "=", a key that there is not, a value that cannot be.
+        InputError : a pair without "=", an unknown key, or a value of the wrong type or out of bounds.
         """
         values: dict[str, Any] = {}
         for pair in pairs:
@@ -55,8 +57,8 @@ class ReadOptions(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))
-            known = f"; there are {', '.join(ReadOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
-            raise InputError(f"--input-option {key}: {first['msg']}{known}", code=invalid_code([first["type"]])) from None
+            keys = f"; the options are {', '.join(ReadOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
+            raise InputError(f"--input-option {key}: {first['msg']}{keys}", code=invalid_code([first["type"]])) from None
 
 
 DEFAULT = ReadOptions()

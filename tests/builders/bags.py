@@ -18,11 +18,11 @@ DTYPES = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
 
 
 @dataclass
-class Script:
-    """What is to be written: topic, type, ns, and what makes the message out of a store of types."""
+class BagScript:
+    """The messages of a bag to be written: topic, type, time (ns) and message, with the store of types to make them."""
 
     kind: str
-    lines: list[tuple[str, str, int, Any]] = field(default_factory=list)
+    messages: list[tuple[str, str, int, Any]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -40,12 +40,12 @@ class Script:
         return self.make("std_msgs/msg/Header", stamp=time, frame_id=frame, **more)
 
     def add(self, topic: str, kind: str, time: int, message: Any) -> None:
-        self.lines.append((topic, kind, time, message))
+        self.messages.append((topic, kind, time, message))
 
     def image(
         self, topic: str, stamp: int, image: np.ndarray, encoding: str, frame="camera_optical", time=None, pad=0, big=0
     ) -> None:
-        """An Image; `pad` bytes fill up each row, `big`-endian where asked."""
+        """Add an Image; `pad` bytes are appended to each row; `big` makes it big-endian."""
         dtype = np.dtype(DTYPES.get(encoding, np.uint8)).newbyteorder(">" if big else "<")
         rows = np.ascontiguousarray(image.astype(dtype)).view(np.uint8).reshape(len(image), -1)
         rows = np.pad(rows, ((0, 0), (0, pad)), constant_values=77)
@@ -91,7 +91,7 @@ class Script:
         self.add("/tf_static" if static else "/tf", TF, stamp, self.make(TF, transforms=[one]))
 
     def cloud(self, topic: str, stamp: int, cells: np.ndarray, height: int = 1, frame="camera_optical", pad=0) -> None:
-        """A PointCloud2 of a structured array, its rows filled up with `pad` bytes."""
+        """Add a PointCloud2 of a structured array; `pad` bytes are appended to each row."""
         numbers = {"f4": 7, "f8": 8, "u4": 6, "u1": 2}
         fields = [
             self.make("sensor_msgs/msg/PointField", name=name, offset=kind[1], datatype=numbers[kind[0].str[1:]], count=1)
@@ -107,7 +107,7 @@ class Script:
         self.add(topic, CLOUD, stamp, message)
 
     def write(self, path: Path, packing: str | None = None, extra: bytes = b"") -> Path:
-        """The bag; `extra` bytes behind each Image, as RealSense's SDK has them."""
+        """Write the bag; `extra` bytes are appended to each Image, as by RealSense's SDK."""
         from rosbags import rosbag1, rosbag2
 
         if self.kind == "ros1":
@@ -121,7 +121,7 @@ class Script:
                 writer.set_compression(rosbag2.CompressionMode[packing.upper()], rosbag2.CompressionFormat.ZSTD)
         with writer:
             connections: dict[str, Any] = {}
-            for topic, kind, time, message in self.lines:
+            for topic, kind, time, message in self.messages:
                 if topic not in connections:
                     connections[topic] = writer.add_connection(topic, kind, typestore=self.store)
                 pack = self.store.serialize_ros1 if self.kind == "ros1" else self.store.serialize_cdr

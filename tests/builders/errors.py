@@ -1,4 +1,4 @@
-"""Errors asserted by their code, which is stable, and not by their sentence, which is not."""
+"""Assertions on errors by their stable code instead of their sentence, which may change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from doo3d.errors import DooError, InputError
 
 @contextmanager
 def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterator[None]:
-    """Expect an error of this kind with this code, whose sentence holds each of the parts: a file's name, a shape, a value."""
+    """Expect an error of type `kind` with this code, whose sentence contains each of the parts (file name, shape, value)."""
     with pytest.raises(kind) as caught:
         yield
     assert caught.value.code == code, f"{caught.value.code}: {caught.value}"
@@ -21,7 +21,7 @@ def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterat
         assert part in str(caught.value)
 
 
-def code_in(said: str) -> str:
-    """The code behind the one sentence that the command has said; "" where there is none."""
-    found = re.search(r" \[([a-z0-9-]+)\]$", said.rstrip("\n"))
-    return found[1] if found else ""
+def code_in(sentence: str) -> str:
+    """Return the code in brackets at the end of the command's error; "" if there is none."""
+    match = re.search(r" \[([a-z0-9-]+)\]$", sentence.rstrip("\n"))
+    return match[1] if match else ""

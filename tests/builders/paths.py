@@ -1,4 +1,4 @@
-"""Where the tests find the checkout, its samples, and data of others beside it (tests that need it skip where it is absent)."""
+"""Paths of the checkout, its samples, and third-party data beside it (tests that need absent data are skipped)."""
 
 from __future__ import annotations
 

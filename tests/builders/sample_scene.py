@@ -1,4 +1,4 @@
-"""A rendered frame of a cable that crosses itself, at 640x480, to be written in the layouts of others."""
+"""A rendered frame of a cable that crosses itself, at 640x480, for tests that write it in other formats."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Scene(NamedTuple):
 
 @lru_cache(maxsize=1)
 def scene() -> Scene:
-    """Every second pixel of the sample's first frame, with rows of nothing above and below."""
+    """Return every second pixel of the sample's first frame, with empty rows above and below."""
     frame = open_capture(SAMPLE).frames[0].load().data
     rows = ((60, 60), (0, 0))
     color = np.pad(frame.color[::2, ::2], (*rows, (0, 0)), mode="edge")
@@ -56,34 +56,34 @@ def put(path: Path, image: np.ndarray) -> Path:
 
 
 def units(scale: float) -> np.ndarray:
-    """The scene's depth as a depth image of so many units per metre."""
+    """Return the scene's depth as a 16-bit image of `scale` units per metre."""
     return np.rint(scene().depth * scale).astype(np.uint16)
 
 
-def check(shot: FrameData, step: float, pinhole: tuple[float, ...] | None = None, color: float = 0) -> None:
-    """The shot is the scene: depth within half a step (m), colour within so much, and these intrinsics."""
-    assert isinstance(shot.data, doo3d.Frame)
-    assert np.abs(shot.data.depth - scene().depth).max() <= step / 2 + 1e-6
-    assert np.abs(shot.data.color.astype(int) - scene().color).mean() <= color
-    camera = shot.data.camera
+def check(loaded: FrameData, step: float, pinhole: tuple[float, ...] | None = None, color: float = 0) -> None:
+    """Assert that a frame is the scene: depth within half a step (m), colour within a mean difference, these intrinsics."""
+    assert isinstance(loaded.data, doo3d.Frame)
+    assert np.abs(loaded.data.depth - scene().depth).max() <= step / 2 + 1e-6
+    assert np.abs(loaded.data.color.astype(int) - scene().color).mean() <= color
+    camera = loaded.data.camera
     assert np.allclose((camera.fx, camera.fy, camera.cx, camera.cy), pinhole or scene().pinhole)
     assert (camera.width, camera.height) == (640, 480)
 
 
-def found(shot: FrameData, near: float = 0.03) -> None:
-    """In the shot the cable is found, in one piece and as long as it is, by so much (m)."""
-    chains = doo3d.detect(shot.data, doo3d.load_config("default"), mask=shot.mask).chains
+def assert_detected(loaded: FrameData, tolerance: float = 0.03) -> None:
+    """Assert that the cable is detected as one chain, its length within the tolerance (m)."""
+    chains = doo3d.detect(loaded.data, doo3d.load_config("default"), mask=loaded.mask).chains
     assert len(chains) == 1
-    assert abs(chains[0].length - LENGTH) < near
+    assert abs(chains[0].length - LENGTH) < tolerance
 
 
 def refused(path: Path, code: str, *parts: str, index: int | None = None, options: ReadOptions | None = None) -> None:
-    """Opening is refused with this code, in a sentence with these parts; with an index it is the frame that is refused."""
+    """Assert that opening, or with an index loading that frame, fails with this code and these parts in the sentence."""
     options = options or ReadOptions()
     if index is None:
         with refuses(code, *parts):
             open_capture(path, options=options)
     else:
-        entry = open_capture(path, options=options).frames[index]
+        frame = open_capture(path, options=options).frames[index]
         with refuses(code, *parts):
-            entry.load()
+            frame.load()

@@ -8,23 +8,24 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from builders.errors import code_in
 
 
-def test_what_is_said_of_a_folder(doo3d, capture):
+def test_summary_of_a_folder(doo3d, capture):
     folder = capture(frames=3, mask=True)
     before = sorted(os.listdir())
     code, out, err = doo3d("info", folder)
     assert (code, err) == (0, "")
-    said = {line[2:12].strip(): line[14:] for line in out.splitlines()[1:]}
+    rows = {line[2:16].strip(): line[18:] for line in out.splitlines()[1:]}
     assert out.splitlines()[0] == str(folder)
-    assert said == {
+    assert rows == {
         "format": "folder: a folder with depth/",
         "frames": "3 frames, 000000 to 000002",
-        "looked at": "3 frames, all can be read",
-        "holds": "depth, colour, masks, no poses",
+        "frames checked": "3, all can be read",
+        "content": "depth, colour, masks, no poses",
         "image": "320x240",
         "camera": "fx 400.00  fy 400.00  cx 160.00  cy 120.00 px",
-        "depth": "0.495 to 0.560 m, median 0.560 m; 0.0% of the pixels without",
+        "depth": "0.495 to 0.560 m, median 0.560 m; 0.0% of the pixels without depth",
     }
     assert sorted(os.listdir()) == before  # nothing is drawn unless it is asked for
 
@@ -35,67 +36,68 @@ def test_bad_frames(doo3d, capture):
     files[1].write_bytes(files[1].read_bytes()[:100])
     code, out, _ = doo3d("info", folder, "--contact-sheet", "sheet.png")
     assert code == 1
-    assert "looked at   3 frames, of which 1 cannot be read" in out
-    assert "unreadable  000001: " in out
+    assert "frames checked  3, of which 1 cannot be read" in out
+    assert "unreadable      000001: " in out
     assert cv2.imread("sheet.png").shape[1] == 1600
     for file in files:
         file.write_bytes(b"")
     assert doo3d("info", folder)[0] == 2
 
 
-def test_of_many_bad_frames_a_few_reasons_are_enough(doo3d, capture):
+def test_reasons_of_bad_frames_are_limited(doo3d, capture):
     folder = capture(frames=6)
     for file in (folder / "depth").iterdir():
         file.write_bytes(b"")
     code, out, _ = doo3d("info", folder)
     assert code == 2
     assert [line.split()[1] for line in out.splitlines() if "unreadable" in line] == ["000000:", "000001:", "000002:", "3"]
-    assert "3 more, which --json names" in out
+    assert "3 more, listed by --json" in out
 
 
 def test_json(doo3d, capture):
     code, out, err = doo3d("info", capture(frames=9), "--json", "--samples", 2, "--every", 2, "--contact-sheet", "a.jpg")
     found = json.loads(out)
     assert code == 0
-    assert (found["schema"], found["input"]["frames"], found["frames"], found["selection"]) == ("doo3d/info/1", 9, 5, "--every 2")
-    assert [look["index"] for look in found["sampled"]] == [0, 8]
-    assert found["sampled"][0]["camera"] == {"fx": 400.0, "fy": 400.0, "cx": 160.0, "cy": 120.0, "width": 320, "height": 240}
-    assert "sheet -> a.jpg" in err
+    assert (found["schema"], found["input"]["frames"], found["frames"], found["selection"]) == ("doo3d/info/2", 9, 5, "--every 2")
+    assert [frame["index"] for frame in found["checked"]] == [0, 8]
+    assert found["checked"][0]["camera"] == {"fx": 400.0, "fy": 400.0, "cx": 160.0, "cy": 120.0, "width": 320, "height": 240}
+    assert "contact sheet -> a.jpg" in err
 
 
 def test_a_cloud_and_a_video(doo3d):
     np.savez("scan.npz", points=np.random.default_rng(0).uniform(0, 1, (100, 3)))
     code, out, _ = doo3d("info", "scan.npz", "--contact-sheet", "scan.png")
     assert code == 0
-    assert "holds       points, no viewpoints" in out
-    assert "cloud       100 points; x 0." in out
+    assert "content         points, no viewpoints" in out
+    assert "cloud           100 points; x 0." in out
     video = cv2.VideoWriter("film.avi", cv2.VideoWriter_fourcc(*"MJPG"), 10, (64, 48))
     for i in range(12):
         video.write(np.full((48, 64, 3), 20 * i, np.uint8))
     video.release()
     code, out, _ = doo3d("info", "film.avi", "--start", "0.5s", "--contact-sheet", "film.png")
     assert code == 0
-    assert "frames      7 frames, 000005 to 000011" in out
-    assert "selection   --start 0.5s, of 12 frames" in out
-    assert "time        0.600 s from 0.500 s, 10.00 per second" in out
+    assert "frames          7 frames, 000005 to 000011" in out
+    assert "selection       --start 0.5s, of 12 frames" in out
+    assert "time            0.600 s from 0.500 s, 10.00 per second" in out
 
 
-def test_places_where_no_sheet_is_drawn(doo3d, capture):
+def test_paths_refused_for_a_contact_sheet(doo3d, capture):
     folder = capture()
-    for sheet, why in (
-        (folder / "color" / "sheet.png", "belongs to the input"),
-        ("sheet.gif", r"ends in .png"),
-        ("sheet", r"ends in .png"),
-        (Path("nowhere") / "sheet.png", "cannot be written to"),
+    for sheet, error_code in (
+        (folder / "color" / "sheet.png", "out-in-input"),
+        ("sheet.gif", "out-suffix"),
+        ("sheet", "out-suffix"),
+        (Path("nowhere") / "sheet.png", "out-unwritable"),
     ):
         code, _, err = doo3d("info", folder, "--contact-sheet", sheet)
         assert code == 2
-        assert why in err
+        assert code_in(err) == error_code
+        assert str(sheet) in err
         assert len(err.splitlines()) == 1
     assert sorted(os.listdir(folder / "color")) == ["000000.jpg"]
 
 
-def test_the_same_sheet_every_time(doo3d, capture):
+def test_contact_sheets_are_reproducible(doo3d, capture):
     folder = capture(frames=2)
     doo3d("info", folder, "--contact-sheet", "a.png")
     doo3d("info", folder, "--contact-sheet", "b.png")
@@ -118,7 +120,7 @@ def test_detect_refuses_a_selection_of_nothing(refused, capture):
     assert "--end 1s" in refused(folder, "--end", "1s", code="times-missing")
 
 
-def test_masks_from_elsewhere_are_said_with_a_selection(doo3d, capture):
+def test_manifest_names_external_masks_and_selection(doo3d, capture):
     folder = capture(frames=2, mask=True)
     doo3d("detect", folder, "--mask", folder / "mask", "--frames", 1)
     found = json.loads(Path("out/manifest.json").read_text())["input"]

@@ -9,7 +9,7 @@ from builders.errors import refuses
 
 from doo3d.inputs import open_capture
 from doo3d.inputs.capture import FrameRef
-from doo3d.inputs.frame_selection import Selection, selected
+from doo3d.inputs.frame_selection import Selection, select_frames
 
 
 class Recording:
@@ -23,7 +23,7 @@ class Recording:
 
 
 def chosen(count=10, **selection) -> list[int]:
-    return [int(entry.name) - 100 for entry in selected(Recording(count), Selection(**selection)).frames]
+    return [int(frame_ref.name) - 100 for frame_ref in select_frames(Recording(count), Selection(**selection)).frames]
 
 
 @pytest.mark.parametrize(
@@ -57,11 +57,11 @@ def test_what_is_left(selection, expected):
 
 def test_the_whole_is_the_capture_itself():
     capture = Recording()
-    assert selected(capture, Selection()) is capture
+    assert select_frames(capture, Selection()) is capture
 
 
 def test_the_selection_in_words():
-    capture = selected(Recording(), Selection(every=2, start="1", end="0.6s", frames="0-3, 7"))
+    capture = select_frames(Recording(), Selection(every=2, start="1", end="0.6s", frames="0-3, 7"))
     assert capture.selection == "--frames 0-3,7 --start 1 --end 0.6s --every 2"
     assert (capture.path, capture.format) == (Path("recording"), "folder")
 
@@ -69,7 +69,7 @@ def test_the_selection_in_words():
 def test_masks_stay(capture, tmp_path):
     folder = capture(frames=3, mask=True)
     opened = open_capture(folder, masks=folder / "mask")
-    picked = selected(opened, Selection(frames="1"))
+    picked = select_frames(opened, Selection(frames="1"))
     assert picked.masks == folder / "mask"
     assert picked.frames[0].load().mask.any()
 
@@ -99,8 +99,8 @@ def test_what_cannot_be(selection, code, parts):
 
 def test_frames_without_times():
     with refuses("times-missing", "recording", "--end 2s"):
-        selected(Recording(stamps=False), Selection(end="2s"))
-    assert len(selected(Recording(stamps=False), Selection(end="2")).frames) == 3
+        select_frames(Recording(stamps=False), Selection(end="2s"))
+    assert len(select_frames(Recording(stamps=False), Selection(end="2")).frames) == 3
 
 
 def test_no_frames_at_all():
@@ -110,4 +110,4 @@ def test_no_frames_at_all():
         (Selection(start="0"), "selection-empty"),
     ):
         with refuses(code, "recording"):
-            selected(Recording(0), selection)
+            select_frames(Recording(0), selection)

@@ -1,4 +1,4 @@
-"""MCAP files (mcap.dev/spec): records of one byte op code, eight bytes length and data; messages lie in chunks or free."""
+"""MCAP files (mcap.dev/spec): records of one byte op code, eight bytes length and data; messages are in chunks or outside."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 from ...errors import require
-from .records import WANTED, Broken, Chunked, Message, Topic, exactly, normal
+from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, read_exactly, ros2_type
 
 MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
-_HEAD = struct.Struct("<QQQII")  # of a chunk: start, end, bytes unpacked, checksum, length of the compression's name
-_STAMPS = struct.Struct("<HIQQ")  # of a message: channel, sequence, when recorded, when published
+_CHUNK_HEADER = struct.Struct("<QQQII")  # start, end, decompressed bytes, checksum, length of the compression's name
+_MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, time of recording, time of publishing
 
 
 class Mcap(Chunked):
     """One `.mcap` file."""
 
     def scan(self) -> Iterator[Message]:
-        """All messages of the types that matter, in the order of the file; fills `topics` and `faults` meanwhile."""
+        """Yield the messages of the types that are read, in file order; fill `topics` and `faults`."""
         schemas: dict[int, str] = {}
         channels: dict[int, Topic] = {}
         try:
@@ -32,92 +32,92 @@ class Mcap(Chunked):
                     yield from self._chunk(at, length, schemas, channels)
                 else:
                     yield from self._record(self.file, -1, op, at, length, schemas, channels)
-            self.faults.append("ends without its end mark, it was not closed")
-        except Broken as error:
+            self.faults.append("has no end record, the recorder did not close it")
+        except DamagedRecord as error:
             self.faults.append(str(error))
 
     def _chunk(self, at: int, length: int, schemas: dict[int, str], channels: dict[int, Topic]) -> Iterator[Message]:
         try:
-            _, _, name, begin = self._head(at)
+            _, _, name, begin = self._chunk_header(at)
             chunk = at if name else -1
             source = self.source(chunk)
-            first, end = (0, len(self.inside(chunk))) if name else (begin, min(at + length, self.size))
+            first, end = (0, len(self.chunk_content(chunk))) if name else (begin, min(at + length, self.size))
             for op, start, size in _records(source, first, end):
                 if start + size <= end:
                     yield from self._record(source, chunk, op, start, size, schemas, channels)
-        except Broken as error:
-            if at + length <= self.size:  # else the file ends here, which is said once
-                self.faults.append(f"has a damaged chunk at byte {at} ({error}), what lay in it is lost")
+        except DamagedRecord as error:
+            if at + length <= self.size:  # else the file ends here, reported once by `scan`
+                self.faults.append(f"has a damaged chunk at byte {at} ({error}), its messages are lost")
 
     def _record(
         self, source: BinaryIO, chunk: int, op: int, at: int, length: int, schemas: dict[int, str], channels: dict[int, Topic]
     ) -> Iterator[Message]:
         if op == _SCHEMA:
-            data = exactly(source, at, length)
+            data = read_exactly(source, at, length)
             schemas[int.from_bytes(data[:2], "little")] = _string(data, 2)[0]
         elif op == _CHANNEL:
-            data = exactly(source, at, length)
+            data = read_exactly(source, at, length)
             number, schema = struct.unpack_from("<HH", data)
             name, next_at = _string(data, 4)
             if number not in channels:
-                channels[number] = Topic(name, normal(schemas.get(schema, "")), _string(data, next_at)[0])
+                channels[number] = Topic(name, ros2_type(schemas.get(schema, "")), _string(data, next_at)[0])
                 self.topics.append(channels[number])
         elif op == _MESSAGE:
-            channel, _, time, _ = _STAMPS.unpack(exactly(source, at, _STAMPS.size))
+            channel, _, time, _ = _MESSAGE_HEADER.unpack(read_exactly(source, at, _MESSAGE_HEADER.size))
             topic = channels.get(channel)
-            if topic and topic.kind in WANTED:
-                yield Message(topic, time, (self.number, chunk, at + _STAMPS.size, length - _STAMPS.size))
+            if topic and topic.kind in READ_TYPES:
+                yield Message(topic, time, (self.number, chunk, at + _MESSAGE_HEADER.size, length - _MESSAGE_HEADER.size))
 
-    def _head(self, at: int) -> tuple[int, int, str, int]:
-        """Bytes unpacked, checksum, the compression's name ("" for none) and the first byte of the records."""
-        _, _, size, checksum, letters = _HEAD.unpack(exactly(self.file, at, _HEAD.size))
+    def _chunk_header(self, at: int) -> tuple[int, int, str, int]:
+        """Return decompressed bytes, checksum, the compression's name ("" for none) and the offset of the records."""
+        _, _, size, checksum, letters = _CHUNK_HEADER.unpack(read_exactly(self.file, at, _CHUNK_HEADER.size))
         if letters > 16:
-            raise Broken("its head makes no sense")
-        name = exactly(self.file, at + _HEAD.size, letters).decode("utf-8", "replace")
-        return size, checksum, name, at + _HEAD.size + letters + 8
+            raise DamagedRecord("its header is invalid")
+        name = read_exactly(self.file, at + _CHUNK_HEADER.size, letters).decode("utf-8", "replace")
+        return size, checksum, name, at + _CHUNK_HEADER.size + letters + 8
 
-    def unpack(self, at: int) -> bytes:
-        """The content of the chunk whose data begins at byte `at`, its checksum compared."""
-        size, checksum, name, begin = self._head(at)
-        data = exactly(self.file, begin, int.from_bytes(exactly(self.file, begin - 8, 8), "little"))
+    def decompress(self, at: int) -> bytes:
+        """Return the content of the compressed chunk whose data begins at byte `at`, after a check of its checksum."""
+        size, checksum, name, begin = self._chunk_header(at)
+        data = read_exactly(self.file, begin, int.from_bytes(read_exactly(self.file, begin - 8, 8), "little"))
         if name not in ("lz4", "zstd"):
-            raise Broken(f"is packed by {name!r}, lz4 and zstd can be read")
+            raise DamagedRecord(f"is compressed by {name!r}, only lz4 and zstd can be read")
         content = unzstd(data) if name == "zstd" else _unlz4(data)
         if len(content) != size or (checksum and zlib.crc32(content) != checksum):
-            raise Broken("its checksum does not fit")
+            raise DamagedRecord("its checksum does not match")
         return content
 
 
 def unzstd(data: bytes) -> bytes:
-    """What was packed by Zstandard; raises Broken."""
+    """Decompress Zstandard data; raises DamagedRecord."""
     zstd = require("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd", "bags")
     try:
         return bytes(zstd.decompress(data))
     except (zstd.ZstdError, ValueError, EOFError) as error:
-        raise Broken(f"cannot be unpacked: {error}") from None
+        raise DamagedRecord(f"cannot be decompressed: {error}") from None
 
 
 def _unlz4(data: bytes) -> bytes:
     try:
         return bytes(require("lz4.frame", "bags").decompress(data))
     except (RuntimeError, ValueError, EOFError) as error:
-        raise Broken(f"cannot be unpacked: {error}") from None
+        raise DamagedRecord(f"cannot be decompressed: {error}") from None
 
 
 def _records(file: BinaryIO, at: int, end: int) -> Iterator[tuple[int, int, int]]:
-    """Op code, first byte of the data, and its length, of one record after the other."""
+    """Yield op code, offset of the data and its length of each record."""
     while at < end:
-        head = exactly(file, at, 9)
+        head = read_exactly(file, at, 9)
         length = int.from_bytes(head[1:], "little")
         if not head[0]:
-            raise Broken(f"what begins at byte {at} is no record")
+            raise DamagedRecord(f"there is no valid record at byte {at}")
         yield head[0], at + 9, length
         if at + 9 + length > end:
-            raise Broken(f"ends in the middle of what begins at byte {at}")
+            raise DamagedRecord(f"ends in the middle of the record at byte {at}")
         at += 9 + length
 
 
 def _string(data: bytes, at: int) -> tuple[str, int]:
-    """A text behind its length, and the byte after it."""
+    """Return the length-prefixed text at byte `at`, and the offset after it."""
     size = int.from_bytes(data[at : at + 4], "little")
     return data[at + 4 : at + 4 + size].decode("utf-8", "replace"), at + 4 + size

@@ -1,4 +1,4 @@
-"""Images and clouds out of ROS messages: sensor_msgs/Image, CompressedImage, PointCloud2."""
+"""Images and clouds from ROS messages: sensor_msgs/Image, CompressedImage, PointCloud2."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
 }
 _TRANSPORT, _PNG16 = "compressedDepth", "compressed 16-bit PNG"
 _GREY = ("mono8", "8UC1")
-_PACKED = struct.Struct("<iff")  # before the image in compressedDepth: the way of packing, two parameters
+_DEPTH_HEADER = struct.Struct("<iff")  # before the image in compressedDepth: compression format, two parameters
 _FIELDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # sensor_msgs/PointField
 
 
 def encoding_of(message: Any) -> str:
-    """What an Image or CompressedImage holds: a ROS encoding; for CompressedImage one of the names below or "compressed"."""
+    """Return the encoding of an Image, or of a CompressedImage: _TRANSPORT, _PNG16 or "compressed"."""
     if hasattr(message, "encoding"):
         return str(message.encoding)
     if _TRANSPORT in message.format:
@@ -49,62 +49,63 @@ def encoding_of(message: Any) -> str:
 
 
 def is_depth(encoding: str) -> bool:
-    """Whether images of this encoding are depth."""
+    """Return whether images of this encoding are depth."""
     return encoding in DEPTH or encoding in (_TRANSPORT, _PNG16)
 
 
 def is_color(encoding: str) -> bool:
-    """Whether images of this encoding are colour, or grey."""
+    """Return whether images of this encoding are colour or grey."""
     return encoding in _TO_RGB or encoding.lower() in _TO_RGB or encoding == "compressed"
 
 
-def is_grey(encoding: str) -> bool:
-    """Whether images of this encoding surely have no colour."""
+def is_gray(encoding: str) -> bool:
+    """Return whether images of this encoding are known to be grey."""
     return encoding in _GREY
 
 
 def size_of(message: Any) -> tuple[int, int]:
-    """Width and height of an image."""
+    """Return width and height of an image, px."""
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
-    packed = bytes(message.data)
-    image = _unpack(packed[_PACKED.size :] if encoding_of(message) == _TRANSPORT else packed)
+    data = bytes(message.data)
+    image = _decompress(data[_DEPTH_HEADER.size :] if encoding_of(message) == _TRANSPORT else data)
     return int(image.shape[1]), int(image.shape[0])
 
 
 def depth_of(message: Any, scale: float) -> Array:
-    """(H, W) float32 m, 0 or NaN = none; `scale` are the units per metre of whole numbers (REP 118: 1000).
+    """Return depth (H, W) float32 m, 0 or NaN = none; `scale` is the units per metre of integers (REP 118: 1000).
 
     Raises
     ------
-    InputError : it is no depth, or not whole.
+    InputError : the image is no depth, or incomplete.
     """
     encoding = encoding_of(message)
     if encoding in (_PNG16, "compressed"):
-        image = _unpack(bytes(message.data))
+        image = _decompress(bytes(message.data))
     elif encoding == _TRANSPORT:
-        image = _packed_depth(message)
+        image = _compressed_depth(message)
     else:
         image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
     if image.ndim != 2 or image.dtype == np.uint8:
         raise InputError(
-            f"a depth image is of {image.dtype} and shape {image.shape}: is it a picture of the depth?", code="depth-type"
+            f"a depth image is of {image.dtype} and shape {image.shape}: is it a coloured preview of the depth?",
+            code="depth-type",
         )
     return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
 
 
-def _packed_depth(message: Any) -> Array:
-    """By compressed_depth_image_transport: 16UC1 as it is, 32FC1 as the parameter a / (value - b), 0 = none."""
+def _compressed_depth(message: Any) -> Array:
+    """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with its parameters, 0 = none."""
     data = bytes(message.data)
-    if len(data) < _PACKED.size:
+    if len(data) < _DEPTH_HEADER.size:
         raise InputError("a compressed depth image is cut off", code="message-damaged")
-    _, a, b = _PACKED.unpack_from(data)
-    if not data.startswith(b"\x89PNG", _PACKED.size):
+    _, a, b = _DEPTH_HEADER.unpack_from(data)
+    if not data.startswith(b"\x89PNG", _DEPTH_HEADER.size):
         raise InputError(
-            f"a compressed depth image ({message.format}) is no PNG, other ways of packing cannot be read",
+            f"a compressed depth image ({message.format}) is no PNG, other compressions cannot be read",
             code="encoding-unsupported",
         )
-    image = _unpack(data[_PACKED.size :])
+    image = _decompress(data[_DEPTH_HEADER.size :])
     if image.dtype != np.uint16 or image.ndim != 2:
         raise InputError(
             f"a compressed depth image is of {image.dtype} and shape {image.shape}, expected 16 bits, one channel",
@@ -117,40 +118,40 @@ def _packed_depth(message: Any) -> Array:
 
 
 def color_of(message: Any) -> Array:
-    """(H, W, 3) uint8 RGB.
+    """Return a colour image (H, W, 3) uint8 RGB.
 
     Raises
     ------
-    InputError : an encoding that is not known, or not whole.
+    InputError : the encoding is unknown, or the image is incomplete.
     """
     encoding = encoding_of(message)
     if encoding == "compressed":
-        image = _unpack(bytes(message.data))
+        image = _decompress(bytes(message.data))
         if image.dtype != np.uint8:
             raise InputError(f"a compressed colour image is of {image.dtype}, expected 8 bits", code="color-type")
-        how = {2: cv2.COLOR_GRAY2RGB}.get(image.ndim, cv2.COLOR_BGR2RGB)
-        return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, how))
-    known = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
-    if known is None:
+        conversion = {2: cv2.COLOR_GRAY2RGB}.get(image.ndim, cv2.COLOR_BGR2RGB)
+        return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, conversion))
+    layout = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
+    if layout is None:
         raise InputError(
-            f"colour images of encoding {encoding!r} cannot be read, there are {', '.join(_TO_RGB)}", code="encoding-unsupported"
+            f"colour images of encoding {encoding!r} cannot be read; known are {', '.join(_TO_RGB)}", code="encoding-unsupported"
         )
-    channels, how_known = known
+    channels, to_rgb = layout
     image = _rows(message, channels, np.uint8)
     image = image if channels > 1 else image[:, :, 0]
     try:
-        return image if how_known is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), how_known))
+        return image if to_rgb is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), to_rgb))
     except cv2.error as error:
         raise InputError(
-            f"an image of {message.width}x{message.height} cannot be of encoding {encoding} ({error.err})", code="color-shape"
+            f"an image of {message.width}x{message.height} does not fit the encoding {encoding} ({error.err})", code="color-shape"
         ) from None
 
 
 def _rows(message: Any, channels: int, dtype: Any) -> Array:
-    """(H, W, channels) of an Image's bytes, without what may fill up its rows."""
+    """Return the pixels of an Image, (H, W, channels), without the padding of its rows."""
     if dtype is None:
         raise InputError(
-            f"depth images of encoding {message.encoding!r} cannot be read, there are {', '.join(DEPTH)}",
+            f"depth images of encoding {message.encoding!r} cannot be read; known are {', '.join(DEPTH)}",
             code="encoding-unsupported",
         )
     kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
@@ -160,7 +161,7 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
     if not height or not width or step < used or data.size < step * (height - 1) + used:
         raise InputError(
             f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}: "
-            "it is not whole",
+            "it is incomplete",
             code="message-damaged",
         )
     padded = np.zeros(step * height, np.uint8)
@@ -169,24 +170,24 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
     return np.asarray(rows.view(kind).astype(dtype).reshape(height, width, channels))
 
 
-def _unpack(data: bytes) -> Array:
+def _decompress(data: bytes) -> Array:
     image = None
-    with capture_native_output() as said:
+    with capture_native_output() as native:
         try:
             image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error:
             pass
-    if image is None or "premature end" in said.text.lower():
+    if image is None or "premature end" in native.text.lower():
         raise InputError("a compressed image is damaged or cut off", code="message-damaged")
     return np.asarray(image)
 
 
 def cloud_of(message: Any) -> tuple[Array, Array | None]:
-    """(N, 3) float m and (N, 3) uint8 RGB or None of a PointCloud2, organised or not; points that are not finite dropped.
+    """Return points (N, 3) float m and colours (N, 3) uint8 RGB or None of a PointCloud2; non-finite points are dropped.
 
     Raises
     ------
-    InputError : it has no x, y, z, or not as many bytes as it says.
+    InputError : the cloud has no x, y, z, or fewer bytes than declared.
     """
     order = ">" if message.is_bigendian else "<"
     fields = {
@@ -200,10 +201,10 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
     if not width or not height:
         return np.zeros((0, 3)), None
     if any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values()):
-        raise InputError(f"a cloud has points of {step} bytes, which its fields do not fit into", code="message-damaged")
+        raise InputError(f"a cloud has points of {step} bytes, too few for its fields", code="message-damaged")
     if row < step * width or data.size < row * (height - 1) + step * width:
         raise InputError(
-            f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is not whole", code="message-damaged"
+            f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is incomplete", code="message-damaged"
         )
     names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
     names += [name for name in ("r", "g", "b") if name in fields and fields[name][0][1:] == "u1"]
@@ -213,13 +214,13 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
     rows = [np.frombuffer(data[k * row : k * row + step * width].tobytes(), layout) for k in range(height)]
     cells = np.concatenate(rows)
     points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
-    kept = np.isfinite(points).all(axis=1)
+    finite = np.isfinite(points).all(axis=1)
     colors = _colors(cells, order)
-    return points[kept], None if colors is None else colors[kept]
+    return points[finite], None if colors is None else colors[finite]
 
 
 def _colors(cells: Array, order: str) -> Array | None:
-    """(N, 3) uint8 from separate bytes, or from 0x00RRGGBB in four bytes, which PCL calls a float."""
+    """Return (N, 3) uint8 from fields r, g, b, or from 0x00RRGGBB in four bytes, which PCL declares as a float; or None."""
     names = cells.dtype.names or ()
     packed = next((name for name in ("rgb", "rgba") if name in names), None)
     if packed is None or cells[packed].dtype.itemsize != 4:

@@ -1,4 +1,4 @@
-"""How the colour of a bag belongs to its depth: in time, and in space; and where the cameras are."""
+"""Relation of colour and depth in a bag: pairing in time, transforms between the cameras, camera poses."""
 
 from __future__ import annotations
 
@@ -10,91 +10,120 @@ import numpy as np
 from ...errors import InputError
 from ...types import Array, Floats
 from . import realsense
-from .index import Bag, Found
+from .index import Bag, TopicIndex
 from .tf import Transforms
 from .topics import Stream
 from .undistortion import Lens
 
-_SAME = 0.01  # px; cameras whose numbers differ by less are one and the same
+_MAX_INTRINSICS_DIFFERENCE_PX = 0.01  # cameras whose intrinsics differ by less have the same pixels
 
 
-def partners_of(path: Path, depth: Found, color: Found, tolerance: float) -> Array:
-    """(depth images,) the colour image nearest in time to each, -1 for none within `tolerance` s."""
+def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float) -> Array:
+    """Return the index of the colour image nearest in time to each depth image, (depth images,) int; -1 beyond the tolerance.
+
+    Parameters
+    ----------
+    path : of the bag, for the error.
+    depth, color : the topics.
+    tolerance : s.
+
+    Raises
+    ------
+    InputError : no depth image has a colour image within the tolerance.
+    """
     stamped = depth.stamped and color.stamped
-    given, times = depth.clock(stamped), color.clock(stamped)
+    depth_times, times = depth.clock(stamped), color.clock(stamped)
     order = np.argsort(times, kind="stable")
-    ranks = np.clip(np.searchsorted(times[order], given), 1, max(len(times) - 1, 1))
+    ranks = np.clip(np.searchsorted(times[order], depth_times), 1, max(len(times) - 1, 1))
     before, after = order[ranks - 1], order[np.minimum(ranks, len(times) - 1)]
-    near = np.where(np.abs(times[before] - given) <= np.abs(times[after] - given), before, after)
-    apart = np.abs(times[near] - given)
+    nearest = np.where(np.abs(times[before] - depth_times) <= np.abs(times[after] - depth_times), before, after)
+    apart = np.abs(times[nearest] - depth_times)
     if not (apart <= tolerance * 1e9).any():
         raise InputError(
-            f"{path}: no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, the nearest is "
-            f"{apart.min() / 1e9:.3f} s off: give --input-option tolerance=..., or read the depth alone, with "
+            f"{path}: no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, the nearest "
+            f"differs by {apart.min() / 1e9:.3f} s: give --input-option tolerance=..., or read the depth alone, with "
             "--input-option color_topic=none",
             code="times-apart",
         )
-    return np.asarray(np.where(apart <= tolerance * 1e9, near, -1))
+    return np.asarray(np.where(apart <= tolerance * 1e9, nearest, -1))
 
 
-def relation(
-    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream, transforms: Transforms, time: int
+def color_geometry(
+    bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream, transforms: Transforms, time: int
 ) -> tuple[Lens, tuple[tuple[float, ...], ...] | None]:
-    """The colour camera, and where the depth camera is in it; None where its pixels are those of the depth."""
+    """Return the colour camera, and the transform from the depth camera to it; None if their pixels coincide.
+
+    Parameters
+    ----------
+    bag, index : the bag and its topics.
+    depth, color : the streams.
+    transforms : the tree of frames.
+    time : ns, at which the transform is taken.
+
+    Returns
+    -------
+    The lens of the colour images, and the rows of the (4, 4) from depth to colour coordinates, m, or None.
+
+    Raises
+    ------
+    InputError : the transform or the colour camera's intrinsics are not in the bag.
+    """
     assert depth.lens is not None
-    frames = (depth.found.frame, color.found.frame)
+    frames = (depth.topic_index.frame, color.topic_index.frame)
     registered = "aligned_depth_to_color" in depth.name or "depth_registered" in depth.name
-    move: Floats | None
+    depth_to_color: Floats | None
     if realsense.stream_of(depth.name) and realsense.stream_of(color.name):
-        move = realsense.extrinsics(bag, index, depth.name, color.name)
+        depth_to_color = realsense.extrinsics(bag, index, depth.name, color.name)
     elif registered or (frames[0] == frames[1] and frames[0]):
-        move = np.eye(4)
+        depth_to_color = np.eye(4)
     else:
-        move = transforms.between(*frames, time)
-        if move is None or not all(frames):
-            move = np.eye(4) if color.size == depth.size and (color.lens is None or _same(depth.lens, color.lens)) else None
-    if move is None:
+        depth_to_color = transforms.between(*frames, time)
+        if depth_to_color is None or not all(frames):
+            depth_to_color = (
+                np.eye(4) if color.size == depth.size and (color.lens is None or _same_pixels(depth.lens, color.lens)) else None
+            )
+    if depth_to_color is None:
         raise InputError(
             f"{bag.path}: {color.name} ({color.size[0]}x{color.size[1]}, frame {frames[1]!r}) is not aligned to {depth.name} "
-            f"({depth.size[0]}x{depth.size[1]}, frame {frames[0]!r}), and no transform between the two is in the bag: name a "
-            "topic that is aligned, or read the depth alone, with --input-option color_topic=none",
+            f"({depth.size[0]}x{depth.size[1]}, frame {frames[0]!r}), and the bag has no transform between the two: "
+            "name an aligned topic, or read the depth alone, with --input-option color_topic=none",
             code="extrinsics-missing",
         )
-    together = np.allclose(move, np.eye(4), atol=1e-7)
+    same_position = np.allclose(depth_to_color, np.eye(4), atol=1e-7)
     if color.lens is None:
-        if not together or color.size != depth.size:
+        if not same_position or color.size != depth.size:
             raise InputError(
                 f"{bag.path}: there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}: "
                 "read the depth alone, with --input-option color_topic=none",
                 code="intrinsics-missing",
             )
         return depth.lens, None
-    if together and _same(depth.lens, color.lens):
+    if same_position and _same_pixels(depth.lens, color.lens):
         return color.lens, None
-    return color.lens, tuple(tuple(row) for row in move.tolist())
+    return color.lens, tuple(tuple(row) for row in depth_to_color.tolist())
 
 
-def _same(a: Lens, b: Lens) -> bool:
-    """Whether two cameras have the same pixels, their lenses aside."""
-    numbers = [(c.fx, c.fy, c.cx, c.cy, c.width, c.height) for c in (a.camera, b.camera)]
-    return bool(np.allclose(numbers[0], numbers[1], rtol=0, atol=_SAME))
+def _same_pixels(a: Lens, b: Lens) -> bool:
+    """Return whether two cameras have the same intrinsics and image size, apart from distortion."""
+    intrinsics = [(c.fx, c.fy, c.cx, c.cy, c.width, c.height) for c in (a.camera, b.camera)]
+    return bool(np.allclose(intrinsics[0], intrinsics[1], rtol=0, atol=_MAX_INTRINSICS_DIFFERENCE_PX))
 
 
-def transforms_of(bag: Bag, index: Mapping[str, Found]) -> Transforms:
-    """All of /tf and /tf_static; messages that are damaged are passed over."""
+def transforms_of(bag: Bag, index: Mapping[str, TopicIndex]) -> Transforms:
+    """Return the tree of frames from /tf and /tf_static; damaged messages are skipped."""
     result = Transforms()
-    for found in index.values():
-        if not found.topic.kind.lower().endswith("/tfmessage"):
+    for topic_index in index.values():
+        if not topic_index.topic.kind.lower().endswith("/tfmessage"):
             continue
-        static = found.topic.name.endswith("tf_static")
-        for at in range(len(found)):
+        static = topic_index.topic.name.endswith("tf_static")
+        for i in range(len(topic_index)):
             try:
-                message = bag.message(found.topic, found.place(at))
+                message = bag.message(topic_index.topic, topic_index.location(i))
             except InputError:
                 continue
-            for said in message.transforms:
-                move, turn, stamp = said.transform.translation, said.transform.rotation, said.header.stamp
-                values = (move.x, move.y, move.z, turn.x, turn.y, turn.z, turn.w)
-                result.add(said.header.frame_id, said.child_frame_id, stamp.sec * 10**9 + stamp.nanosec, values, static)
+            for stamped in message.transforms:
+                translation, rotation, stamp = stamped.transform.translation, stamped.transform.rotation, stamped.header.stamp
+                values = (translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w)
+                result.add(stamped.header.frame_id, stamped.child_frame_id, stamp.sec * 10**9 + stamp.nanosec, values, static)
     result.finish()
     return result

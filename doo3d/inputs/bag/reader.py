@@ -15,22 +15,22 @@ from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from .color_alignment import align_color
-from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Found, Stamp, kind_of, opened, stamp_of
+from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of
-from .pairing import partners_of, relation, transforms_of
-from .records import Place, Topic
+from .pairing import color_geometry, pair_by_time, transforms_of
+from .records import MessageLocation, Topic
 from .tf import Transforms
 from .topics import Stream, Streams
 from .undistortion import Lens
 
-_OPTICAL = "optical"  # in the name of a frame: the camera is at its origin (REP 103)
+_OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 103)
 
 
 class BagCapture:
     """The depth images of a bag, each with the colour image nearest in time; or its clouds; or its colour images alone.
 
-    Frames are in the order of their headers' stamps. A depth image without a colour image within `options.tolerance` is a
-    frame without colour. Of a bag that is cut off or damaged what is whole is used, and one more frame fails and says so.
+    Frames are in the order of their header stamps. A depth image without a colour image within `options.tolerance` is a frame
+    without colour. Of a damaged bag the complete messages are read, and one more frame fails with a message about the damage.
     """
 
     what: ClassVar[str] = (
@@ -47,44 +47,48 @@ class BagCapture:
             faults = bag.faults()
             streams = Streams(bag, index, options)
             transforms = transforms_of(bag, index)
-            self.parts = _parts(index, streams)
+            self.topics = _topic_lines(index, streams)
             if streams.cloud is not None:
-                self.frames = _clouds(path, streams.cloud, transforms)
+                self.frames = _cloud_frames(path, streams.cloud, transforms)
             elif streams.depth is not None:
-                self.frames = _frames(bag, index, streams.depth, streams.color, transforms, options)
+                self.frames = _depth_frames(bag, index, streams.depth, streams.color, transforms, options)
             elif streams.color is not None:
-                self.frames = _images(path, streams.color)
+                self.frames = _color_frames(path, streams.color)
             else:
-                raise _nothing(bag, faults)
+                raise _no_frames(bag, faults)
         finally:
             bag.close()
         if faults:
             more = f"; and {len(faults) - 1} more faults" if len(faults) > 1 else ""
-            sentence = f"{faults[0]}{more}; the {len(self.frames)} frames before this one are used"
+            sentence = f"{faults[0]}{more}; the {len(self.frames)} frames before this one are complete"
             self.frames.append(FrameRef(f"{len(self.frames):06d}", path, partial(_fail, sentence), self.frames[-1].timestamp))
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a file that starts as bags do, or failing that is called so; or a folder of a ROS 2 bag."""
+        """Return whether `path` is a file with the signature or suffix of a bag, or the folder of a ROS 2 bag."""
         if path.is_dir():
             return _describes_bag(path / METADATA) or any(file.suffix in (".mcap", ".db3") for file in path.iterdir())
-        return kind_of(path) is not None or path.suffix.lower() in SUFFIXES
+        return storage_class(path) is not None or path.suffix.lower() in SUFFIXES
 
 
-def _parts(index: Mapping[str, Found], streams: Streams) -> list[str]:
-    """The topics of the types that matter, with how many messages they have and what they are read as."""
-    chosen = {"depth": streams.depth, "colour": streams.color, "clouds": streams.cloud}
-    read = {(one if isinstance(one, Found) else one.found).topic.name: what for what, one in chosen.items() if one is not None}
+def _topic_lines(index: Mapping[str, TopicIndex], streams: Streams) -> list[str]:
+    """Return a line for each topic of a type that is read: name, type, number of messages, use."""
+    streams_by_use = {"depth": streams.depth, "colour": streams.color, "clouds": streams.cloud}
+    uses = {
+        (stream if isinstance(stream, TopicIndex) else stream.topic_index).topic.name: use
+        for use, stream in streams_by_use.items()
+        if stream is not None
+    }
     return [
-        f"{name} ({found.topic.kind}, {len(found)} message{'s' * (len(found) != 1)})"
-        + (f", read as {read[name]}" if name in read else "")
-        for name, found in sorted(index.items())
+        f"{name} ({topic_index.topic.kind}, {len(topic_index)} message{'s' * (len(topic_index) != 1)})"
+        + (f", read as {uses[name]}" if name in uses else "")
+        for name, topic_index in sorted(index.items())
     ]
 
 
 @dataclass(frozen=True)
-class _Recipe:
-    """How the frames of a bag are read. extrinsics : rows of the (4, 4) from depth to colour; None where they are aligned."""
+class _BagSetup:
+    """The parts common to all depth frames of a bag. extrinsics : rows of the (4, 4) from depth to colour, None if aligned."""
 
     path: Path
     stamp: Stamp
@@ -96,58 +100,68 @@ class _Recipe:
     extrinsics: tuple[tuple[float, ...], ...] | None = None
 
 
-def _frames(
-    bag: Bag, index: Mapping[str, Found], depth: Stream, color: Stream | None, transforms: Transforms, options: ReadOptions
+def _depth_frames(
+    bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream | None, transforms: Transforms, options: ReadOptions
 ) -> list[FrameRef]:
     assert depth.lens is not None
-    clock = depth.found.clock()
-    recipe = _Recipe(bag.path, stamp_of(bag.path), depth.found.topic, depth.lens, depth.scale)
-    partners = np.full(len(clock), -1)
+    times = depth.topic_index.clock()
+    setup = _BagSetup(bag.path, stamp_of(bag.path), depth.topic_index.topic, depth.lens, depth.scale)
+    color_indices = np.full(len(times), -1)
     if color is not None:
-        partners = partners_of(bag.path, depth.found, color.found, options.tolerance)
-        lens, extrinsics = relation(bag, index, depth, color, transforms, int(clock[0]))
-        recipe = replace(recipe, color=color.found.topic, color_lens=lens, extrinsics=extrinsics)
-    entries = []
-    for number, at in enumerate(np.argsort(clock, kind="stable").tolist()):
-        time = int(clock[at])
-        place = color.found.place(int(partners[at])) if color is not None and partners[at] >= 0 else None
+        color_indices = pair_by_time(bag.path, depth.topic_index, color.topic_index, options.tolerance)
+        lens, extrinsics = color_geometry(bag, index, depth, color, transforms, int(times[0]))
+        setup = replace(setup, color=color.topic_index.topic, color_lens=lens, extrinsics=extrinsics)
+    frames = []
+    for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
+        time, color_location = int(times[i]), None
+        if color is not None and color_indices[i] >= 0:
+            color_location = color.topic_index.location(int(color_indices[i]))
         load = partial(
-            _load, recipe, f"{number:06d}", time / 1e9, depth.found.place(at), place, transforms.pose(depth.found.frame, time)
+            _load,
+            setup,
+            f"{number:06d}",
+            time / 1e9,
+            depth.topic_index.location(i),
+            color_location,
+            transforms.pose(depth.topic_index.frame, time),
         )
-        entries.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
-    return entries
+        frames.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
+    return frames
 
 
-def _load(recipe: _Recipe, name: str, time: float, depth: Place, color: Place | None, pose: Floats | None) -> FrameData:
-    bag = opened(recipe.path, recipe.stamp)
+def _load(
+    setup: _BagSetup, name: str, time: float, depth: MessageLocation, color: MessageLocation | None, pose: Floats | None
+) -> FrameData:
+    bag = open_bag(setup.path, setup.stamp)
     try:
-        raw = depth_of(bag.message(recipe.depth, depth), recipe.scale)
-        camera = recipe.lens.camera
+        raw = depth_of(bag.message(setup.depth, depth), setup.scale)
+        camera = setup.lens.camera
         if raw.shape != (camera.height, camera.width):
             raise InputError(
-                f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first was {camera.width}x{camera.height}",
+                f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first one is {camera.width}x{camera.height}",
                 code="depth-shape",
             )
-        metres = recipe.lens.undistorted(raw, nearest=True)
-        picture = None
-        if color is not None and recipe.color is not None and recipe.color_lens is not None:
-            picture = recipe.color_lens.undistorted(color_of(bag.message(recipe.color, color)), nearest=False)
-            if recipe.extrinsics is not None:
-                picture = align_color(picture, recipe.color_lens.camera, metres, camera, np.array(recipe.extrinsics))
-        return FrameData(Frame(picture, metres, camera, name, time), pose=pose)
+        metres = setup.lens.undistorted(raw, nearest=True)
+        image = None
+        if color is not None and setup.color is not None and setup.color_lens is not None:
+            image = setup.color_lens.undistorted(color_of(bag.message(setup.color, color)), nearest=False)
+            if setup.extrinsics is not None:
+                image = align_color(image, setup.color_lens.camera, metres, camera, np.array(setup.extrinsics))
+        return FrameData(Frame(image, metres, camera, name, time), pose=pose)
     except InputError as error:
-        raise _located(error, recipe.path, name) from None
+        raise _with_frame(error, setup.path, name) from None
 
 
-def _clouds(path: Path, found: Found, transforms: Transforms) -> list[FrameRef]:
-    clock, stamp = found.clock(), stamp_of(path)
-    viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in found.frame else None
-    entries = []
-    for number, at in enumerate(np.argsort(clock, kind="stable").tolist()):
-        time, name = int(clock[at]), f"{number:06d}"
-        what = (path, stamp, found.topic, name, time / 1e9, found.place(at), viewpoint, transforms.pose(found.frame, time))
-        entries.append(FrameRef(name, path, partial(_load_cloud, *what), time / 1e9))
-    return entries
+def _cloud_frames(path: Path, topic_index: TopicIndex, transforms: Transforms) -> list[FrameRef]:
+    times, stamp = topic_index.clock(), stamp_of(path)
+    viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in topic_index.frame else None
+    frames = []
+    for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
+        time, name = int(times[i]), f"{number:06d}"
+        pose = transforms.pose(topic_index.frame, time)
+        message = (topic_index.topic, name, time / 1e9, topic_index.location(i))
+        frames.append(FrameRef(name, path, partial(_load_cloud, path, stamp, *message, viewpoint, pose), time / 1e9))
+    return frames
 
 
 def _load_cloud(
@@ -156,36 +170,37 @@ def _load_cloud(
     topic: Topic,
     name: str,
     time: float,
-    place: Place,
+    location: MessageLocation,
     viewpoint: tuple[float, ...] | None,
     pose: Floats | None,
 ) -> FrameData:
     try:
-        points, colors = cloud_of(opened(path, stamp).message(topic, place))
+        points, colors = cloud_of(open_bag(path, stamp).message(topic, location))
         if not len(points):
             raise InputError(f"the cloud on {topic.name} holds no points with finite coordinates", code="cloud-empty")
         return FrameData(Cloud(points, colors, None if viewpoint is None else np.array(viewpoint), name, time), pose=pose)
     except InputError as error:
-        raise _located(error, path, name) from None
+        raise _with_frame(error, path, name) from None
 
 
-def _images(path: Path, color: Stream) -> list[FrameRef]:
-    clock, stamp = color.found.clock(), stamp_of(path)
-    entries = []
-    for number, at in enumerate(np.argsort(clock, kind="stable").tolist()):
-        what = (path, stamp, color.found.topic, f"{number:06d}", int(clock[at]) / 1e9, color.found.place(at))
-        entries.append(FrameRef(f"{number:06d}", path, partial(_load_image, *what), int(clock[at]) / 1e9))
-    return entries
+def _color_frames(path: Path, color: Stream) -> list[FrameRef]:
+    times, stamp = color.topic_index.clock(), stamp_of(path)
+    frames = []
+    for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
+        name, time = f"{number:06d}", int(times[i]) / 1e9
+        load = partial(_load_image, path, stamp, color.topic_index.topic, name, time, color.topic_index.location(i))
+        frames.append(FrameRef(name, path, load, time))
+    return frames
 
 
-def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, place: Place) -> FrameData:
+def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, location: MessageLocation) -> FrameData:
     try:
-        return FrameData(Image(color_of(opened(path, stamp).message(topic, place)), name, time))
+        return FrameData(Image(color_of(open_bag(path, stamp).message(topic, location)), name, time))
     except InputError as error:
-        raise _located(error, path, name) from None
+        raise _with_frame(error, path, name) from None
 
 
-def _located(error: InputError, path: Path, name: str) -> InputError:
+def _with_frame(error: InputError, path: Path, name: str) -> InputError:
     return error if str(path) in str(error) else InputError(f"{path}: frame {name}: {error}", code=error.code)
 
 
@@ -200,16 +215,16 @@ def _describes_bag(metadata: Path) -> bool:
         return b"rosbag2_bagfile_information" in file.read(4096)
 
 
-def _nothing(bag: Bag, faults: list[str]) -> InputError:
-    """Return the error that a bag without any frames is refused with."""
-    there = [
+def _no_frames(bag: Bag, faults: list[str]) -> InputError:
+    """Return the error for a bag without any frames."""
+    topics = [
         f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
         for topic in bag.topics.values()
     ]
-    if faults and not there:
+    if faults and not topics:
         return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
     return InputError(
         f"{bag.path}: has no depth images, no clouds and no colour images; "
-        f"it has the topics {', '.join(sorted(there)) or '(none)'}",
+        f"it has the topics {', '.join(sorted(topics)) or '(none)'}",
         code="frames-missing",
     )

@@ -1,7 +1,7 @@
-"""What the storages of bags share: messages with their places in a file, found by walking over the file's records.
+"""Common parts of the bag storages: messages with their locations in a file, found by a scan over the file's records.
 
-A walk from the front needs no index, so a recording that was cut off, or whose recorder was killed, is read by the same code
-as a whole one. Only the heads of messages are read meanwhile, where the file is not compressed.
+A scan from the front needs no index, so a recording that was cut off, or whose recorder was killed, is read by the same code
+as a complete one. If the file is not compressed, the scan reads only the headers of messages.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, Protocol
 
-Place = tuple[int, int, int, int]
-"""File of the bag, byte of its chunk (-1: the chunk is not compressed), byte in the chunk or in the file, bytes."""
+MessageLocation = tuple[int, int, int, int]
+"""Number of the file, offset of its chunk (-1: not compressed), offset in the chunk or in the file, length; bytes."""
 
-WANTED = {
+READ_TYPES = {
     *(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo", "PointCloud2")),
     *("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "geometry_msgs/msg/Transform", "std_msgs/msg/Float32"),
 }
-"""The types of message that are looked at."""
+"""Message types that are read; others are skipped."""
 
 
-class Broken(Exception):
-    """A record that cannot be one, or that goes on beyond the end of the file."""
+class DamagedRecord(Exception):
+    """A record that is malformed, or longer than the rest of the file."""
 
 
 class Topic(NamedTuple):
-    """kind : the type as ROS 2 writes it. encoding : of its messages, "ros1" or "cdr"; another cannot be read."""
+    """A topic. kind : message type in ROS 2 notation. encoding : of its messages, "ros1" or "cdr"; others cannot be read."""
 
     name: str
     kind: str
@@ -34,15 +34,15 @@ class Topic(NamedTuple):
 
 
 class Message(NamedTuple):
-    """time : ns, when it was recorded."""
+    """A message of a topic. time : of recording, ns. location : in the bag."""
 
     topic: Topic
     time: int
-    place: Place
+    location: MessageLocation
 
 
 class Storage(Protocol):
-    """A file of a bag. topics : known after `scan`. faults : what `scan` found broken, a sentence without subject each."""
+    """A file of a bag. topics : known after `scan`. faults : damage found by `scan`, a sentence without subject each."""
 
     path: Path
     topics: list[Topic]
@@ -50,19 +50,19 @@ class Storage(Protocol):
 
     def scan(self) -> Iterator[Message]: ...
 
-    def read(self, place: Place, limit: int | None = None) -> bytes: ...
+    def read(self, location: MessageLocation, limit: int | None = None) -> bytes: ...
 
     def close(self) -> None: ...
 
 
-def normal(kind: str) -> str:
-    """The type of a message as ROS 2 writes it: sensor_msgs/msg/Image."""
+def ros2_type(kind: str) -> str:
+    """Return a message type in ROS 2 notation, such as sensor_msgs/msg/Image."""
     parts = kind.split("/")
     return f"{parts[0]}/msg/{parts[-1]}" if len(parts) == 2 else kind
 
 
 class Chunked:
-    """A file whose messages lie in chunks. The chunk that was last unpacked is kept, no other.
+    """A file with messages in chunks; the chunk decompressed last is cached.
 
     number : of the file in its bag.
     """
@@ -73,42 +73,42 @@ class Chunked:
         self.faults: list[str] = []
         self.size = path.stat().st_size
         self.file: BinaryIO = path.open("rb")
-        self._unpacked: tuple[int, bytes] = (-1, b"")
+        self._cached_chunk: tuple[int, bytes] = (-1, b"")
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         if hasattr(self, "file"):
             self.file.close()
 
     __del__ = close
 
-    def unpack(self, at: int) -> bytes:
-        """The content of the compressed chunk whose record begins at byte `at`; raises Broken."""
+    def decompress(self, at: int) -> bytes:
+        """Return the content of the compressed chunk at byte `at`; raises DamagedRecord."""
         raise NotImplementedError
 
-    def inside(self, at: int) -> bytes:
-        """The same, kept from the last call."""
-        if self._unpacked[0] != at:
-            self._unpacked = (at, self.unpack(at))
-        return self._unpacked[1]
+    def chunk_content(self, at: int) -> bytes:
+        """Return the content of the compressed chunk at byte `at`, from the cache if it was the last one."""
+        if self._cached_chunk[0] != at:
+            self._cached_chunk = (at, self.decompress(at))
+        return self._cached_chunk[1]
 
-    def read(self, place: Place, limit: int | None = None) -> bytes:
-        """The bytes of a message, or the first `limit`; raises Broken where there are fewer."""
-        _, chunk, at, length = place
-        wanted = length if limit is None else min(limit, length)
+    def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
+        """Return the bytes of a message, or the first `limit`; raises DamagedRecord if there are fewer."""
+        _, chunk, at, length = location
+        count = length if limit is None else min(limit, length)
         if chunk >= 0:
-            return self.inside(chunk)[at : at + wanted]
-        return exactly(self.file, at, wanted)
+            return self.chunk_content(chunk)[at : at + count]
+        return read_exactly(self.file, at, count)
 
     def source(self, chunk: int) -> BinaryIO:
-        """What the records of a chunk are read from."""
-        return self.file if chunk < 0 else BytesIO(self.inside(chunk))
+        """Return the file object from which to read the records of a chunk: the file, or its decompressed content."""
+        return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
 
 
-def exactly(file: BinaryIO, at: int, count: int) -> bytes:
-    """`count` bytes from byte `at`; raises Broken where the file ends before."""
+def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:
+    """Return `count` bytes from byte `at`; raises DamagedRecord if the file ends before."""
     file.seek(at)
     data = file.read(count)
     if len(data) != count:
-        raise Broken(f"ends in the middle of what begins at byte {at}")
+        raise DamagedRecord(f"ends in the middle of the record at byte {at}")
     return data

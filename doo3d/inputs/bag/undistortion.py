@@ -1,4 +1,4 @@
-"""Lenses: images as a pinhole camera would have seen them, through OpenCV's models."""
+"""Lens distortion: images resampled to those of a pinhole camera, with OpenCV's models."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 from ...errors import InputError
 from ...types import Array, Camera
 
-# k1 k2 p1 p2 k3 k4 k5 k6, in OpenCV's order. RealSense's SDK projects by this polynomial whatever it calls the model (rsutil.h,
-# rs2_project_point_to_pixel); in the modified one p1 and p2 differ in the second order only
+# k1 k2 p1 p2 k3 k4 k5 k6, in OpenCV's order. RealSense's SDK projects by this polynomial under all these names (rsutil.h,
+# rs2_project_point_to_pixel); in the modified model p1 and p2 differ in the second order only
 _REALSENSE = ("Brown Conrady", "Inverse Brown Conrady", "Modified Brown Conrady")
 PLUMB_BOB = ("plumb_bob", "rational_polynomial", *_REALSENSE, "")
 FISHEYE = ("equidistant", "fisheye", "Kannala Brandt4")
-_COUNTS = (4, 5, 8, 12, 14)  # of coefficients, that OpenCV knows
+_COEFFICIENT_COUNTS = (4, 5, 8, 12, 14)  # that OpenCV accepts
 
 
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole camera and how its images differ from it.
+    """A pinhole camera with the distortion of its lens.
 
-    model, coefficients : as sensor_msgs/CameraInfo and RealSense's SDK name and order them; no coefficients for none.
+    model, coefficients : as sensor_msgs/CameraInfo and RealSense's SDK name and order them; empty without distortion.
     """
 
     camera: Camera
@@ -31,37 +31,39 @@ class Lens:
     coefficients: tuple[float, ...] = ()
 
     @property
-    def straight(self) -> bool:
-        """Whether the images are those of a pinhole camera."""
+    def is_undistorted(self) -> bool:
+        """Whether the lens has no distortion."""
         return not any(self.coefficients)
 
     def check(self) -> None:
-        """Raise InputError where the lens is of a model that is not known, or has other numbers than the model."""
-        if not self.straight and self.model not in (*PLUMB_BOB, *FISHEYE):
-            known = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
-            raise InputError(f"the lens is of model {self.model!r}, those that are known are {known}", code="lens-unknown")
-        fits = len(self.coefficients) in ((4,) if self.model in FISHEYE and "Brandt" not in self.model else _COUNTS)
-        if not self.straight and not (fits and np.isfinite(self.coefficients).all()):
+        """Raise InputError if the distortion model is unknown, or the number of coefficients does not fit it."""
+        if not self.is_undistorted and self.model not in (*PLUMB_BOB, *FISHEYE):
+            models = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
+            raise InputError(f"the distortion model {self.model!r} is unknown; known are {models}", code="lens-unknown")
+        count_fits = len(self.coefficients) in (
+            (4,) if self.model in FISHEYE and "Brandt" not in self.model else _COEFFICIENT_COUNTS
+        )
+        if not self.is_undistorted and not (count_fits and np.isfinite(self.coefficients).all()):
             raise InputError(
-                f"the lens of model {self.model!r} has the coefficients {self.coefficients}, which cannot be", code="lens-invalid"
+                f"the distortion model {self.model!r} has impossible coefficients: {self.coefficients}", code="lens-invalid"
             )
 
     def undistorted(self, image: Array, nearest: bool) -> Array:
-        """(H, W[, 3]) as the pinhole camera would have it; `nearest` for depth, which must not be mixed."""
-        if self.straight:
+        """Return the image (H, W[, 3]) of the pinhole camera; `nearest` for depth, which must not be interpolated."""
+        if self.is_undistorted:
             return image
         maps = _maps(self)
-        how = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
-        return np.asarray(cv2.remap(image, maps[0], maps[1], how, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
+        interpolation = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
+        return np.asarray(cv2.remap(image, maps[0], maps[1], interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
 
 
 @lru_cache(maxsize=4)
 def _maps(lens: Lens) -> tuple[Array, Array]:
-    """Where in the image each pixel of the pinhole camera is: (H, W) float32 columns and rows."""
+    """Return the position in the image of each pixel of the pinhole camera: columns and rows, (H, W) float32 px."""
     lens.check()
-    camera, given = lens.camera, np.array(lens.coefficients, dtype=float)
+    camera, coefficients = lens.camera, np.array(lens.coefficients, dtype=float)
     size = (camera.width, camera.height)
-    inner = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     if lens.model in FISHEYE:
-        return cv2.fisheye.initUndistortRectifyMap(inner, given[:4], np.eye(3), inner, size, cv2.CV_32FC1)
-    return cv2.initUndistortRectifyMap(inner, given, None, inner, size, cv2.CV_32FC1)
+        return cv2.fisheye.initUndistortRectifyMap(matrix, coefficients[:4], np.eye(3), matrix, size, cv2.CV_32FC1)
+    return cv2.initUndistortRectifyMap(matrix, coefficients, None, matrix, size, cv2.CV_32FC1)

@@ -14,14 +14,14 @@ from ...types import Array
 from ..support.native_output import capture_native_output
 from ..support.open3d import open3d
 
-HEAD = 4096  # bytes that are looked at to tell the format, and what a header says
-COMMENTS = ("#", "//")
+HEAD_BYTES = 4096  # read to detect the format, and of a header
+COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
 class Points(NamedTuple):
-    """What a file holds.
+    """The content of a cloud file.
 
-    points : (N, 3) m. colors : (N, 3) uint8, or floats from 0 to 1; None. viewpoint : (3,) m, where the sensor stood.
+    points : (N, 3) m. colors : (N, 3) uint8, or floats from 0 to 1; None. viewpoint : (3,) m, the position of the sensor; None.
     """
 
     points: Array
@@ -30,16 +30,21 @@ class Points(NamedTuple):
 
 
 def read_open3d(path: Path, kind: str) -> Points:
-    """Points and colours; what Open3D only warns about (and returns as noise or nothing) is an error."""
+    """Read points and colours by Open3D; `kind` is ply or pcd.
+
+    Raises
+    ------
+    InputError : damage that Open3D only warns about (it returns noise or nothing), or no points.
+    """
     reader = open3d().io
-    with capture_native_output() as said:
+    with capture_native_output() as native:
         cloud = reader.read_point_cloud(str(path), format=kind)
     points, colors = np.asarray(cloud.points), np.asarray(cloud.colors)
-    if said.text:
-        if "<= 0" in said.text:
+    if native.text:
+        if "<= 0" in native.text:
             raise InputError(f"{path}: holds no points", code="cloud-empty")
         raise InputError(
-            f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_plain(said.text)})", code="file-damaged"
+            f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_first_message(native.text)})", code="file-damaged"
         )
     if kind == "pcd":
         _check_ascii_pcd(path, len(points))
@@ -48,48 +53,53 @@ def read_open3d(path: Path, kind: str) -> Points:
 
 
 def _check_ascii_pcd(path: Path, count: int) -> None:
-    """Open3D fills up an ASCII PCD that ends too early with noise and says nothing: count the rows."""
+    """Count the rows of an ASCII PCD: if it ends too early, Open3D silently fills the points up with noise."""
     text = path.read_bytes()
-    found = re.search(rb"^DATA\s+ascii\s*\n", text, re.MULTILINE)
-    if not found:
+    match = re.search(rb"^DATA\s+ascii\s*\n", text, re.MULTILINE)
+    if not match:
         return
-    rows = text[found.end() :].splitlines()
+    rows = text[match.end() :].splitlines()
     widths = {len(row.split()) for row in rows} - {0}
     if len(rows) < count or len(widths) > 1:
         raise InputError(
-            f"{path}: is cut off or damaged: {count} points are announced, {len(rows)} rows follow", code="file-damaged"
+            f"{path}: is cut off or damaged: its header declares {count} points, it holds {len(rows)} rows", code="file-damaged"
         )
 
 
 def _pcd_viewpoint(path: Path) -> Array | None:
-    """(3,) m, where the header's VIEWPOINT (tx ty tz qw qx qy qz) puts the sensor.
+    """Return the sensor's position (3,) m from the header's VIEWPOINT (tx ty tz qw qx qy qz).
 
-    None where it says nothing, or the default 0 0 0 1 0 0 0, which writers put there that do not know.
+    Returns None if there is none, or the default 0 0 0 1 0 0 0, which writers use for an unknown viewpoint.
     """
     with path.open("rb") as file:
-        found = re.search(rb"^VIEWPOINT[ \t]+(.*)$", file.read(HEAD).partition(b"\nDATA")[0], re.MULTILINE)
-    if found is None:
+        match = re.search(rb"^VIEWPOINT[ \t]+(.*)$", file.read(HEAD_BYTES).partition(b"\nDATA")[0], re.MULTILINE)
+    if match is None:
         return None
     try:
-        values = np.array(found[1].split(), dtype=float)
+        values = np.array(match[1].split(), dtype=float)
     except ValueError:
         values = np.zeros(0)
     if values.shape != (7,) or not np.isfinite(values).all():
         raise InputError(
-            f"{path}: VIEWPOINT is {found[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz",
+            f"{path}: VIEWPOINT is {match[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz",
             code="viewpoint-invalid",
         )
     return None if (values == (0, 0, 0, 1, 0, 0, 0)).all() else values[:3]
 
 
-def _plain(text: str) -> str:
-    """The first thing that was said, without colours and prefixes."""
+def _first_message(text: str) -> str:
+    """Return the first line of Open3D's messages without colour codes and prefix."""
     first = re.sub(r"\x1b\[[\d;]*m", "", text).splitlines()[0]
     return re.sub(r"^\[Open3D \w+\]\s*", "", first)
 
 
 def read_xyz(path: Path) -> Points:
-    """Through numpy: Open3D passes over rows that it cannot read, trimesh runs ragged rows together."""
+    """Read columns x y z, and r g b if there are six, by numpy (Open3D skips bad rows, trimesh joins ragged ones).
+
+    Raises
+    ------
+    InputError : the rows are not equally many numbers, fewer than three, or none.
+    """
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
     first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)), "")
@@ -106,12 +116,18 @@ def read_xyz(path: Path) -> Points:
         ) from None
     if rows.shape[1] < 3:
         raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z", code="points-shape")
-    rest = rows[:, 3:6]
+    rest = rows[:, 3:6]  # colours if there are exactly three more columns of whole numbers from 0 to 255
     has_colors = rows.shape[1] == 6 and bool(((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all())
     return Points(rows[:, :3], rest.astype(np.uint8) if has_colors else None)
 
 
 def read_npz(path: Path) -> Points:
+    """Read the arrays `points` and `colors` of an NPZ file.
+
+    Raises
+    ------
+    InputError : the file is damaged, or has no array `points`.
+    """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             if "points" not in arrays:

@@ -13,17 +13,21 @@ from ...errors import InputError, require
 from ...types import Array, Floats
 from ._cloud_files import Points
 
-_LAS_HEAD, _LAS_RECORD, _LAS_EXTENDED = 375, 54, 60  # bytes, of LAS 1.4's header and of the heads of records behind it
+_LAS_HEADER_BYTES, _VLR_HEADER_BYTES, _EVLR_HEADER_BYTES = 375, 54, 60  # LAS 1.4: file header, record headers
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 
 def read_las(path: Path) -> Points:
-    """The points of a LAS or LAZ file, as float64 with its scale and offset: UTM coordinates stay what they are.
+    """Read the points of a LAS or LAZ file as float64, scale and offset applied, so that UTM coordinates keep their precision.
 
-    Colours have 16 bits (LAS 1.4 R15, Point Data Record Format 2); where none is above 255, the writer left them at 8. All
-    zero: there are none.
+    Colours have 16 bits (LAS 1.4 R15, Point Data Record Format 2); if no value is above 255, the writer left them at 8 bits.
+    Colours that are all zero count as absent.
+
+    Raises
+    ------
+    InputError : the file is damaged or no LAS file. MissingDependency : laspy or lazrs is not installed.
     """
     laspy = require("laspy", "las")
     require("lazrs", "las")
@@ -31,76 +35,84 @@ def read_las(path: Path) -> Points:
         raise InputError(f"{path}: is cut off or damaged: {fault}", code="file-damaged")
     try:
         with laspy.open(path) as file:
-            announced, las = file.header.point_count, file.read()
+            declared, las = file.header.point_count, file.read()
         points = np.asarray(las.xyz, dtype=float)
     except OSError:
         raise
-    except Exception as error:  # of laspy, of its decompressor, of numpy for half a record
-        raise InputError(f"{path}: is cut off or damaged, or not a LAS file ({_first(error)})", code="file-damaged") from None
-    if len(points) != announced:
+    except Exception as error:  # from laspy, its decompressor, or numpy for half a record
         raise InputError(
-            f"{path}: is cut off or damaged: {announced} points are announced, {len(points)} follow", code="file-damaged"
+            f"{path}: is cut off or damaged, or not a LAS file ({_first_line(error)})", code="file-damaged"
+        ) from None
+    if len(points) != declared:
+        raise InputError(
+            f"{path}: is cut off or damaged: its header declares {declared} points, it holds {len(points)}", code="file-damaged"
         )
     if "red" not in las.point_format.dimension_names:
         return Points(points)
     colors = np.column_stack([las.red, las.green, las.blue])
     if not colors.any():
         return Points(points)
-    # v >> 8 takes back both ways of widening, v * 257 and v << 8
+    # v >> 8 inverts both conversions from 8 to 16 bits, v * 257 and v << 8
     return Points(points, (colors if colors.max() <= 255 else colors >> 8).astype(np.uint8))
 
 
 def _las_fault(path: Path) -> str | None:
-    """What its head announces that the file has no room for: laspy would go on reading beyond the end for hours."""
+    """Return the fault of a header that declares more records than the file can hold (laspy would read on for hours), or None."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(_LAS_HEAD)
-    header, points, records = struct.unpack_from("<HII", head.ljust(_LAS_HEAD, b"\0"), 94)
-    if records * _LAS_RECORD > max(min(points, size) - header, 0):
-        return f"{records} variable length records are announced, for which there is no room"
-    if head[25:26] >= b"\x04" and len(head) == _LAS_HEAD:
-        start, extended = struct.unpack_from("<QI", head, 235)
-        if extended * _LAS_EXTENDED > max(size - start, 0):
-            return f"{extended} extended variable length records are announced, for which there is no room"
+        header = file.read(_LAS_HEADER_BYTES)
+    header_size, points_at, records = struct.unpack_from("<HII", header.ljust(_LAS_HEADER_BYTES, b"\0"), 94)
+    if records * _VLR_HEADER_BYTES > max(min(points_at, size) - header_size, 0):
+        return f"its header declares {records} variable length records, more than fit into the file"
+    if header[25:26] >= b"\x04" and len(header) == _LAS_HEADER_BYTES:
+        start, extended = struct.unpack_from("<QI", header, 235)
+        if extended * _EVLR_HEADER_BYTES > max(size - start, 0):
+            return f"its header declares {extended} extended variable length records, more than fit into the file"
     return None
 
 
 def count_e57(path: Path) -> int:
-    """How many scans an E57 file holds.
+    """Return the number of scans in an E57 file.
 
     Raises
     ------
-    InputError : it cannot be read. MissingDependency : pye57 is not installed.
+    InputError : the file cannot be read. MissingDependency : pye57 is not installed.
     """
     library = _e57()
     image = _open_e57(library, path)
     try:
         return len(image.root()["data3D"])
     except library.E57Exception as error:
-        raise InputError(f"{path}: is cut off or damaged ({_first(error)})", code="file-damaged") from None
+        raise InputError(f"{path}: is cut off or damaged ({_first_line(error)})", code="file-damaged") from None
     finally:
         image.close()
 
 
 def read_e57(path: Path, scan: int) -> Points:
-    """One scan in the frame of the file, into which its pose puts it: x_file = R x_scanner + t (ASTM E2807).
+    """Read one scan, transformed into the file's frame by its pose: x_file = R x_scanner + t (ASTM E2807).
 
-    The viewpoint is t, where the scanner stood. A pose that is not there or the identity says nothing: merged clouds are
-    written so; then the viewpoint is not known.
+    The viewpoint is t, the scanner's position. If the pose is absent or the identity, as in merged clouds, the viewpoint is
+    unknown.
+
+    Raises
+    ------
+    InputError : the file holds no scans or not this one, or the scan is damaged. MissingDependency : pye57 is not installed.
     """
     library = _e57()
     image = _open_e57(library, path)
     try:
         scans = image.root()["data3D"]
+        if not len(scans):
+            raise InputError(f"{path}: holds no scans: export at least one scan into it", code="file-empty")
         if scan >= len(scans):
-            raise InputError("the file does not hold so many", code="frame-unknown")
+            raise InputError(f"the file holds {len(scans)} scans only", code="frame-unknown")
         node = scans[scan]
         points, colors = _e57_points(library, image, node)
         pose = _pose(node)
     except library.E57Exception as error:
-        raise InputError(f"{path}: scan {scan} is cut off or damaged ({_first(error)})", code="file-damaged") from None
+        raise InputError(f"{path}: scan {scan} is cut off or damaged ({_first_line(error)})", code="file-damaged") from None
     except InputError as error:
-        raise InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
+        raise error if str(path) in str(error) else InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
     finally:
         image.close()
     if pose is None:
@@ -118,43 +130,46 @@ def _open_e57(library: ModuleType, path: Path) -> Any:
     try:
         return library.ImageFile(str(path), "r")
     except library.E57Exception as error:
-        code = "file-damaged" if path.stat().st_size else "file-empty"
-        raise InputError(f"{path}: is cut off or damaged, or not an E57 file ({_first(error)})", code=code) from None
+        if not path.stat().st_size:
+            raise InputError(f"{path}: is empty", code="file-empty") from None
+        raise InputError(
+            f"{path}: is cut off or damaged, or not an E57 file ({_first_line(error)})", code="file-damaged"
+        ) from None
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:
-    """(N, 3) m in the scanner's frame and (N, 3) uint8, of the points that are not marked invalid."""
-    held = node["points"]
-    prototype = library.StructureNode(held.prototype())
+    """Return (N, 3) m in the scanner's frame and (N, 3) uint8 colours or None, of the points not marked invalid."""
+    records = node["points"]
+    prototype = library.StructureNode(records.prototype())
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if all(map(prototype.isDefined, axes))), None)
     if axes is None:
         raise InputError("the points have neither cartesian nor spherical coordinates", code="points-missing")
     invalid = "cartesianInvalidState" if axes is _CARTESIAN else "sphericalInvalidState"
     colored = all(map(prototype.isDefined, _COLORS))
     names = [*axes, *(_COLORS if colored else ()), *([invalid] if prototype.isDefined(invalid) else [])]
-    count = held.childCount()
+    count = records.childCount()
     values = {name: np.zeros(count) for name in names}
     buffers = library.VectorSourceDestBuffer()
     for name, array in values.items():
         buffers.append(library.SourceDestBuffer(image, name, array, count, True, True))
-    read = held.reader(buffers).read() if count else 0
+    read = records.reader(buffers).read() if count else 0
     if read != count:
-        raise InputError(f"{count} points are announced, {read} follow", code="file-damaged")
-    good = values[invalid] == 0 if invalid in values else np.ones(count, dtype=bool)
-    first, second, third = (values[name][good] for name in axes)
+        raise InputError(f"its header declares {count} points, it holds {read}", code="file-damaged")
+    valid = values[invalid] == 0 if invalid in values else np.ones(count, dtype=bool)
+    first, second, third = (values[name][valid] for name in axes)
     if axes is _SPHERICAL:  # range, azimuth from x towards y, elevation from the xy plane
-        flat = first * np.cos(third)
-        first, second, third = flat * np.cos(second), flat * np.sin(second), first * np.sin(third)
+        horizontal = first * np.cos(third)
+        first, second, third = horizontal * np.cos(second), horizontal * np.sin(second), first * np.sin(third)
     points = np.column_stack((first, second, third))
     if not colored:
         return points, None
-    colors = np.column_stack([values[name][good] for name in _COLORS])
+    colors = np.column_stack([values[name][valid] for name in _COLORS])
     low, high = _color_limits(library, node, colors)
     return points, np.rint(255 * np.clip((colors - low) / (high - low), 0, 1)).astype(np.uint8)
 
 
 def _color_limits(library: ModuleType, node: Any, colors: Floats) -> tuple[float, float]:
-    """What is black and what is full colour: as the scan says, else the least of 8 bits and 16 that holds all."""
+    """Return the values of black and of full colour: those of the scan, else those of 8 bits, or of 16 if 8 are too few."""
     if node.isDefined("colorLimits"):
         limits = node["colorLimits"]
         low, high = (float(limits[f"colorRed{end}"].value()) for end in ("Minimum", "Maximum"))
@@ -164,7 +179,7 @@ def _color_limits(library: ModuleType, node: Any, colors: Floats) -> tuple[float
 
 
 def _pose(node: Any) -> tuple[Floats, Floats] | None:
-    """Scanner to file: (3, 3) from the unit quaternion, (3,) m. None where it is missing or the identity."""
+    """Return rotation (3, 3) and translation (3,) m, scanner to file; None if the pose is missing or the identity."""
     from scipy.spatial.transform import Rotation
 
     if not node.isDefined("pose"):
@@ -182,6 +197,6 @@ def _pose(node: Any) -> tuple[Floats, Floats] | None:
     return None if np.array_equal(matrix, np.eye(3)) and not translation.any() else (matrix, translation)
 
 
-def _first(error: Exception) -> str:
-    """The first line of what a library says."""
+def _first_line(error: Exception) -> str:
+    """Return the first line of a library's message, or the exception's type."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)

@@ -16,18 +16,18 @@ from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Files, Pinhole, Sensor, load_files, pinhole_of, pose_of, read_json
+from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, load_files, pinhole_of, pose_of, read_json
 from ..support.listing import images_in
 
 CAMERAS = "scene_camera.json"
 _COLORS = ("rgb", "gray")
-_MILLI = 1000.0
+_MM_PER_M = 1000.0
 
 
 class BopCapture:
-    """The images of a scene by their number, each with the camera, the unit of depth and the pose that the scene has for it.
+    """The images of a scene by number, each with its own intrinsics, unit of depth and pose.
 
-    The object's pixels are the visible parts of all annotated objects (`mask_visib/`), where they are neither nothing nor the
+    The mask is the union of the visible parts of all annotated objects (`mask_visib/`), or None if the union is empty or the
     whole image.
     """
 
@@ -39,7 +39,7 @@ class BopCapture:
         cameras = read_json(path / CAMERAS)
         depth = images_in(path / "depth")
         if not depth:
-            raise InputError(f"{path / 'depth'}: there are no depth images", code="folder-empty")
+            raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
         folder = next((path / name for name in _COLORS if (path / name).is_dir()), None)
         color = images_in(folder) if folder else {}
         masks = defaultdict(list)
@@ -66,7 +66,7 @@ class BopCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a folder with the cameras of a scene."""
+        """Return whether `path` is a folder with the camera file of a scene."""
         return (path / CAMERAS).is_file()
 
 
@@ -81,26 +81,28 @@ def _load(
     options: ReadOptions,
 ) -> FrameData:
     if depth is None:
-        raise InputError(f"{path / 'depth'}: there is no depth image {name}", code="depth-missing")
+        raise InputError(f"{path / 'depth'}: has no depth image {name}", code="depth-missing")
     if folder is not None and color is None:
-        raise InputError(f"{folder}: there is no image {name} for {depth}", code="color-missing")
+        raise InputError(f"{folder}: has no image {name} for {depth}", code="color-missing")
     where = f"{path / CAMERAS}: image {int(name) if name.isdecimal() else name}"
     if not isinstance(camera, dict):
-        raise InputError(f"{where}: is not there (or not an object), expected cam_K and depth_scale", code="intrinsics-missing")
-    sensor = Sensor(_pinhole(camera, options, where), _scale(camera, options, where))
-    return load_files(Files(depth, color, masks), sensor, name, None, _pose(camera, where))
+        raise InputError(f"{where}: is missing or not an object, expected cam_K and depth_scale", code="intrinsics-missing")
+    sensor = DepthSensor(_pinhole(camera, options, where), _scale(camera, options, where))
+    return load_files(ImageFiles(depth, color, masks), sensor, name, None, _pose(camera, where))
 
 
 def _pinhole(camera: dict[str, Any], options: ReadOptions, where: str) -> Pinhole:
     if options.camera is not None:
         return options.camera
     if "cam_K" not in camera:
-        raise InputError(f"{where}: has no cam_K", code="intrinsics-missing")
+        raise InputError(
+            f"{where}: has no cam_K: add it, or give --input-option 'camera=[fx, fy, cx, cy]'", code="intrinsics-missing"
+        )
     return pinhole_of(camera["cam_K"], f"{where}: cam_K")
 
 
 def _scale(camera: dict[str, Any], options: ReadOptions, where: str) -> float:
-    """Units per metre, from millimetres per unit."""
+    """Return the units per metre; the file has millimetres per unit."""
     if options.depth_scale is not None:
         return options.depth_scale
     scale = camera.get("depth_scale")
@@ -109,15 +111,15 @@ def _scale(camera: dict[str, Any], options: ReadOptions, where: str) -> float:
             f"{where}: depth_scale is {scale!r}, expected millimetres per unit, above zero (1 for millimetres)",
             code="depth-scale-invalid",
         )
-    return _MILLI / scale
+    return _MM_PER_M / scale
 
 
 def _pose(camera: dict[str, Any], where: str) -> Floats | None:
-    """Camera to world, m; the file has world to camera, mm."""
+    """Return the pose (4, 4) camera to world, m; the file has world to camera, mm."""
     if camera.get("cam_R_w2c") is None or camera.get("cam_t_w2c") is None:
         return None
-    seen = pose_of(camera["cam_R_w2c"], camera["cam_t_w2c"], f"{where}: cam_R_w2c, cam_t_w2c")
+    world_to_camera = pose_of(camera["cam_R_w2c"], camera["cam_t_w2c"], f"{where}: cam_R_w2c, cam_t_w2c")
     pose = np.eye(4)
-    pose[:3, :3] = seen[:3, :3].T
-    pose[:3, 3] = -seen[:3, :3].T @ seen[:3, 3] / _MILLI
+    pose[:3, :3] = world_to_camera[:3, :3].T
+    pose[:3, 3] = -world_to_camera[:3, :3].T @ world_to_camera[:3, 3] / _MM_PER_M
     return pose

@@ -11,12 +11,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, unread_code
 from ...types import Array, Cloud
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from ..support.listing import images_in
-from ._cloud_files import COMMENTS, HEAD, Points, read_npz, read_open3d, read_xyz
+from ._cloud_files import COMMENTS, HEAD_BYTES, Points, read_npz, read_open3d, read_xyz
 from ._laser_scans import count_e57, read_e57, read_las
 
 SUFFIXES = (".ply", ".pcd", ".xyz", ".npz", ".las", ".laz", ".e57")  # of files in folders
@@ -25,10 +25,10 @@ _ROW = re.compile(rf"\s*{_NUMBER}(?:[\s,;]+{_NUMBER}){{2,}}[\s,;]*", re.IGNORECA
 
 
 class CloudCapture:
-    """The clouds of a file or a folder, in metres, in whatever frame the file has; the viewpoint where the file says it.
+    """The clouds of a file or a folder, in metres, in the file's own frame, with the viewpoint if the file has one.
 
-    An E57 file of several scans gives a frame for each, `<name>_000` and so on. A folder's files come in the order of
-    their names, numbers as numbers; one that cannot be read fails alone.
+    Each scan of an E57 file with several is a frame, `<name>_000` and so on. The files of a folder are in natural order of
+    their names; a file that cannot be read fails as a frame, without the others.
     """
 
     what: ClassVar[str] = (
@@ -40,23 +40,23 @@ class CloudCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         files = images_in(path, SUFFIXES).values() if path.is_dir() else [path]
-        self.frames = [entry for file in files for entry in _entries(file, alone=file == path)]
+        self.frames = [frame for file in files for frame in _frames_of(file, single=file == path)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a file that starts as clouds do, or failing that is called so; or a folder with such files."""
+        """Return whether `path` is a cloud file by its first bytes or its suffix, or a folder with such files."""
         if path.is_dir():
             return any(_is_cloud(file) for file in sorted(path.iterdir()) if not file.name.startswith("."))
         return path.is_file() and _kind(path) is not None
 
 
-def _entries(file: Path, alone: bool) -> list[FrameRef]:
+def _frames_of(file: Path, single: bool) -> list[FrameRef]:
     try:
         count = count_e57(file) if _kind(file) == "e57" else 1
     except (InputError, OSError):
-        if alone:
+        if single:
             raise
-        count = 1  # whose loading says why
+        count = 1  # loading this frame reports the error
     if count > 1:
         names = [f"{file.stem}_{i:03d}" for i in range(count)]
         return [FrameRef(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
@@ -64,7 +64,7 @@ def _entries(file: Path, alone: bool) -> list[FrameRef]:
 
 
 def _is_cloud(file: Path) -> bool:
-    """Whether a file in a folder is a cloud: by its name, an NPZ by what it holds, for others use that format too."""
+    """Return whether a file in a folder is a cloud: by its suffix; an NPZ, which other formats use too, by its arrays."""
     if file.suffix.lower() not in SUFFIXES or not file.is_file():
         return False
     if file.suffix.lower() != ".npz":
@@ -76,15 +76,16 @@ def _is_cloud(file: Path) -> bool:
 
 
 def _kind(path: Path) -> str | None:
+    """Return the kind of a cloud file by its first bytes, else by its suffix; None if it is no cloud."""
     with path.open("rb") as file:
-        head = file.read(HEAD)
+        head = file.read(HEAD_BYTES)
     if re.match(rb"ply\s", head):
         return "ply"
     for start, kind in ((b"LASF", "las"), (b"ASTM-E57", "e57")):
         if head.startswith(start):
             return kind
-    stated = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
-    if head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", stated):
+    first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
+    if head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first):
         return "pcd"
     if head.startswith(b"PK\x03\x04") and b".npy" in head:
         return "npz"
@@ -92,7 +93,7 @@ def _kind(path: Path) -> str | None:
     rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
     if rows and _ROW.fullmatch(rows[0]):
         return "xyz"
-    # the content is none of these: a name that says so gets the reason from the reader
+    # unknown content with the suffix of a cloud: the reader will report the reason
     suffix = path.suffix.lower()
     return {".laz": "las"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
 
@@ -101,10 +102,10 @@ def _load(path: Path, name: str, scan: int = 0) -> FrameData:
     try:
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
-        found = read_e57(path, scan) if (kind := _kind(path) or "") == "e57" else _READERS[kind](path)
-        cloud = Cloud(found.points, _bytes(found.colors), found.viewpoint, name)
+        read = read_e57(path, scan) if (kind := _kind(path) or "") == "e57" else _READERS[kind](path)
+        cloud = Cloud(read.points, _colors_8_bit(read.colors), read.viewpoint, name)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
@@ -112,8 +113,8 @@ def _load(path: Path, name: str, scan: int = 0) -> FrameData:
     return FrameData(cloud)
 
 
-def _bytes(colors: Array | None) -> Array | None:
-    """Colours as uint8; those in floats are 0 to 1."""
+def _colors_8_bit(colors: Array | None) -> Array | None:
+    """Return colours as uint8; floats are scaled from 0 to 1."""
     if colors is None or colors.dtype == np.uint8:
         return colors
     if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():

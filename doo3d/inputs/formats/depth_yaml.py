@@ -1,4 +1,4 @@
-"""One depth image with its camera in a YAML file beside it, or in what the user says; a colour image may belong to it."""
+"""Depth images, each with its camera in a YAML file beside it or in the options; a colour image may belong to it."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from typing import Annotated, ClassVar
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from ...errors import InputError, invalid_code
+from ...errors import InputError, invalid_code, unread_code
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Files, Sensor, check_pose, load_files
+from ..support.depth_frames import DepthSensor, ImageFiles, check_pose, load_files
 from ..support.images import is_image
-from ..support.listing import natural
+from ..support.listing import natural_key
 from .open3d_folder import DEFAULT_DEPTH_SCALE
 
-_BESIDE = (".yaml", ".yml")
-_DEPTH = (".png", ".tif", ".tiff", ".exr")
-_SAYS = re.compile(rb"^(?:\{\s*)?[\"']?camera[\"']?\s*:", re.MULTILINE)
-_MOST = 1 << 16  # bytes of a YAML file that are read: more is none of a camera
+_YAML_SUFFIXES = (".yaml", ".yml")
+_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".exr")
+_CAMERA_KEY = re.compile(rb"^(?:\{\s*)?[\"']?camera[\"']?\s*:", re.MULTILINE)
+_MAX_YAML_BYTES = 1 << 16  # read at most; a longer file does not describe a camera
 _Focal = Annotated[FiniteFloat, Field(gt=0)]
 
 
-class Beside(BaseModel):
-    """What the YAML file of a depth image says; file names are relative to it."""
+class DepthImageInfo(BaseModel):
+    """Content of the YAML file of a depth image: fx, fy, cx, cy (px), units per metre, files relative to it, pose, time (s)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -41,8 +41,8 @@ class Beside(BaseModel):
 class PairsCapture:
     """A depth image, or those of a folder, each with `<name>.yaml` beside it: camera, depth_scale, color, mask, pose, timestamp.
 
-    What the user says of the camera, the unit and (of a single image) the colour goes before it. Of a single image whose
-    camera the user says the file may be missing.
+    Options for the camera, the unit and (of a single image) the colour take precedence. With the camera in the options, the
+    YAML file of a single image may be missing.
     """
 
     what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
@@ -51,78 +51,80 @@ class PairsCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         if path.is_dir():
-            self.frames = [_entry(_image(file), file, options) for file in _described(path)]
-        elif path.suffix.lower() in _BESIDE:
-            self.frames = [_entry(_image(path), path, options)]
+            self.frames = [_frame_ref(_image_of(file), file, options) for file in _yaml_files(path)]
+        elif path.suffix.lower() in _YAML_SUFFIXES:
+            self.frames = [_frame_ref(_image_of(path), path, options)]
         else:
-            self.frames = [_entry(path, _yaml(path), options)]
+            self.frames = [_frame_ref(path, _yaml_of(path), options)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is an image with a YAML file of its name that says a camera, that file, or a folder with such."""
+        """Return whether `path` is an image with a YAML file of its name that has a camera, that file, or a folder with such."""
         if path.is_dir():
-            return bool(_described(path))
-        if path.suffix.lower() in _BESIDE:
-            return path.is_file() and _says(path) and _image(path).is_file()
-        file = _yaml(path)
-        return file is not None and _says(file) and is_image(path)
+            return bool(_yaml_files(path))
+        if path.suffix.lower() in _YAML_SUFFIXES:
+            return path.is_file() and _has_camera(path) and _image_of(path).is_file()
+        file = _yaml_of(path)
+        return file is not None and _has_camera(file) and is_image(path)
 
 
-def _described(folder: Path) -> list[Path]:
-    """The YAML files of a folder that say a camera and have an image of their name beside them."""
-    files = [file for file in folder.iterdir() if file.suffix.lower() in _BESIDE and not file.name.startswith(".")]
-    return sorted((file for file in files if _says(file) and _image(file).is_file()), key=lambda file: natural(file.name))
+def _yaml_files(folder: Path) -> list[Path]:
+    """Return the YAML files of a folder that have a camera and an image of their name beside them."""
+    files = [file for file in folder.iterdir() if file.suffix.lower() in _YAML_SUFFIXES and not file.name.startswith(".")]
+    return sorted(
+        (file for file in files if _has_camera(file) and _image_of(file).is_file()), key=lambda file: natural_key(file.name)
+    )
 
 
-def _says(file: Path) -> bool:
+def _has_camera(file: Path) -> bool:
     with file.open("rb") as opened:
-        return _SAYS.search(opened.read(_MOST)) is not None
+        return _CAMERA_KEY.search(opened.read(_MAX_YAML_BYTES)) is not None
 
 
-def _yaml(image: Path) -> Path | None:
-    return next((file for suffix in _BESIDE if (file := image.with_suffix(suffix)).is_file()), None)
+def _yaml_of(image: Path) -> Path | None:
+    return next((file for suffix in _YAML_SUFFIXES if (file := image.with_suffix(suffix)).is_file()), None)
 
 
-def _image(file: Path) -> Path:
-    """The depth image that a YAML file is beside; where there is none, what it would be called."""
-    images = [file.with_suffix(suffix) for suffix in _DEPTH]
+def _image_of(file: Path) -> Path:
+    """Return the depth image beside a YAML file; if there is none, the path expected for it."""
+    images = [file.with_suffix(suffix) for suffix in _DEPTH_SUFFIXES]
     return next((image for image in images if image.is_file()), images[0])
 
 
-def _entry(image: Path, file: Path | None, options: ReadOptions) -> FrameRef:
-    # the file is read here for the time alone; one that is broken fails when its frame is loaded
+def _frame_ref(image: Path, file: Path | None, options: ReadOptions) -> FrameRef:
+    # read for the time only; a damaged file fails when its frame is loaded
     try:
-        time = _read(file, options).timestamp
+        time = _read_info(file, options).timestamp
     except InputError:
         time = None
     return FrameRef(image.stem, image, partial(_load, image, file, options), time)
 
 
 def _load(image: Path, file: Path | None, options: ReadOptions) -> FrameData:
-    said = _read(file, options)
+    info = _read_info(file, options)
     folder = (file or image).parent
-    pose = None if said.pose is None else check_pose(said.pose, f"{file}: pose")
-    files = Files(image, folder / said.color if said.color else None, (folder / said.mask,) if said.mask else ())
-    return load_files(files, Sensor(said.camera, said.depth_scale), image.stem, said.timestamp, pose, required=True)
+    pose = None if info.pose is None else check_pose(info.pose, f"{file}: pose")
+    files = ImageFiles(image, folder / info.color if info.color else None, (folder / info.mask,) if info.mask else ())
+    return load_files(files, DepthSensor(info.camera, info.depth_scale), image.stem, info.timestamp, pose, required=True)
 
 
-def _read(file: Path | None, options: ReadOptions) -> Beside:
-    """What the file says, where the user says nothing else.
+def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
+    """Return the content of the YAML file, overridden by the options.
 
     Raises
     ------
-    InputError : it is not YAML, or a value is missing or cannot be.
+    InputError : the file is not YAML, or a value is missing, of the wrong type or out of bounds.
     """
-    said = {"camera": options.camera, "depth_scale": options.depth_scale, "color": options.color and options.color.absolute()}
-    said = {key: value for key, value in said.items() if value is not None}
+    given = {"camera": options.camera, "depth_scale": options.depth_scale, "color": options.color and options.color.absolute()}
+    given = {key: value for key, value in given.items() if value is not None}
     values = {} if file is None else _values(file)
     try:
-        return Beside(**{**values, **said})
+        return DepthImageInfo(**{**values, **given})
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
         raise InputError(
-            f"{file or '--input-option'}: {key}: {first['msg']}; there are {', '.join(Beside.model_fields)}",
+            f"{file or '--input-option'}: {key}: {first['msg']}; the keys are {', '.join(DepthImageInfo.model_fields)}",
             code=invalid_code([first["type"]]),
         ) from None
 
@@ -130,11 +132,11 @@ def _read(file: Path | None, options: ReadOptions) -> Beside:
 def _values(file: Path) -> dict[str, object]:
     try:
         with file.open("rb") as opened:
-            values = yaml.safe_load(opened.read(_MOST))
+            values = yaml.safe_load(opened.read(_MAX_YAML_BYTES))
     except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+        raise InputError(f"{file}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{file}: is not YAML ({str(error).splitlines()[0]})", code="yaml-invalid") from None
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
-        raise InputError(f"{file}: expected keys and values, camera: [fx, fy, cx, cy] the least of them", code="yaml-invalid")
+        raise InputError(f"{file}: expected keys and values, with at least camera: [fx, fy, cx, cy]", code="yaml-invalid")
     return values

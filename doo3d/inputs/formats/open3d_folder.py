@@ -10,24 +10,24 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, unread_code
 from ...types import Camera, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Pinhole, camera_for
 from ..support.images import SUFFIXES, read_color, read_depth, read_mask
-from ..support.listing import images_in, located, natural, paired
+from ..support.listing import images_in, match_images, natural_key, with_file
 
 INTRINSICS = "camera_intrinsic.json"
-COLORS = ("color", "rgb", "image")
+COLORS = ("color", "rgb", "image")  # sub-folders, the first that exists is read
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
 
 
 class FolderCapture:
-    """Frames of a folder, in the order of their names, numbers as numbers.
+    """The frames of a folder, in natural order of their names.
 
-    Images belong together when their names without suffix agree; where none do, by order if there are equally many. The
-    intrinsics and the unit of depth that the user gives go before those of the folder, which may then be missing.
+    Depth, colour and mask of a frame have the same stem; if no stems agree and the numbers are equal, they are matched by
+    order. Intrinsics and unit of depth in the options take precedence over the folder's, which may then be missing.
     """
 
     what: ClassVar[str] = (
@@ -40,39 +40,44 @@ class FolderCapture:
         self.path = path
         depth = images_in(path / "depth")
         if not depth:
-            raise InputError(f"{path / 'depth'}: there are no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
-        camera, scale = _lens(path / INTRINSICS, options)
+            raise InputError(f"{path / 'depth'}: holds no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
+        camera, scale = _camera_and_scale(path / INTRINSICS, options)
         color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
-        others = {part: paired(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
-        names = sorted(set(depth).union(*others.values()), key=natural)
+        others = {part: match_images(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
+        names = sorted(set(depth).union(*others.values()), key=natural_key)
         self.frames = [
             FrameRef(
                 name,
                 depth.get(name, path / "depth"),
-                partial(_load, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale),
+                partial(
+                    _load, path, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale
+                ),
             )
             for name in names
         ]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a folder with one of the parts that only this layout has."""
+        """Return whether `path` is a folder with `depth/` or the file of intrinsics."""
         return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
 
 
-def _lens(path: Path, options: ReadOptions) -> tuple[Camera | Pinhole, float]:
-    """The camera, or as much of it as the user gives, and the units per metre."""
+def _camera_and_scale(path: Path, options: ReadOptions) -> tuple[Camera | Pinhole, float]:
+    """Return the camera (without image size if the options give it) and the units per metre."""
     if options.camera is not None and not path.exists():
         return options.camera, options.depth_scale or DEFAULT_DEPTH_SCALE
     camera, scale = read_intrinsics(path)
     return options.camera or camera, options.depth_scale or scale
 
 
-def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float) -> FrameData:
+def _load(
+    folder: Path, name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float
+) -> FrameData:
     for part, file in {"depth": depth, **others}.items():
         if file is None:
             raise InputError(
-                f"{part}/ has no image for frame {name}", code=f"{part if part in ('depth', 'mask') else 'color'}-missing"
+                f"{folder / part}: has no image for frame {name}",
+                code=f"{part if part in ('depth', 'mask') else 'color'}-missing",
             )
     assert depth is not None
     mask = others.get("mask")
@@ -82,30 +87,30 @@ def _load(name: str, depth: Path | None, others: Mapping[str, Path | None], came
         camera = camera if isinstance(camera, Camera) else camera_for(camera, metres.shape)
         frame = Frame(read_color(color) if color else None, metres, camera, name)
     except InputError as error:
-        raise located(error, depth) from None
+        raise with_file(error, depth) from None
     try:
         return FrameData(frame, read_mask(mask, metres.shape) if mask else None)
     except InputError as error:
-        raise located(error, mask or depth) from None
+        raise with_file(error, mask or depth) from None
 
 
 def read_intrinsics(path: Path) -> tuple[Camera, float]:
-    """The camera and the units per metre of the depth images.
+    """Read the camera and the units per metre of the depth images.
 
     Raises
     ------
-    InputError : not there, not JSON, or a value missing or impossible; the message names file and key.
+    InputError : the file is missing or not JSON, or a value is missing or impossible; the message names file and key.
     """
     try:
         values = json.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InputError(
             f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
-            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or say --input-option 'camera=[fx, fy, cx, cy]'",
+            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or give --input-option 'camera=[fx, fy, cx, cy]'",
             code="intrinsics-missing",
         ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
     if not isinstance(values, dict):
@@ -117,7 +122,7 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
         if key not in values:
             raise InputError(f"{path}: has no {key}", code="intrinsics-missing")
     matrix = _matrix(path, values["intrinsic_matrix"])
-    size = {key: _whole(path, key, values[key]) for key in ("width", "height")}
+    size = {key: _pixel_count(path, key, values[key]) for key in ("width", "height")}
     try:
         camera = Camera(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], **size)
     except InputError as error:
@@ -132,30 +137,30 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
 
 
 def _matrix(path: Path, given: Any) -> Any:
-    """(3, 3) float, [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], from nine numbers column by column or three columns."""
+    """Return [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], (3, 3) float, from nine numbers column by column or three columns."""
     try:
-        flat = np.array(given, dtype=float).ravel()
+        values = np.array(given, dtype=float).ravel()
     except (TypeError, ValueError):
-        flat = np.zeros(0)
-    if flat.size != 9 or isinstance(given, str):
+        values = np.zeros(0)
+    if values.size != 9 or isinstance(given, str):
         got = len(given) if isinstance(given, list) else repr(given)
         raise InputError(
             f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}",
             code="intrinsics-invalid",
         )
-    matrix = flat.reshape(3, 3).T
+    matrix = values.reshape(3, 3).T
     if not np.isfinite(matrix).all():
         raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}", code="intrinsics-invalid")
     if (matrix[2] != (0, 0, 1)).any():
         raise InputError(
             f"{path}: intrinsic_matrix is {given}: expected column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1); "
-            "it seems to be given row by row",
+            "the numbers seem to be row by row",
             code="intrinsics-invalid",
         )
     return matrix
 
 
-def _whole(path: Path, key: str, value: Any) -> int:
+def _pixel_count(path: Path, key: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value < 2**31 or value != int(value):
         raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid")
     return int(value)

@@ -1,4 +1,4 @@
-"""A recording of the iPhone app Record3D: a `.r3d` file, which is a ZIP that is read where it lies.
+"""A recording of the iPhone app Record3D: a `.r3d` file, a ZIP that is read in place.
 
 The format as its author describes it: github.com/marek-simonik/record3d, issues 7, 24, 36, 64, 93, 94 and 108.
 """
@@ -23,22 +23,22 @@ from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import Pinhole, camera_for, check_unit, json_object, numbers, pinhole_of
 from ..support.images import read_color
-from ..support.listing import natural
+from ..support.listing import natural_key
 from .trajectory import pose_from
 
 _OUTSIDE = re.compile(r"/|[A-Za-z]:")
 METADATA, FOLDER = "metadata", "rgbd/"
-_TURN = np.diag([1.0, -1.0, -1.0, 1.0])  # from x right, y up, z backward (OpenGL) to the optical frame
-_MOST_METADATA, _MOST_IMAGE = 1 << 28, 1 << 26  # bytes unpacked: an hour of frames; a photograph
-_MOST_PIXELS = 1 << 24  # of a depth image
+_FROM_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # from x right, y up, z backward (OpenGL) to the optical frame
+_MAX_METADATA_BYTES, _MAX_IMAGE_BYTES = 1 << 28, 1 << 26  # unpacked: an hour of frames; a photograph
+_MAX_PIXELS = 1 << 24  # of a depth image
 _BLOCK, _SPARE = 10_000, 64  # bytes that a block of LZFSE stands for at least, but for the last (most: 30000); its head
-_SHAPE = 1e-2  # by which the sides of colour and depth may differ in proportion
+_MAX_ASPECT_ERROR = 1e-2  # relative difference of the aspect ratios of colour and depth
 
 
 class Record3DCapture:
-    """The frames of a recording by their number: depth in metres, colour scaled down to its size, intrinsics with it.
+    """The frames of a recording by number: depth in metres; colour and intrinsics scaled to the size of the depth.
 
-    The poses, of a camera with y up that looks along -z, are turned into the optical frame's. Nothing is unpacked to disk.
+    The poses, of a camera with y up that looks along -z, are converted to the optical frame. Nothing is unpacked to disk.
     """
 
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"
@@ -47,22 +47,23 @@ class Record3DCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("lzfse", "record3d")
         self.path = path
-        recorded = _open(path)
-        about = json_object(_member(path, recorded, METADATA, _MOST_METADATA), f"{path}: {METADATA}")
-        names = [name.removeprefix(FOLDER) for name in recorded.namelist() if name.startswith(FOLDER)]
-        stems = sorted({name.rpartition(".")[0] for name in names if name.endswith((".depth", ".jpg"))}, key=natural)
+        archive = _open(path)
+        metadata = json_object(_member(path, archive, METADATA, _MAX_METADATA_BYTES), f"{path}: {METADATA}")
+        names = [name.removeprefix(FOLDER) for name in archive.namelist() if name.startswith(FOLDER)]
+        stems = sorted({name.rpartition(".")[0] for name in names if name.endswith((".depth", ".jpg"))}, key=natural_key)
         if not stems:
             raise InputError(f"{path}: holds no frames, expected {FOLDER}0.depth and {FOLDER}0.jpg", code="frames-missing")
-        size = _size(path, about, "dw", "dh") if "dw" in about else _size(path, about, "w", "h")
+        size = _size(path, metadata, "dw", "dh") if "dw" in metadata else _size(path, metadata, "w", "h")
         changed = path.stat().st_mtime_ns
         self.frames = []
         for stem in stems:
-            pinhole, time, pose = _pinhole(path, about, stem, size, options), _time(about, stem), _row(about, "poses", stem)
+            pinhole, time = _pinhole(path, metadata, stem, size, options), _time(metadata, stem)
+            pose = _row(metadata, "poses", stem)
             self.frames.append(FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose), time))
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a ZIP with metadata and frames as the app writes them, or failing that is called so."""
+        """Return whether `path` is a ZIP with metadata and frames as the app writes them, or a damaged file called .r3d."""
         if not path.is_file():
             return False
         try:
@@ -74,11 +75,11 @@ class Record3DCapture:
 
 
 def _open(path: Path) -> zipfile.ZipFile:
-    """The ZIP, after a look at all its names.
+    """Open the ZIP and check all its member names.
 
     Raises
     ------
-    InputError : it is cut off or none, or holds a name or a link that leads out of it.
+    InputError : the file is damaged or no ZIP, or a member's path or link leads out of the archive.
     """
     try:
         opened = zipfile.ZipFile(path)
@@ -89,7 +90,7 @@ def _open(path: Path) -> zipfile.ZipFile:
         if name.startswith("/") or ":" in name or ".." in name.split("/") or stat.S_ISLNK(member.external_attr >> 16):
             opened.close()
             raise InputError(
-                f"{path}: holds {member.orig_filename!r}, a path or a link that leads out of it: it is not safe to read",
+                f"{path}: holds {member.orig_filename!r}, a path or a link out of the archive: it is not safe to read",
                 code="archive-unsafe",
             )
     return opened
@@ -97,21 +98,23 @@ def _open(path: Path) -> zipfile.ZipFile:
 
 @lru_cache(maxsize=1)
 def _opened(path: Path, changed: int) -> zipfile.ZipFile:
-    """One open file for all entries of a recording; `changed` tells one that was written anew."""
+    """Return one open archive for all frames of a recording; `changed`, its time, tells a new version."""
     return _open(path)
 
 
-def _member(path: Path, opened: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """What is in the file `name` of the ZIP; never more than `most` bytes are unpacked."""
+def _member(path: Path, opened: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
+    """Return the content of the member `name` of the ZIP; at most `max_bytes` are unpacked."""
     try:
         with opened.open(name) as file:
-            data = file.read(most + 1)
+            data = file.read(max_bytes + 1)
     except KeyError:
         raise InputError(f"{path}: {name} is missing", code="file-missing") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, NotImplementedError) as error:
         raise InputError(f"{path}: {name} is damaged ({error})", code="file-damaged") from None
-    if len(data) > most:
-        raise InputError(f"{path}: {name} unpacks to more than {most} bytes, which no recording has", code="size-too-large")
+    if len(data) > max_bytes:
+        raise InputError(
+            f"{path}: {name} unpacks to more than {max_bytes} bytes, too large for a recording", code="size-too-large"
+        )
     return data
 
 
@@ -122,11 +125,12 @@ def _load(
     where = f"{path}: {FOLDER}{stem}"
     depth = _depth(path, opened, stem, size)
     check_unit(depth, path, 1.0)
-    data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MOST_IMAGE)
+    data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
     color = read_color(path / FOLDER / f"{stem}.jpg", data=data)
-    if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _SHAPE:
+    if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _MAX_ASPECT_ERROR:
         raise InputError(
-            f"{where}: colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}: not the same view",
+            f"{where}: colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}: "
+            "the two must have the same aspect ratio",
             code="color-size",
         )
     if color.shape[:2] != depth.shape:
@@ -136,7 +140,7 @@ def _load(
 
 
 def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
-    """(H, W) float32 m."""
+    """Read the depth of a frame, (H, W) float32 m; `size` is (W, H)."""
     where, length = f"{path}: {FOLDER}{stem}.depth", 4 * size[0] * size[1]
     data = _member(path, opened, f"{FOLDER}{stem}.depth", length + _SPARE)
     announced, blocks = _announced(data)
@@ -179,51 +183,52 @@ def _announced(data: bytes) -> tuple[int, int]:
     return total, blocks
 
 
-def _size(path: Path, about: dict[str, Any], *keys: str) -> tuple[int, int]:
-    sides = [about.get(key) for key in keys]
+def _size(path: Path, metadata: dict[str, Any], *keys: str) -> tuple[int, int]:
+    """Return (width, height) px from two keys of the metadata."""
+    sides = [metadata.get(key) for key in keys]
     if not all(isinstance(side, int) and not isinstance(side, bool) and side > 0 for side in sides):
         raise InputError(
             f"{path}: {METADATA}: {', '.join(keys)} are {sides}, expected whole numbers of pixels", code="intrinsics-invalid"
         )
     width, height = int(sides[0] or 0), int(sides[1] or 0)
-    if width * height > _MOST_PIXELS:
+    if width * height > _MAX_PIXELS:
         raise InputError(
             f"{path}: {METADATA}: {', '.join(keys)}: {width}x{height} is larger than any depth image", code="size-too-large"
         )
     return width, height
 
 
-def _row(about: dict[str, Any], key: str, stem: str) -> Any:
-    """What the metadata has in the list `key` for a frame; None where it has nothing."""
-    rows = about.get(key)
+def _row(metadata: dict[str, Any], key: str, stem: str) -> Any:
+    """Return the frame's element of the list `key` in the metadata, or None."""
+    rows = metadata.get(key)
     inside = isinstance(rows, list) and stem.isdecimal() and int(stem) < len(rows)
     return rows[int(stem)] if inside and rows is not None else None
 
 
-def _time(about: dict[str, Any], stem: str) -> float | None:
-    """s since the first frame, as the recording says or by its frame rate."""
-    time, rate = _row(about, "frameTimestamps", stem), about.get("fps")
+def _time(metadata: dict[str, Any], stem: str) -> float | None:
+    """Return the time since the first frame, s, from the recording's timestamps or its frame rate; or None."""
+    time, rate = _row(metadata, "frameTimestamps", stem), metadata.get("fps")
     if isinstance(time, int | float):
         return float(time)
     return int(stem) / rate if isinstance(rate, int | float) and rate > 0 and stem.isdecimal() else None
 
 
-def _pinhole(path: Path, about: dict[str, Any], stem: str, size: tuple[int, int], options: ReadOptions) -> Pinhole:
-    """In pixels of the depth: what the metadata says is in pixels of the colour, and is scaled as the author does."""
+def _pinhole(path: Path, metadata: dict[str, Any], stem: str, size: tuple[int, int], options: ReadOptions) -> Pinhole:
+    """Return fx, fy, cx, cy in pixels of the depth, scaled from the metadata's, which are in pixels of the colour."""
     if options.camera is not None:
         return options.camera
-    width, height = _size(path, about, "w", "h")
-    own = _row(about, "perFrameIntrinsicCoeffs", stem)
+    width, height = _size(path, metadata, "w", "h")
+    per_frame = _row(metadata, "perFrameIntrinsicCoeffs", stem)
     where = f"{path}: {METADATA}"
-    if own is not None:
-        fx, fy, cx, cy = numbers(own, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
+    if per_frame is not None:
+        fx, fy, cx, cy = numbers(per_frame, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
     else:
-        fx, fy, cx, cy = pinhole_of(about.get("K"), f"{where}: K", columns=True)
-    across, down = size[0] / width, size[1] / height
-    return fx * across, fy * down, cx * across, cy * down
+        fx, fy, cx, cy = pinhole_of(metadata.get("K"), f"{where}: K", columns=True)
+    scale_x, scale_y = size[0] / width, size[1] / height
+    return fx * scale_x, fy * scale_y, cx * scale_x, cy * scale_y
 
 
 def _pose(row: Any, where: str) -> Floats:
-    """(4, 4) camera to world of qx, qy, qz, qw, x, y, z."""
+    """Return the pose (4, 4) camera to world of a row qx, qy, qz, qw, x, y, z."""
     values = numbers(row, 7, where)
-    return pose_from(values[:4], values[4:], where) @ _TURN
+    return pose_from(values[:4], values[4:], where) @ _FROM_OPENGL

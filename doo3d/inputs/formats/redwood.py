@@ -17,8 +17,8 @@ from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Files, Pinhole, Sensor, check_pose, load_files, numbers
-from ..support.listing import images_in, paired
+from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, check_pose, load_files, numbers
+from ..support.listing import images_in, match_images
 from .open3d_folder import COLORS, INTRINSICS
 from .trajectory import read_lines, read_trajectory
 from .tum import DEPTH, PINHOLE, SIZE, associate
@@ -26,25 +26,25 @@ from .tum import DEPTH, PINHOLE, SIZE, associate
 SCALE = 1000.0  # units per metre
 ICL_SCALE = 5000.0
 ICL_PINHOLE = (481.2, 480.0, 319.5, 239.5)  # px; the data set's fy is -480, for its y points up
-_STAMPED = re.compile(r"\d+-(\d{6,})")  # number of the image, microseconds
-_UP = np.diag([1.0, -1.0, 1.0, 1.0])  # turns y round
-_LOG_ROWS = 5  # lines per pose: three numbers, then a matrix
+_STAMPED = re.compile(r"\d+-(\d{6,})")  # file names: number of the image, microseconds
+_FLIP_Y = np.diag([1.0, -1.0, 1.0, 1.0])
+_ROWS_PER_POSE = 5  # in a .log file: three numbers, then a 4x4 matrix
 
 
-class _Found(NamedTuple):
-    """files : of one frame; None where one is missing. number : of its depth image, from 1. time : s, where names tell it."""
+class _ListedFrame(NamedTuple):
+    """One frame. files : None if the colour is missing. number : of the depth image, from 1. time : s, from the file name."""
 
-    files: Files | None
+    files: ImageFiles | None
     name: str
     number: int
     time: float | None = None
 
 
 class RedwoodCapture:
-    """Frames of `depth/` and of `rgb/`, `image/` or `color/`, with the poses of a trajectory `.log` where there is one.
+    """Frames of `depth/` and of `rgb/`, `image/` or `color/`, with the poses of a trajectory `.log` if there is one.
 
-    Names as `0000001-000000033369` tell the number and the time in microseconds: depth and colour then belong together by
-    time, each in one pair at most, and those without a partner are left out. Other names pair as in a folder of frames.
+    If the names are like `0000001-000000033369` (number, time in microseconds), depth and colour are paired by time, each image
+    at most once, and images without a partner are left out. Other names are matched as in a folder of frames.
     """
 
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
@@ -52,23 +52,25 @@ class RedwoodCapture:
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        found = _found(path, options.tolerance)
-        log = _log(path)
-        poses = _logged(log) if log else {}
+        listed = _list_frames(path, options.tolerance)
+        log = _find_log(path)
+        poses = _read_log(log) if log else {}
         sensor = _sensor(options, PINHOLE, SCALE)
-        self.frames = [_entry(path, each, sensor, poses.get(each.number)) for each in found]
+        self.frames = [_frame_ref(path, frame, sensor, poses.get(frame.number)) for frame in listed]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a folder with `depth/`, without intrinsics, and with names or a trajectory as these sets have."""
-        return _bare(path) and ((path / "image").is_dir() or _first_is_stamped(path / "depth") or _log(path) is not None)
+        """Return whether `path` has `depth/`, no file of intrinsics, and file names or a trajectory as in these data sets."""
+        if not _is_without_intrinsics(path):
+            return False
+        return (path / "image").is_dir() or _first_is_stamped(path / "depth") or _find_log(path) is not None
 
 
 class IclCapture:
-    """Frames of `depth/` and `rgb/`, paired by name; the poses are those of `*.gt.freiburg`, by the number of the image.
+    """Frames of `depth/` and `rgb/`, matched by name, with the poses of `*.gt.freiburg`, matched by image number.
 
-    The set's camera has y up, a left-handed frame, hence its negative fy. Here y points down, in the camera and in the world:
-    a pose P becomes S P S with S = diag(1, -1, 1, 1).
+    The data set's camera has y up, a left-handed frame, hence its negative fy. Here y points down, in the camera and in the
+    world: a pose P becomes S P S with S = diag(1, -1, 1, 1).
     """
 
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"
@@ -79,24 +81,26 @@ class IclCapture:
         truth = next(iter(sorted(path.glob("*.gt.freiburg"))), None)
         poses: dict[int, Floats] = {}
         if truth is not None:
-            found = read_trajectory(truth)
-            poses = {round(time): _UP @ pose @ _UP for time, pose in zip(found.times.tolist(), found.poses, strict=True)}
+            trajectory = read_trajectory(truth)
+            pairs = zip(trajectory.times.tolist(), trajectory.poses, strict=True)
+            poses = {round(time): _FLIP_Y @ pose @ _FLIP_Y for time, pose in pairs}
         sensor = _sensor(options, ICL_PINHOLE, ICL_SCALE)
         self.frames = [
-            _entry(path, each, sensor, poses.get(int(each.name)) if each.name.isdecimal() else None) for each in _found(path, 0)
+            _frame_ref(path, frame, sensor, poses.get(int(frame.name)) if frame.name.isdecimal() else None)
+            for frame in _list_frames(path, 0)
         ]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a folder with `depth/`, without intrinsics or lists, and with a file that only these sets have."""
+        """Return whether `path` has `depth/`, no intrinsics or lists, and a file that only these sequences have."""
         return (
-            _bare(path)
+            _is_without_intrinsics(path)
             and not (path / DEPTH).is_file()
             and ((path / "associations.txt").is_file() or next(path.glob("*.gt.freiburg"), None) is not None)
         )
 
 
-def _bare(path: Path) -> bool:
+def _is_without_intrinsics(path: Path) -> bool:
     return (path / "depth").is_dir() and not (path / INTRINSICS).exists()
 
 
@@ -105,55 +109,62 @@ def _first_is_stamped(folder: Path) -> bool:
     return first is not None and _STAMPED.fullmatch(first.stem) is not None
 
 
-def _sensor(options: ReadOptions, pinhole: Pinhole, scale: float) -> Sensor:
-    return Sensor(options.camera or pinhole, options.depth_scale or scale, None if options.camera else SIZE)
+def _sensor(options: ReadOptions, pinhole: Pinhole, scale: float) -> DepthSensor:
+    return DepthSensor(options.camera or pinhole, options.depth_scale or scale, None if options.camera else SIZE)
 
 
-def _found(path: Path, tolerance: float) -> list[_Found]:
-    """The frames of the depth images, with the colour images that belong to them."""
+def _list_frames(path: Path, tolerance: float) -> list[_ListedFrame]:
+    """Return a frame for each depth image, with its colour image; paired by time (`tolerance` in s) or matched by name."""
     depth = images_in(path / "depth")
     if not depth:
-        raise InputError(f"{path / 'depth'}: there are no depth images", code="folder-empty")
+        raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
     folder = next((path / name for name in COLORS if (path / name).is_dir()), None)
     color = images_in(folder) if folder else {}
-    times, others = _times(depth), _times(color)
-    at = times.tolist() if times is not None else [None] * len(depth)
-    found = [_Found(Files(file), name, number, at[number - 1]) for number, (name, file) in enumerate(depth.items(), 1)]
+    depth_times, color_times = _times(depth), _times(color)
+    times = depth_times.tolist() if depth_times is not None else [None] * len(depth)
+    frames = [
+        _ListedFrame(ImageFiles(file), name, number, times[number - 1]) for number, (name, file) in enumerate(depth.items(), 1)
+    ]
     if folder is None:
-        return found
-    if times is None or others is None or not len(others):
-        color = paired(color, depth)
-        return [each._replace(files=Files(depth[each.name], color[each.name]) if each.name in color else None) for each in found]
-    one, other = associate(times, others, tolerance)
-    if not len(one):
+        return frames
+    if depth_times is None or color_times is None or not len(color_times):
+        color = match_images(color, depth)
+        return [
+            frame._replace(files=ImageFiles(depth[frame.name], color[frame.name]) if frame.name in color else None)
+            for frame in frames
+        ]
+    depth_indices, color_indices = associate(depth_times, color_times, tolerance)
+    if not len(depth_indices):
         raise InputError(
-            f"{path}: by the times in their names no depth and colour image are within {tolerance} s", code="times-apart"
+            f"{path}: by the times in the file names no depth and colour image are within {tolerance} s "
+            "(--input-option tolerance=...)",
+            code="times-apart",
         )
     images = list(color.values())
-    pairs = zip(one.tolist(), other.tolist(), strict=True)
-    return [found[i]._replace(files=Files(depth[found[i].name], images[j])) for i, j in pairs]
+    pairs = zip(depth_indices.tolist(), color_indices.tolist(), strict=True)
+    return [frames[i]._replace(files=ImageFiles(depth[frames[i].name], images[j])) for i, j in pairs]
 
 
 def _times(images: dict[str, Path]) -> Floats | None:
-    """(N,) s by the names; None where they tell no times that rise."""
-    found = [_STAMPED.fullmatch(name) for name in images]
-    times = np.array([int(match[1]) for match in found if match]) / 1e6
+    """Return the times (N,) s in the file names; None if the names have none or the times do not increase."""
+    matches = [_STAMPED.fullmatch(name) for name in images]
+    times = np.array([int(match[1]) for match in matches if match]) / 1e6
     return times if len(times) == len(images) and (np.diff(times) > 0).all() else None
 
 
-def _entry(path: Path, found: _Found, sensor: Sensor, pose: Floats | None) -> FrameRef:
-    files, name, _, time = found
-    if files is None:
-        return FrameRef(name, path / "depth", partial(_alone, path, name), time)
-    return FrameRef(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)
+def _frame_ref(path: Path, frame: _ListedFrame, sensor: DepthSensor, pose: Floats | None) -> FrameRef:
+    if frame.files is None:
+        return FrameRef(frame.name, path / "depth", partial(_fail_without_color, path, frame.name), frame.time)
+    loader = partial(load_files, frame.files, sensor, frame.name, frame.time, pose)
+    return FrameRef(frame.name, frame.files.depth, loader, frame.time)
 
 
-def _alone(path: Path, name: str) -> FrameData:
-    raise InputError(f"{path}: there is no colour image for {path / 'depth' / name}", code="color-missing")
+def _fail_without_color(path: Path, name: str) -> FrameData:
+    raise InputError(f"{path}: has no colour image for {path / 'depth' / name}", code="color-missing")
 
 
-def _log(path: Path) -> Path | None:
-    """The trajectory beside the images: a file that starts as Redwood's do; of several the one that is called so."""
+def _find_log(path: Path) -> Path | None:
+    """Return the trajectory beside the images: a file in Redwood's layout, preferably with traj in its name; or None."""
     files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if _is_log(file)]
     named = [file for file in files if "traj" in file.name.lower()]
     return next(iter(named or files), None)
@@ -165,14 +176,14 @@ def _is_log(file: Path) -> bool:
     return len(lines) > 1 and len(lines[0].split()) == 3 and len(lines[1].split()) == 4
 
 
-def _logged(log: Path) -> dict[int, Floats]:
-    """Poses by the number of the depth image, from 1, which is the third of the numbers before a matrix."""
+def _read_log(log: Path) -> dict[int, Floats]:
+    """Return the poses (4, 4) by number of the depth image, from 1: the third of the numbers before each matrix."""
     rows = read_lines(log, 3, "three numbers, then a 4x4 matrix")
     poses: dict[int, Floats] = {}
-    for start in range(0, len(rows), _LOG_ROWS):
-        (line, head), *matrix = rows[start : start + _LOG_ROWS]
+    for start in range(0, len(rows), _ROWS_PER_POSE):
+        (line, head), *matrix = rows[start : start + _ROWS_PER_POSE]
         where = f"{log}: line {line}"
-        if len(matrix) != _LOG_ROWS - 1 or not head[2].isdecimal():
+        if len(matrix) != _ROWS_PER_POSE - 1 or not head[2].isdecimal():
             raise InputError(
                 f"{where}: expected three whole numbers and a 4x4 matrix below: is the file cut off?", code="line-invalid"
             )

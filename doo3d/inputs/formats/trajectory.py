@@ -1,4 +1,4 @@
-"""Camera poses from a file in the format of the TUM RGB-D benchmark, for captures that have none of their own."""
+"""Camera poses from a file in the format of the TUM RGB-D benchmark, for captures without poses."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, unread_code
 from ...types import Floats
 from ..capture import Capture, FrameData, FrameRef
 from ..support.poses import interpolate_pose
 
-_UNIT = 1e-2  # by which a quaternion's length may differ from 1: those in files are rounded
+_MAX_NORM_ERROR = 1e-2  # of a quaternion: those in files are rounded
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Poses at times.
+    """Camera poses over time.
 
-    times : (N,) s, rising. poses : (N, 4, 4), camera to world: x_world = pose @ x_camera.
+    times : (N,) s, increasing. poses : (N, 4, 4), camera to world: x_world = pose @ x_camera.
     """
 
     times: Floats
@@ -45,82 +45,93 @@ class Trajectory:
 
 
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:
-    """(4, 4) from qx, qy, qz, qw of length 1 and x, y, z.
+    """Return the pose (4, 4) of a unit quaternion and a position.
+
+    Parameters
+    ----------
+    quaternion : qx, qy, qz, qw.
+    position : x, y, z, m.
+    where : file and line, for the error.
 
     Raises
     ------
-    InputError : the length is another, or a number is not finite.
+    InputError : the quaternion's length is not 1, or a number is not finite.
     """
     from scipy.spatial.transform import Rotation
 
-    turn = np.asarray(quaternion, dtype=float)
-    length = float(np.linalg.norm(turn))
-    if not abs(length - 1) <= _UNIT or not np.isfinite(position).all():
+    rotation = np.asarray(quaternion, dtype=float)
+    length = float(np.linalg.norm(rotation))
+    if not abs(length - 1) <= _MAX_NORM_ERROR or not np.isfinite(position).all():
         raise InputError(
             f"{where}: the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)",
             code="pose-invalid",
         )
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(turn).as_matrix()
+    pose[:3, :3] = Rotation.from_quat(rotation).as_matrix()
     pose[:3, 3] = position
     return pose
 
 
-def read_lines(path: Path, columns: int, what: str) -> list[tuple[int, list[str]]]:
-    """The rows of a text file with their line numbers; empty lines and those that start with # left out.
+def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[str]]]:
+    """Return the line number and the words of each row of a text file, without empty lines and comments (#).
+
+    Parameters
+    ----------
+    path : the file.
+    columns : the least number of words in a row.
+    layout : the content of a row in words, for the error.
 
     Raises
     ------
-    InputError : it is not there or no text, holds no row, or one with fewer than `columns` words.
+    InputError : the file is missing or not text, has no rows, or has a row with fewer words.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise InputError(f"{path}: is missing", code="file-missing") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file, expected lines of {what}", code="file-not-text") from None
+        raise InputError(f"{path}: is not a text file, expected lines of {layout}", code="file-not-text") from None
     rows = [
         (number, line.replace(",", " ").split())
         for number, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:
-        raise InputError(f"{path}: is empty, expected lines of {what}", code="file-empty")
+        raise InputError(f"{path}: is empty, expected lines of {layout}", code="file-empty")
     for number, words in rows:
         if len(words) < columns:
             raise InputError(
-                f"{path}: line {number} has {len(words)} columns, expected {what}: is the file cut off?", code="line-invalid"
+                f"{path}: line {number} has {len(words)} columns, expected {layout}: is the file cut off?", code="line-invalid"
             )
     return rows
 
 
-def rising(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """(N,) s, the first column of rows as times.
+def increasing_times(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
+    """Return the first column of rows as increasing times (N,) s.
 
     Raises
     ------
-    InputError : one is not a number, or not after the one before it.
+    InputError : a time is not a number, or not later than the one before it.
     """
     times = np.array([_number(path, number, words[0]) for number, words in rows])
     for i in np.flatnonzero(np.diff(times) <= 0)[:1]:
         raise InputError(
-            f"{path}: line {rows[i + 1][0]}: time {rows[i + 1][1][0]} is not after {rows[i][1][0]} before it: sort it",
+            f"{path}: line {rows[i + 1][0]}: time {rows[i + 1][1][0]} is not later than {rows[i][1][0]} before it: "
+            "sort the lines by time",
             code="times-not-rising",
         )
     return times
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """Poses of a file of lines `time tx ty tz qx qy qz qw`: s, m, camera to world.
+    """Read the poses of a file with lines `time tx ty tz qx qy qz qw`: s, m, camera to world.
 
     Raises
     ------
-    InputError : it cannot be read, or a line is none of these; the message names the line.
+    InputError : the file cannot be read, or a line has another layout; the message names the line.
     """
     rows = read_lines(path, 8, "time tx ty tz qx qy qz qw")
-    times = rising(path, rows)
+    times = increasing_times(path, rows)
     values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
     poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
     return Trajectory(times, np.array(poses))
@@ -129,48 +140,49 @@ def read_trajectory(path: Path) -> Trajectory:
 class PosedCapture:
     """A capture with the poses of a file instead of its own.
 
-    A frame with a time gets the pose at that time, where there is one within `tolerance` s. Where no frame has a time, poses
-    and frames belong together by order, if there are equally many.
+    A frame with a time gets the pose at that time, or None if no pose is within `tolerance` s. If no frame has a time, poses
+    and frames are matched by order; their numbers must be equal.
     """
 
     def __init__(self, capture: Capture, file: Path, tolerance: float) -> None:
         self.path, self.format = capture.path, capture.format
-        found = read_trajectory(file)
-        poses = _by_time(capture, found, tolerance, file) if _timed(capture) else _by_order(capture, found, file)
+        trajectory = read_trajectory(file)
+        poses = _by_time(capture, trajectory, tolerance, file) if _has_times(capture) else _by_order(capture, trajectory, file)
         self.frames: Sequence[FrameRef] = [
-            replace(entry, loader=partial(_load, entry, pose)) for entry, pose in zip(capture.frames, poses, strict=True)
+            replace(frame, loader=partial(_load, frame, pose)) for frame, pose in zip(capture.frames, poses, strict=True)
         ]
 
 
-def _timed(capture: Capture) -> bool:
-    return any(entry.timestamp is not None for entry in capture.frames)
+def _has_times(capture: Capture) -> bool:
+    return any(frame.timestamp is not None for frame in capture.frames)
 
 
-def _by_time(capture: Capture, found: Trajectory, tolerance: float, file: Path) -> list[Floats | None]:
-    times = [entry.timestamp for entry in capture.frames]
-    poses = [None if time is None else found.at(time, tolerance) for time in times]
+def _by_time(capture: Capture, trajectory: Trajectory, tolerance: float, file: Path) -> list[Floats | None]:
+    times = [frame.timestamp for frame in capture.frames]
+    poses = [None if time is None else trajectory.at(time, tolerance) for time in times]
     if all(pose is None for pose in poses):
-        known = [time for time in times if time is not None]
+        frame_times = [time for time in times if time is not None]
         raise InputError(
-            f"{file}: its poses are from {found.times[0]} to {found.times[-1]} s, the frames from {min(known)} to "
-            f"{max(known)} s: none is within {tolerance} s of another (--input-option tolerance=...)",
+            f"{file}: its poses are from {trajectory.times[0]} to {trajectory.times[-1]} s, the frames from "
+            f"{min(frame_times)} to {max(frame_times)} s: no pose is within {tolerance} s of a frame "
+            "(--input-option tolerance=...)",
             code="times-apart",
         )
     return poses
 
 
-def _by_order(capture: Capture, found: Trajectory, file: Path) -> list[Floats | None]:
-    if len(found.times) != len(capture.frames):
+def _by_order(capture: Capture, trajectory: Trajectory, file: Path) -> list[Floats | None]:
+    if len(trajectory.times) != len(capture.frames):
         raise InputError(
-            f"{file}: has {len(found.times)} poses but {capture.path} has {len(capture.frames)} frames without times: "
+            f"{file}: has {len(trajectory.times)} poses but {capture.path} has {len(capture.frames)} frames without times: "
             "give one line per frame",
             code="frame-count",
         )
-    return list(found.poses)
+    return list(trajectory.poses)
 
 
-def _load(entry: FrameRef, pose: Floats | None) -> FrameData:
-    return replace(entry.load(), pose=pose)
+def _load(frame: FrameRef, pose: Floats | None) -> FrameData:
+    return replace(frame.load(), pose=pose)
 
 
 def _number(path: Path, line: int, word: str) -> float:

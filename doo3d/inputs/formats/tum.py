@@ -1,4 +1,4 @@
-"""A sequence of the TUM RGB-D benchmark, and what is recorded in its layout.
+"""A sequence of the TUM RGB-D benchmark, and recordings in its layout.
 
 Sturm, Engelhard, Endres, Burgard, Cremers, *A Benchmark for the Evaluation of RGB-D SLAM Systems* (IROS 2012);
 cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats.
@@ -16,8 +16,8 @@ from ...errors import InputError
 from ...types import Floats, Ints
 from ..capture import FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Files, Sensor, load_files
-from .trajectory import Trajectory, read_lines, read_trajectory, rising
+from ..support.depth_frames import DepthSensor, ImageFiles, load_files
+from .trajectory import Trajectory, increasing_times, read_lines, read_trajectory
 
 SCALE = 5000.0  # units per metre
 PINHOLE, SIZE = (525.0, 525.0, 319.5, 239.5), (640, 480)  # the benchmark's default, px
@@ -25,11 +25,11 @@ DEPTH, COLOR, TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 
 
 class TumCapture:
-    """Pairs of the depth and colour images that two lists name, in the order of their times.
+    """Pairs of depth and colour images from two lists, in the order of their times.
 
-    A depth image and a colour image belong together when their times differ by no more than the tolerance, each in one pair
-    at most, the nearest first. Those without a partner are left out, as by the benchmark's associate.py; without `rgb.txt`
-    each depth image is a frame. A frame is called as its depth image and has its time.
+    Depth and colour are paired by time within the tolerance, each image at most once, nearest pairs first; images without a
+    partner are left out, as by the benchmark's associate.py. Without `rgb.txt` each depth image is a frame. A frame has the
+    name and the time of its depth image.
     """
 
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
@@ -44,50 +44,58 @@ class TumCapture:
             one, other = associate(times, others, options.tolerance)
             if not len(one):
                 raise InputError(
-                    f"{path}: {DEPTH} goes from {times[0]} to {times[-1]} s, {COLOR} from {others[0]} to {others[-1]} s: no "
+                    f"{path}: the times of {DEPTH} are {times[0]} to {times[-1]} s, of {COLOR} {others[0]} to {others[-1]} s: no "
                     f"two images are within {options.tolerance} s of each other (--input-option tolerance=...)",
                     code="times-apart",
                 )
             times, depth, color = times[one], [depth[i] for i in one], [images[i] for i in other]
         truth = read_trajectory(path / TRUTH) if (path / TRUTH).is_file() else None
-        sensor = Sensor(options.camera or PINHOLE, options.depth_scale or SCALE, None if options.camera else SIZE)
+        sensor = DepthSensor(options.camera or PINHOLE, options.depth_scale or SCALE, None if options.camera else SIZE)
         self.frames = [
-            _entry(Files(*files), sensor, time, truth, options.tolerance)
+            _frame(ImageFiles(*files), sensor, time, truth, options.tolerance)
             for files, time in zip(zip(depth, color, strict=True), times.tolist(), strict=True)
         ]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Whether `path` is a folder with the list of depth images, or with that of colour images beside `depth/`."""
+        """Return whether `path` is a folder with the list of depth images, or the list of colour images beside `depth/`."""
         return path.is_dir() and ((path / DEPTH).is_file() or ((path / COLOR).is_file() and (path / "depth").is_dir()))
 
 
 def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]:
-    """Which times of two rising lists (N,) and (M,) s belong together: indices of both, (P,) each, rising.
+    """Pair the times of two increasing lists, nearest pairs first, each time in one pair at most.
 
-    Pairs no farther apart than the tolerance, the nearest first, each time in one pair at most: the rule of the benchmark's
-    associate.py.
+    This is the rule of the benchmark's associate.py.
+
+    Parameters
+    ----------
+    one, other : (N,) and (M,) s, increasing.
+    tolerance : largest difference of a pair, s.
+
+    Returns
+    -------
+    Indices into `one` and into `other`, (P,) each; the first are increasing.
     """
     low, high = np.searchsorted(other, one - tolerance), np.searchsorted(other, one + tolerance, side="right")
     i = np.repeat(np.arange(len(one)), high - low)
     j = np.concatenate([np.arange(a, b) for a, b in zip(low, high, strict=True)]) if len(i) else np.zeros(0, int)
     pairs: dict[int, int] = {}
-    taken: set[int] = set()
+    used: set[int] = set()
     for k in np.lexsort((j, i, np.abs(one[i] - other[j]))):
-        if i[k] not in pairs and j[k] not in taken:
+        if i[k] not in pairs and j[k] not in used:
             pairs[int(i[k])] = int(j[k])
-            taken.add(int(j[k]))
+            used.add(int(j[k]))
     first = np.array(sorted(pairs), dtype=int)
     return first, np.array([pairs[a] for a in first.tolist()], dtype=int)
 
 
 def _listed(path: Path) -> tuple[Floats, list[Path]]:
-    """Times (N,) s, and the files of a list."""
+    """Return the times (N,) s and the files of a list."""
     rows = read_lines(path, 2, "time and file name")
-    return rising(path, rows), [path.parent / " ".join(words[1:]) for _, words in rows]
+    return increasing_times(path, rows), [path.parent / " ".join(words[1:]) for _, words in rows]
 
 
-def _entry(files: Files, sensor: Sensor, time: float, truth: Trajectory | None, tolerance: float) -> FrameRef:
+def _frame(files: ImageFiles, sensor: DepthSensor, time: float, truth: Trajectory | None, tolerance: float) -> FrameRef:
     pose = truth.at(time, tolerance) if truth else None
     name = files.depth.stem
     return FrameRef(name, files.depth, partial(load_files, files, sensor, name, time, pose), time)

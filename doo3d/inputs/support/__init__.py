@@ -1,1 +1,1 @@
-"""What the readers share: images, depth frames, file lists, Open3D, native output."""
+"""Helpers that several readers use: images, depth frames, file lists, poses, Open3D, native output."""

@@ -1,4 +1,4 @@
-"""Whether an input is still what it was, told without reading it."""
+"""Fingerprint of input files, for detecting changes without reading their content."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-_RESULTS = ("manifest.json", "config.yaml")  # what a run leaves, which may lie inside its input
+_RESULT_FILES = ("manifest.json", "config.yaml")  # mark a folder of results, which may lie inside the input
 
 
 def fingerprint(paths: Iterable[Path]) -> str:
-    """SHA-256 over path, size and time of change of all files at `paths`, folders with all that is in them.
+    """Return the SHA-256 of path, size and modification time of all files at `paths`, folders recursively.
 
-    Folders of results are left out. One that cannot be looked at counts as such.
+    Folders of results are skipped. A file without readable status enters with its path alone.
     """
-    found = sorted({file for path in paths for file in _files(path)})
-    return hashlib.sha256("\n".join(map(_state, found)).encode(errors="surrogateescape")).hexdigest()
+    files = sorted({file for path in paths for file in _files(path)})
+    return hashlib.sha256("\n".join(map(_state, files)).encode(errors="surrogateescape")).hexdigest()
 
 
 def _files(path: Path) -> Iterator[str]:
@@ -24,7 +24,7 @@ def _files(path: Path) -> Iterator[str]:
         yield os.path.abspath(path)
         return
     for folder, folders, files in os.walk(path):
-        if all(name in files for name in _RESULTS):
+        if all(name in files for name in _RESULT_FILES):
             folders.clear()
             continue
         yield from (os.path.abspath(os.path.join(folder, file)) for file in files)

@@ -1,4 +1,4 @@
-"""Image files through OpenCV, which gives None or half an image where it should complain: here it is said."""
+"""Image files, decoded by OpenCV; damage that OpenCV does not report (it returns None or half an image) is an error here."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, unread_code
 from ...types import Array, Bools
 from .native_output import capture_native_output
 
@@ -17,27 +17,30 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
-_STARTS = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF, HEIC
+_SIGNATURES = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF, HEIC
     rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|II[*+]\0|MM\0[*+]|BM|GIF8|RIFF....WEBP|v/1\x01|\0\0\0\x0cjP  |"
     rb"....ftyp(?:avi[fs]|he[iv][cx]|mif1)",
     re.DOTALL,
 )
 _HEIC = re.compile(rb"....ftyp(?:he[iv][cx]|mif1)", re.DOTALL)
-_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # of a JPEG, among its compressed data
-_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR, transparency dropped, as many bits as there are
+_JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's compressed data
+_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
 
 
 def read_depth(path: Path, scale: float) -> Array:
-    """(H, W) float32 m, 0 or NaN = none, from a 16-bit image of `scale` units per metre or a 32-bit float one in metres.
+    """Read depth in metres, (H, W) float32, 0 or NaN = none.
+
+    The image has 16-bit integers in `scale` units per metre, or 32-bit floats in metres.
 
     Raises
     ------
-    InputError : not there, cut off, damaged, or neither of the two.
+    InputError : the file is missing or damaged, has several channels, or another type.
     """
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
         raise InputError(
-            f"{path}: has {image.shape[2]} channels, expected one of depth: is it a picture of the depth?", code="depth-shape"
+            f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?",
+            code="depth-shape",
         )
     if image.dtype == np.uint16:
         return np.asarray(image / np.float32(scale), dtype=np.float32)
@@ -51,40 +54,53 @@ def read_depth(path: Path, scale: float) -> Array:
 
 
 def is_image(path: Path) -> bool:
-    """Whether a file starts as images do, or failing that is called so."""
+    """Return whether a file begins with the signature of an image format, or else has the suffix of one."""
     with path.open("rb") as file:
-        return _STARTS.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
+        return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
 
 
 def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:
-    """(H, W, 3) uint8 RGB; transparency and colour profile left aside, 16 bits scaled to 8, floats 0 to 1 to 0 to 255.
+    """Read a color image, (H, W, 3) uint8 RGB.
 
-    upright : turned as the file's EXIF says; else as stored, for depth would not follow a turn.
-    data : what the file holds, where it is not one of its own; `path` is then its name in errors.
+    Alpha and color profile are ignored; 16 bits are scaled to 8, floats from 0 to 1 to 0 to 255.
+
+    Parameters
+    ----------
+    path : the file; with `data`, the name in errors.
+    upright : rotate the image by its EXIF orientation; else it stays as stored, like the depth image beside it.
+    data : the file's content, if it is a member of an archive.
 
     Raises
     ------
-    InputError : not there, cut off or damaged, or neither 8 nor 16 bits nor floats from 0 to 1.
+    InputError : the file is missing or damaged, or its values are neither 8 nor 16 bits nor floats from 0 to 1.
     """
     image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION, data))
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
 
 def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bools:
-    """(H, W) bool of the given shape, true where any channel but the transparency is above zero; `upright` as in `read_color`.
+    """Read a mask, (H, W) bool, true where any channel but alpha is above zero.
+
+    Parameters
+    ----------
+    path : the file.
+    shape : the expected (H, W).
+    upright : rotate the image by its EXIF orientation, as in `read_color`.
 
     Raises
     ------
-    InputError : not there, cut off, damaged, of another size, or a JPEG, which smears values above zero round the object.
+    InputError : the file is missing, damaged, of another size, or a JPEG, whose compression smears values round the object.
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
-        raise InputError(f"{path}: a mask as JPEG has smeared edges: save it as PNG", code="mask-format")
+        raise InputError(
+            f"{path}: is a JPEG, whose compression smears the edges of a mask: save the mask as PNG", code="mask-format"
+        )
     image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
     if mask.shape != shape:
-        turned = ", turned as its EXIF may say" if upright and mask.shape == shape[::-1] else ""
+        rotated = ", rotated by its EXIF orientation" if upright and mask.shape == shape[::-1] else ""
         raise InputError(
-            f"{path}: the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{turned}: "
+            f"{path}: the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{rotated}: "
             "give the mask the size of the image",
             code="mask-shape",
         )
@@ -99,7 +115,7 @@ def _eight_bits(path: Path, image: Array) -> Array:
     if np.issubdtype(image.dtype, np.floating) and ((image >= 0) & (image <= 1)).all():
         return np.asarray(cv2.convertScaleAbs(image, alpha=255.0))
     raise InputError(
-        f"{path}: is a {image.dtype} image, expected 8 or 16 bits without sign, or floats from 0 to 1", code="color-type"
+        f"{path}: is a {image.dtype} image, expected unsigned 8 or 16 bits, or floats from 0 to 1", code="color-type"
     )
 
 
@@ -107,30 +123,28 @@ def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
     try:
         data = path.read_bytes() if data is None else data
     except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror or error})",
-            code="file-missing" if isinstance(error, FileNotFoundError) else "file-unreadable",
-        ) from None
-    _check_whole(path, data)
-    image, refused = None, ""
-    with capture_native_output() as said:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+    _check_complete(path, data)
+    image, exception = None, ""
+    with capture_native_output() as native:
         try:
             image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
         except cv2.error as error:
-            refused = error.err
-    if "premature end" in said.text.lower():
+            exception = error.err
+    if "premature end" in native.text.lower():
         raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
     if image is None:
         if _HEIC.match(data):
             raise InputError(
-                f"{path}: is a HEIC photo, which cannot be read here: save it as JPEG or PNG", code="encoding-unsupported"
+                f"{path}: is a HEIC photo, which cannot be decoded: save it as JPEG or PNG", code="encoding-unsupported"
             )
-        why = refused or said.text.rpartition("\n")[2]
-        raise InputError(f"{path}: cannot be read as an image" + (f" ({why})" if why else ""), code="image-unreadable")
+        reason = exception or native.text.rpartition("\n")[2]
+        raise InputError(f"{path}: cannot be read as an image" + (f" ({reason})" if reason else ""), code="image-unreadable")
     return np.asarray(image)
 
 
-def _check_whole(path: Path, data: bytes) -> None:
+def _check_complete(path: Path, data: bytes) -> None:
+    """Raise InputError if the file is empty, cut off or damaged, as far as its container tells."""
     if not data:
         raise InputError(f"{path}: is empty", code="file-empty")
     if data.startswith(_PNG):
@@ -146,7 +160,7 @@ def _check_whole(path: Path, data: bytes) -> None:
 
 
 def _png_fault(data: bytes) -> str | None:
-    """What is wrong with the chunks of a PNG, by their lengths and checksums; None when nothing is."""
+    """Return the fault of a PNG by the lengths and checksums of its chunks, or None."""
     at = len(_PNG)
     while at + 12 <= len(data):
         length = int.from_bytes(data[at : at + 4], "big")
@@ -154,7 +168,7 @@ def _png_fault(data: bytes) -> str | None:
         if end > len(data):
             return "cut off"
         if zlib.crc32(data[at + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
-            return "damaged (a checksum does not fit)"
+            return "damaged (a checksum does not match)"
         if data[at + 4 : at + 8] == b"IEND":
             return None
         at = end
@@ -162,11 +176,11 @@ def _png_fault(data: bytes) -> str | None:
 
 
 def _jpeg_ends(data: bytes) -> bool:
-    """Whether a JPEG has its end marker; what phones append behind it (a film, a second picture) does not matter."""
+    """Return whether a JPEG has its end marker; data that phones append (a video, a second image) is ignored."""
     at = 2
-    while (found := _MARKER.search(data, at)) is not None:
-        at = found.end()
+    while (marker := _JPEG_MARKER.search(data, at)) is not None:
+        at = marker.end()
         if data[at - 1] == 0xD9:
             return True
-        at += int.from_bytes(data[at : at + 2], "big")  # past the marker's own data, a thumbnail with its end marker say
+        at += int.from_bytes(data[at : at + 2], "big")  # skip the segment, which may hold a thumbnail with an end marker
     return False

@@ -1,4 +1,4 @@
-"""C libraries write what went wrong to the process's stderr, past Python: here it is caught, so that it can be said."""
+"""Capture of the error messages that C libraries write to the process's stderr, for use in exceptions."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from io import StringIO
 
 
 @dataclass
-class Said:
-    """What was written meanwhile, complete when the block has ended."""
+class NativeOutput:
+    """Text written inside the block; complete after the block has ended."""
 
     text: str = ""
 
 
 @contextmanager
-def capture_native_output() -> Iterator[Said]:
-    """Catch what is written to file descriptor 2 and to Python's stdout inside the block.
+def capture_native_output() -> Iterator[NativeOutput]:
+    """Capture the text written to file descriptor 2 and to Python's stdout inside the block.
 
-    The whole process is deaf meanwhile: keep the block to one call of a library.
+    The redirection affects the whole process: keep the block to one call of a library.
     """
-    said, out = Said(), StringIO()
+    captured, out = NativeOutput(), StringIO()
     sys.stderr.flush()
     with tempfile.TemporaryFile() as file, redirect_stdout(out):
         saved = os.dup(2)
         try:
             os.dup2(file.fileno(), 2)
-            yield said
+            yield captured
         finally:
             os.dup2(saved, 2)
             os.close(saved)
             file.seek(0)
-            said.text = (file.read().decode(errors="replace") + out.getvalue()).strip()
+            captured.text = (file.read().decode(errors="replace") + out.getvalue()).strip()

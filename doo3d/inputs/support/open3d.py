@@ -1,4 +1,4 @@
-"""Open3D, imported when it is first needed: that takes a second."""
+"""Open3D, imported when it is first needed, since the import takes a second."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ...errors import require
 
 
 def open3d() -> ModuleType:
-    """The open3d module.
+    """Import and return the open3d module.
 
-    Its Linux libraries link to libusb, which a bare machine lacks: the one that the package libusb-package carries is
-    loaded first, for all to see, where that is installed.
+    Its Linux libraries link to libusb, which a minimal system lacks: if the package libusb-package is installed, its copy is
+    loaded first with global symbols.
 
     Raises
     ------
-    MissingDependency : open3d, or what it links to, cannot be loaded.
+    MissingDependency : open3d, or a library that it links to, cannot be loaded.
     """
     if sys.platform == "linux" and "open3d" not in sys.modules:
         with contextlib.suppress(ImportError, OSError):

@@ -1,4 +1,4 @@
-"""Poses between poses."""
+"""Interpolation of poses."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ...types import Floats
 
 
 def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
-    """Return the pose (4, 4) at a share, 0 to 1, of the way from one to another: along the line, and of the turn (slerp)."""
+    """Return the pose (4, 4) between two poses, at `share` (0 to 1): linear in position, slerp in rotation."""
     from scipy.spatial.transform import Rotation
 
-    turn = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
+    rotation = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
     pose = np.eye(4)
-    pose[:3, :3] = one[:3, :3] @ Rotation.from_rotvec(share * turn).as_matrix()
+    pose[:3, :3] = one[:3, :3] @ Rotation.from_rotvec(share * rotation).as_matrix()
     pose[:3, 3] = (1 - share) * one[:3, 3] + share * other[:3, 3]
     return pose

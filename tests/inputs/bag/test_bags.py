@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
-from builders.bags import KINDS, SECOND, Script
+from builders.bags import KINDS, SECOND, BagScript
 from builders.errors import refuses
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -37,8 +37,8 @@ def tint(value: int = 0) -> np.ndarray:
     return color
 
 
-def script(kind: str = "ros1", frames: int = 3, color: bool = True, info: bool = True) -> Script:
-    made = Script(kind)
+def script(kind: str = "ros1", frames: int = 3, color: bool = True, info: bool = True) -> BagScript:
+    made = BagScript(kind)
     if info:
         made.info("/camera/depth/camera_info", SIZE, NUMBERS)
     for i in range(frames):
@@ -53,7 +53,7 @@ def named(kind: str) -> str:
 
 
 def frames(path: Path, **said) -> list[Frame]:
-    return [entry.load().data for entry in open_capture(path, options=ReadOptions(**said)).frames]
+    return [frame_ref.load().data for frame_ref in open_capture(path, options=ReadOptions(**said)).frames]
 
 
 @pytest.mark.parametrize(
@@ -72,21 +72,21 @@ def test_storages(tmp_path, kind, packing):
     path = script(kind).write(tmp_path / named(kind), packing)
     opened = open_capture(path)
     assert opened.format == "bag"
-    assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
-    for i, entry in enumerate(pickle.loads(pickle.dumps(list(opened.frames)))):
-        shot = entry.load()
-        assert entry.timestamp == shot.data.timestamp == pytest.approx(1 + i / 30, abs=1e-6)
-        assert shot.pose is None
-        assert shot.mask is None
-        assert np.array_equal(shot.data.depth, (slope(i) / np.float32(1000)).astype(np.float32))
-        assert np.array_equal(shot.data.color, tint(i))
-        assert (shot.data.camera.fx, shot.data.camera.fy, shot.data.camera.cx, shot.data.camera.cy) == NUMBERS
+    assert [frame_ref.name for frame_ref in opened.frames] == ["000000", "000001", "000002"]
+    for i, frame_ref in enumerate(pickle.loads(pickle.dumps(list(opened.frames)))):
+        loaded = frame_ref.load()
+        assert frame_ref.timestamp == loaded.data.timestamp == pytest.approx(1 + i / 30, abs=1e-6)
+        assert loaded.pose is None
+        assert loaded.mask is None
+        assert np.array_equal(loaded.data.depth, (slope(i) / np.float32(1000)).astype(np.float32))
+        assert np.array_equal(loaded.data.color, tint(i))
+        assert (loaded.data.camera.fx, loaded.data.camera.fy, loaded.data.camera.cx, loaded.data.camera.cy) == NUMBERS
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_topics_are_told(tmp_path, kind):
     path = script(kind).write(tmp_path / named(kind))
-    assert open_capture(path).parts == [
+    assert open_capture(path).topics == [
         f"{COLOR} (sensor_msgs/msg/Image, 3 messages), read as colour",
         "/camera/depth/camera_info (sensor_msgs/msg/CameraInfo, 1 message)",
         f"{DEPTH} (sensor_msgs/msg/Image, 3 messages), read as depth",
@@ -169,7 +169,7 @@ def test_the_depth_that_is_aligned_to_colour_goes_first(tmp_path):
 
 
 def test_two_cameras_have_to_be_told_apart(tmp_path):
-    made = Script("ros1")
+    made = BagScript("ros1")
     for name in ("left", "right"):
         made.image(f"/{name}/depth/image_raw", SECOND, slope(), "16UC1")
         made.info(f"/{name}/depth/camera_info", SIZE, NUMBERS)
@@ -223,7 +223,7 @@ def points() -> np.ndarray:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("height", [1, 3])
 def test_clouds(tmp_path, kind, height):
-    made = Script(kind)
+    made = BagScript(kind)
     for i in range(2):
         made.cloud("/points", SECOND * (i + 1), points(), height, pad=7)
     read = frames(made.write(tmp_path / named(kind)))
@@ -249,7 +249,7 @@ def test_clouds_of_doubles_in_another_frame_beside_images_only_when_asked_for(tm
 
 
 def test_a_bag_of_colour_alone_gives_images(tmp_path):
-    made = Script("mcap")
+    made = BagScript("mcap")
     made.image(COLOR, SECOND, tint(), "bgr8")
     (image,) = frames(made.write(tmp_path / "bag"))
     assert isinstance(image, Image)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
-from builders.bags import KINDS, SECOND, Script
+from builders.bags import KINDS, SECOND, BagScript
 from builders.errors import refuses
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -33,8 +33,8 @@ def wall(size, numbers, eye=(0.0, 0.0, 0.0), distance: float = 0.8) -> np.ndarra
     return stripes(eye[0] + (u - cx) * distance / fx, eye[1] + (v - cy) * distance / fy)
 
 
-def scene(kind: str = "ros1", depth: np.ndarray | None = None, color: np.ndarray | None = None) -> Script:
-    made = Script(kind)
+def scene(kind: str = "ros1", depth: np.ndarray | None = None, color: np.ndarray | None = None) -> BagScript:
+    made = BagScript(kind)
     flat = np.full(D_SIZE[::-1], 800, np.uint16) if depth is None else depth
     made.image(DEPTH, SECOND, flat, "16UC1", frame="depth_optical")
     made.info("/camera/depth/camera_info", D_SIZE, D_NUMBERS, frame="depth_optical")
@@ -46,8 +46,8 @@ def scene(kind: str = "ros1", depth: np.ndarray | None = None, color: np.ndarray
 
 
 def only(path: Path, **said):
-    (entry,) = open_capture(path, options=ReadOptions(**said)).frames
-    return entry.load()
+    (frame_ref,) = open_capture(path, options=ReadOptions(**said)).frames
+    return frame_ref.load()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -62,7 +62,7 @@ def test_colour_of_another_size_and_place_is_aligned_to_the_depth(tmp_path, kind
 
 def test_a_turned_colour_camera(tmp_path):
     made = scene(color=np.rot90(wall(C_SIZE[::-1], (190, 190, 74.5, 99.5), (0, 0, 0)), 1))
-    made.lines = made.lines[:4]
+    made.messages = made.messages[:4]
     made.tf("camera_link", "depth_optical", (0, 0, 0), static=True)
     half = np.sqrt(0.5)
     made.tf("camera_link", "color_optical", (0, 0, 0), (0, 0, half, half), static=True)
@@ -102,7 +102,7 @@ def test_pixels_without_depth_keep_their_colour(tmp_path):
 
 def test_without_a_transform_between_the_two_it_is_said(tmp_path):
     made = scene()
-    made.lines = made.lines[:4]
+    made.messages = made.messages[:4]
     with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(made.write(tmp_path / "a.bag"))
 
@@ -133,7 +133,7 @@ def test_lenses_are_undone_in_colour_and_depth(tmp_path, model, d):
     fx, fy, cx, cy = D_NUMBERS
     color = stripes((u - cx) * 0.8 / fx, (v - cy) * 0.8 / fy)
     depth = np.where(u > 70, 900, 600).astype(np.uint16)
-    made = Script("mcap")
+    made = BagScript("mcap")
     made.image(DEPTH, SECOND, depth, "16UC1")
     made.image(COLOR, SECOND, color, "rgb8")
     for topic in (DEPTH, COLOR):
@@ -149,7 +149,7 @@ def test_lenses_are_undone_in_colour_and_depth(tmp_path, model, d):
 
 
 def test_a_rectified_topic_has_the_projection_matrix_and_no_lens(tmp_path):
-    made = Script("ros1")
+    made = BagScript("ros1")
     made.image("/camera/depth/image_rect", SECOND, np.full(D_SIZE[::-1], 800, np.uint16), "16UC1")
     made.info("/camera/depth/camera_info", D_SIZE, D_NUMBERS, d=(-0.3, 0.1, 0, 0, 0), p=(100, 101, 60, 45))
     camera = only(made.write(tmp_path / "a.bag")).data.camera
@@ -159,9 +159,9 @@ def test_a_rectified_topic_has_the_projection_matrix_and_no_lens(tmp_path):
 # --- where the camera is ------------------------------------------------------------------------------------------------
 
 
-def moving(kind: str, world: str = "map") -> Script:
+def moving(kind: str, world: str = "map") -> BagScript:
     """A camera that goes along x at 1 m/s and turns about z at 1 rad/s, told 20 times a second, seen 30 times."""
-    made = Script(kind)
+    made = BagScript(kind)
     made.info("/camera/depth/camera_info", D_SIZE, D_NUMBERS)
     made.tf("/base", "camera_optical", (0, 0, 0.5), static=True)
     for i in range(21):
@@ -174,10 +174,10 @@ def moving(kind: str, world: str = "map") -> Script:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_moving_camera(tmp_path, kind):
-    entries = open_capture(moving(kind).write(tmp_path / ("a.bag" if kind == "ros1" else "a"))).frames
-    assert len(entries) == 31
-    for i, entry in enumerate(entries):
-        pose, t = entry.load().pose, i / 30
+    frame_refs = open_capture(moving(kind).write(tmp_path / ("a.bag" if kind == "ros1" else "a"))).frames
+    assert len(frame_refs) == 31
+    for i, frame_ref in enumerate(frame_refs):
+        pose, t = frame_ref.load().pose, i / 30
         expected = [[np.cos(t), -np.sin(t), 0, t], [np.sin(t), np.cos(t), 0, 0], [0, 0, 1, 0.5], [0, 0, 0, 1]]
         assert np.abs(pose - expected).max() < 1e-6
 
@@ -185,7 +185,7 @@ def test_a_moving_camera(tmp_path, kind):
 def test_no_pose_without_a_frame_that_stands_still_and_none_where_it_is_not_known(tmp_path):
     assert only_poses(moving("mcap", world="robot").write(tmp_path / "a")) == 0
     gap = moving("mcap")
-    gap.lines = [line for line in gap.lines if line[0] != "/tf" or line[2] < 1.3 * SECOND]
+    gap.messages = [line for line in gap.messages if line[0] != "/tf" or line[2] < 1.3 * SECOND]
     assert 9 <= only_poses(gap.write(tmp_path / "b")) <= 12
 
 
@@ -195,4 +195,4 @@ def test_a_circle_of_frames_does_not_hang(tmp_path):
 
 
 def only_poses(path: Path) -> int:
-    return sum(entry.load().pose is not None for entry in open_capture(path).frames)
+    return sum(frame_ref.load().pose is not None for frame_ref in open_capture(path).frames)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
-from builders.bags import KINDS, SECOND, Script, packed_depth
+from builders.bags import KINDS, SECOND, BagScript, packed_depth
 from builders.errors import refuses
 from test_bags import COLOR, DEPTH, FRAME, HEIGHT, NUMBERS, SIZE, WIDTH, named, points, script, slope, tint
 
@@ -20,9 +20,9 @@ from doo3d.inputs import ReadOptions, open_capture
 LARGE = (160, 120)
 
 
-def recording(kind: str, frames: int = 40) -> Script:
+def recording(kind: str, frames: int = 40) -> BagScript:
     """Large enough for several chunks of a megabyte."""
-    made = Script(kind)
+    made = BagScript(kind)
     made.info("/camera/depth/camera_info", LARGE, (200, 200, 80, 60))
     noise = np.random.default_rng(0).integers(300, 900, (frames, LARGE[1], LARGE[0]), dtype=np.uint16)
     for i in range(frames):
@@ -47,15 +47,15 @@ def refused(path: Path, code: str, *parts: str, **said) -> None:
 @pytest.mark.parametrize("kept", [0.5, 0.97])
 def test_cut_off_in_the_middle(tmp_path, kind, packing, kept):
     path = recording(kind).write(tmp_path / named(kind), packing)
-    whole = [entry.load().data.depth for entry in open_capture(path).frames]
+    whole = [frame_ref.load().data.depth for frame_ref in open_capture(path).frames]
     assert len(whole) == 40
     file = file_of(path)
     file.write_bytes(file.read_bytes()[: int(file.stat().st_size * kept)])
     opened = open_capture(path)
     *good, last = opened.frames
     assert (30 if kept > 0.9 else 5) <= len(good) < (41 if kept > 0.9 else 25)
-    for entry, depth in zip(good, whole, strict=False):
-        assert np.array_equal(entry.load().data.depth, depth)
+    for frame_ref, depth in zip(good, whole, strict=False):
+        assert np.array_equal(frame_ref.load().data.depth, depth)
     with refuses("bag-damaged", file.name, f"the {len(good)} frames"):
         last.load()
 
@@ -70,8 +70,8 @@ def test_a_corrupt_chunk_costs_its_own_frames_only(tmp_path, kind, packing):
     file.write_bytes(bytes(data))
     *good, last = open_capture(path).frames
     assert 15 <= len(good) < 40
-    for entry in good:
-        entry.load()
+    for frame_ref in good:
+        frame_ref.load()
     assert good[-1].timestamp == pytest.approx(1 + 39 / 30, abs=1e-3)
     with refuses("bag-damaged", file.name, f"the {len(good)} frames"):
         last.load()
@@ -104,8 +104,8 @@ def test_flipped_bytes_anywhere_are_said_or_do_not_matter(tmp_path, kind):
         data[random.integers(len(data))] ^= int(random.integers(1, 256))
         file.write_bytes(bytes(data))
         try:
-            for entry in open_capture(path).frames:
-                entry.load()
+            for frame_ref in open_capture(path).frames:
+                frame_ref.load()
         except InputError as error:
             assert error.code  # noqa: PT017
             assert file.stem.split("_")[0] in str(error)  # noqa: PT017
@@ -152,22 +152,22 @@ def test_coefficients_that_cannot_be(tmp_path, d):
     ],
 )
 def test_clouds_that_make_no_sense(tmp_path, change, code, parts):
-    made = Script("mcap")
+    made = BagScript("mcap")
     made.cloud("/points", SECOND, points())
     for name, value in change.items():
-        setattr(made.lines[0][3], name, value)
-    (entry,) = open_capture(made.write(tmp_path / "bag")).frames
+        setattr(made.messages[0][3], name, value)
+    (frame_ref,) = open_capture(made.write(tmp_path / "bag")).frames
     with refuses(code, "frame 000000", *parts):
-        entry.load()
+        frame_ref.load()
 
 
 def test_yuv_of_an_odd_width(tmp_path):
     made = script(frames=1, color=False)
     made.image(COLOR, SECOND, np.zeros((HEIGHT, WIDTH - 1, 2), np.uint8), "yuv422")
     made.info("/camera/color/camera_info", (WIDTH - 1, HEIGHT), NUMBERS)
-    (entry,) = open_capture(made.write(tmp_path / "a.bag")).frames
+    (frame_ref,) = open_capture(made.write(tmp_path / "a.bag")).frames
     with refuses("color-shape", "15x12", "yuv422"):
-        entry.load()
+        frame_ref.load()
 
 
 def test_camera_info_under_another_name(tmp_path):
@@ -186,7 +186,7 @@ def test_topics_that_are_not_there_with_those_that_are(tmp_path, key):
 
 
 def test_a_bag_of_other_things(tmp_path):
-    made = Script("mcap")
+    made = BagScript("mcap")
     made.tf("map", "camera", (0, 0, 0))
     refused(made.write(tmp_path / "bag"), "frames-missing", "/tf (tf2_msgs/msg/TFMessage)")
 
@@ -211,7 +211,7 @@ def test_one_image_that_is_not_whole_fails_alone(tmp_path, kind):
     made = script(kind, frames=0)
     for i in range(3):
         made.image(DEPTH, SECOND + i * FRAME, slope(i), "16UC1")
-    made.lines[2][3].data = made.lines[2][3].data[:-10]
+    made.messages[2][3].data = made.messages[2][3].data[:-10]
     first, second, third = open_capture(made.write(tmp_path / named(kind))).frames
     first.load(), third.load()
     with refuses("message-damaged", "frame 000001", "16x12", "374 bytes"):

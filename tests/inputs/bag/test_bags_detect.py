@@ -9,7 +9,7 @@ import pytest
 from builders.paths import SAMPLES
 
 pytest.importorskip("rosbags")
-from builders.bags import KINDS, SECOND, Script
+from builders.bags import KINDS, SECOND, BagScript
 
 from doo3d.inputs import open_capture
 
@@ -18,9 +18,9 @@ CROSSING = SAMPLES / "crossing"
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_cable_of_a_rendered_scene_is_found_as_from_the_folder(doo3d, tmp_path, kind):
-    made = Script(kind)
-    entry = open_capture(CROSSING).frames[0]
-    frame = entry.load().data
+    made = BagScript(kind)
+    frame_ref = open_capture(CROSSING).frames[0]
+    frame = frame_ref.load().data
     camera = frame.camera
     made.image("/cam/aligned_depth_to_color/image_raw", SECOND, np.rint(frame.depth * 1000).astype(np.uint16), "16UC1")
     made.image("/cam/color/image_raw", SECOND, frame.color, "rgb8")
@@ -42,7 +42,7 @@ def test_the_cable_of_a_rendered_scene_is_found_as_from_the_folder(doo3d, tmp_pa
 
 def test_what_is_said_of_a_bag_that_is_cut_off(doo3d, tmp_path, capture):
     frame = open_capture(capture()).frames[0].load().data
-    made = Script("ros1")
+    made = BagScript("ros1")
     camera = frame.camera
     made.info("/depth/camera_info", (camera.width, camera.height), (camera.fx, camera.fy, camera.cx, camera.cy))
     for i in range(8):
@@ -56,7 +56,7 @@ def test_what_is_said_of_a_bag_that_is_cut_off(doo3d, tmp_path, capture):
 
 
 def test_a_topic_that_is_not_there(refused, tmp_path):
-    made = Script("mcap")
+    made = BagScript("mcap")
     made.image("/depth/image", SECOND, np.ones((4, 4), np.uint16), "16UC1")
     path = made.write(tmp_path / "bag")
     assert "/depth/image" in refused(path, "--input-option", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
@@ -64,7 +64,7 @@ def test_a_topic_that_is_not_there(refused, tmp_path):
 
 def test_in_the_image_mode_the_colour_is_taken(doo3d, tmp_path):
     photo = open_capture(CROSSING.parent / "photos" / "loop.jpg").frames[0].load()
-    made = Script("ros1")
+    made = BagScript("ros1")
     made.image("/camera/image_raw", SECOND, photo.data.color, "rgb8")
     path = made.write(tmp_path / "a.bag")
     code, _, wrong = doo3d("detect", path, "-o", "out", "-c", "image", "--mask", CROSSING.parent / "photos" / "mask" / "loop.png")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags")
-from builders.bags import SECOND, Script
+from builders.bags import SECOND, BagScript
 from builders.errors import refuses
 from test_bags_aligned import C_NUMBERS, C_SIZE, D_NUMBERS, D_SIZE, MOVE, wall
 
@@ -20,8 +20,8 @@ UNIT = 0.0001  # m, as a D405 has it
 OPTION = "/device_0/sensor_0/option/Depth Units/value"
 
 
-def recording(unit: float | None = UNIT, extrinsics: bool = True, frames: int = 3, distance: float = 0.8) -> Script:
-    made = Script("ros1")
+def recording(unit: float | None = UNIT, extrinsics: bool = True, frames: int = 3, distance: float = 0.8) -> BagScript:
+    made = BagScript("ros1")
     if unit is not None:
         made.add(OPTION, "std_msgs/msg/Float32", 1, made.make("std_msgs/msg/Float32", data=unit))
     for stream, size, numbers in ((DEPTH, D_SIZE, D_NUMBERS), (COLOR, C_SIZE, C_NUMBERS)):
@@ -43,7 +43,7 @@ def recording(unit: float | None = UNIT, extrinsics: bool = True, frames: int = 
     return made
 
 
-def write(made: Script, path: Path) -> Path:
+def write(made: BagScript, path: Path) -> Path:
     return made.write(path, extra=struct.pack("<f", UNIT))
 
 
@@ -51,9 +51,9 @@ def test_depth_in_the_unit_of_the_file_and_colour_aligned_by_its_extrinsics(tmp_
     opened = open_capture(write(recording(), tmp_path / "20240101_120000.bag"))
     assert opened.format == "bag"
     assert len(opened.frames) == 3
-    shot = opened.frames[1].load()
-    assert shot.pose is None
-    frame = shot.data
+    loaded = opened.frames[1].load()
+    assert loaded.pose is None
+    frame = loaded.data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
     assert (frame.camera.fx, frame.camera.cx) == (D_NUMBERS[0], D_NUMBERS[2])
     assert frame.timestamp == pytest.approx(1_700_000_000 + 1 / 30)
@@ -82,7 +82,7 @@ def test_without_a_unit_it_is_asked_for(tmp_path):
 @pytest.mark.parametrize("unit", [0.0, -0.001, float("nan"), 5.0])
 def test_a_unit_that_cannot_be(tmp_path, unit):
     made = recording()
-    made.lines[0] = (*made.lines[0][:3], made.make("std_msgs/msg/Float32", data=unit))
+    made.messages[0] = (*made.messages[0][:3], made.make("std_msgs/msg/Float32", data=unit))
     with refuses("depth-unit", OPTION, f"{np.float32(unit):.4}"):
         open_capture(write(made, tmp_path / "a.bag"))
 

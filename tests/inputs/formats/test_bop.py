@@ -8,12 +8,12 @@ import pickle
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.sample_scene import POSE, check, found, put, refused, scene, units
+from builders.sample_scene import POSE, assert_detected, check, put, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 
 
-def entry(**changes):
+def frame_ref(**changes):
     fx, fy, cx, cy = scene().pinhole
     turn = POSE[:3, :3].T
     given = {
@@ -35,7 +35,7 @@ def make(tmp_path):
         for i in (0, 1, 12):
             put(folder / "depth" / f"{i:06d}.png", units(10000))
             put(folder / "rgb" / f"{i:06d}.png", scene().color)
-        cameras = {"0": entry(), "1": entry(**changes), "12": entry(depth_scale=0.2), "13": entry()}
+        cameras = {"0": frame_ref(), "1": frame_ref(**changes), "12": frame_ref(depth_scale=0.2), "13": frame_ref()}
         (folder / "scene_camera.json").write_text(json.dumps(cameras))
         return folder
 
@@ -51,7 +51,7 @@ def test_depth_colour_camera_and_pose(make):
     assert np.allclose(first.pose, POSE)
     assert first.mask is None
     assert last.data.depth.max() == pytest.approx(2 * first.data.depth.max())
-    found(first)
+    assert_detected(first)
 
 
 def test_masks_are_the_visible_parts_of_all_objects(make):
@@ -61,11 +61,11 @@ def test_masks_are_the_visible_parts_of_all_objects(make):
     put(folder / "mask_visib" / "000001_000001.png", scene().mask & ~left)
     put(folder / "mask_visib" / "000000_000000.png", np.zeros((480, 640), bool))
     put(folder / "mask_visib" / "000012_000000.png", np.ones((480, 640), bool))
-    nothing, shot, everything = (frame.load() for frame in open_capture(folder).frames)
-    assert np.array_equal(shot.mask, scene().mask)
+    nothing, loaded, everything = (frame.load() for frame in open_capture(folder).frames)
+    assert np.array_equal(loaded.mask, scene().mask)
     assert nothing.mask is None
     assert everything.mask is None
-    found(shot)
+    assert_detected(loaded)
 
 
 def test_grey_images_and_none(make):
@@ -83,10 +83,10 @@ def test_a_scene_without_poses(make):
 
 
 def test_what_the_user_says_goes_first(make):
-    shot = open_capture(make(cam_K=None, depth_scale=None), options=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
-    camera = shot.frames[1].load().data.camera
+    loaded = open_capture(make(cam_K=None, depth_scale=None), options=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
+    camera = loaded.frames[1].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (500, 501, 300, 200)
-    assert shot.frames[1].load().data.depth.max() == pytest.approx(2 * scene().depth.max(), abs=1e-3)
+    assert loaded.frames[1].load().data.depth.max() == pytest.approx(2 * scene().depth.max(), abs=1e-3)
 
 
 def test_a_data_set_of_scenes_names_them(make):

@@ -37,8 +37,8 @@ def write(path: Path, points, colors=None, **options) -> Path:
 def read(path: Path) -> Cloud:
     opened = open_capture(path)
     assert opened.format == "cloud"
-    (entry,) = opened.frames
-    data = entry.load().data
+    (frame_ref,) = opened.frames
+    data = frame_ref.load().data
     assert isinstance(data, Cloud)
     return data
 

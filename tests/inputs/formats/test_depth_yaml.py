@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from builders.sample_scene import POSE, check, found, put, refused, scene, units
+from builders.sample_scene import POSE, assert_detected, check, put, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 
@@ -31,10 +31,10 @@ def test_a_depth_image_and_its_yaml(make):
     for path in (make(), make().with_suffix(".yaml")):
         opened = open_capture(path)
         assert opened.format == "pairs"
-        (entry,) = pickle.loads(pickle.dumps(opened.frames))
-        assert entry.name == "cable"
-        check(entry.load(), 1 / 4000)
-    found(entry.load())
+        (frame_ref,) = pickle.loads(pickle.dumps(opened.frames))
+        assert frame_ref.name == "cable"
+        check(frame_ref.load(), 1 / 4000)
+    assert_detected(frame_ref.load())
 
 
 def test_a_folder_of_them(make, tmp_path):
@@ -44,12 +44,12 @@ def test_a_folder_of_them(make, tmp_path):
     make("11", mask="masks/m.png", pose=POSE.tolist(), color=None)
     opened = open_capture(tmp_path)
     assert opened.format == "pairs"
-    assert [(entry.name, entry.timestamp) for entry in opened.frames] == [("2", 2.0), ("10", 10.0), ("11", None)]
+    assert [(frame_ref.name, frame_ref.timestamp) for frame_ref in opened.frames] == [("2", 2.0), ("10", 10.0), ("11", None)]
     assert opened.frames[1].load().data.timestamp == 10.0
-    shot = opened.frames[2].load()
-    assert np.array_equal(shot.mask, scene().mask)
-    assert np.array_equal(shot.pose, POSE)
-    assert shot.data.color is None
+    loaded = opened.frames[2].load()
+    assert np.array_equal(loaded.mask, scene().mask)
+    assert np.array_equal(loaded.pose, POSE)
+    assert loaded.data.color is None
 
 
 def test_a_tiff_of_metres(make, tmp_path):

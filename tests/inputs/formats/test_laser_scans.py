@@ -55,7 +55,7 @@ def write_e57(path: Path, *scans) -> Path:
 def clouds(path: Path) -> dict:
     opened = open_capture(path)
     assert opened.format == "cloud"
-    return {entry.name: pickle.loads(pickle.dumps(entry)).load().data for entry in opened.frames}
+    return {frame_ref.name: pickle.loads(pickle.dumps(frame_ref)).load().data for frame_ref in opened.frames}
 
 
 @pytest.mark.parametrize("suffix", ["las", "laz"])
@@ -79,7 +79,7 @@ def test_las_without_colours(tmp_path, points):
     assert all(cloud.colors is None for cloud in clouds(tmp_path).values())
 
 
-def test_e57_scans_are_frames_where_their_poses_put_them(tmp_path, points, colors):
+def test_e57_scans_are_frames_transformed_by_their_poses(tmp_path, points, colors):
     path = write_e57(tmp_path / "site.e57", (points, colors, TURN, UTM), (points, None, (1, 0, 0, 0), (0, 0, 2)))
     found = clouds(path)
     assert list(found) == ["site_000", "site_001"]
@@ -92,7 +92,7 @@ def test_e57_scans_are_frames_where_their_poses_put_them(tmp_path, points, color
     assert second.viewpoint.tolist() == [0, 0, 2]
 
 
-def test_an_e57_whose_pose_says_nothing(tmp_path, points):
+def test_e57_with_the_identity_as_pose_has_no_viewpoint(tmp_path, points):
     path = write_e57(tmp_path / "a.e57", (points, None, (1, 0, 0, 0), (0, 0, 0)))
     ((name, cloud),) = clouds(path).items()
     assert name == "a"
@@ -125,7 +125,7 @@ def e57_of(path: Path, fields, limits=None) -> Path:
     return path
 
 
-def test_e57_in_spherical_coordinates_without_the_invalid(tmp_path, points):
+def test_e57_in_spherical_coordinates_without_invalid_points(tmp_path, points):
     distance = np.linalg.norm(points, axis=1)
     invalid = (np.arange(COUNT) % 7 == 0).astype(np.int8)
     fields = {
@@ -145,6 +145,11 @@ def test_e57_colours_of_16_bits(tmp_path, points, colors, limits):
         fields[f"color{name}"] = (colors[:, i].astype(np.float64) * 257, "IntegerNode", (0, 0, 65535))
     (cloud,) = clouds(e57_of(tmp_path / "a.e57", fields, limits)).values()
     assert np.array_equal(cloud.colors, colors)
+
+
+def test_e57_without_scans(tmp_path):
+    with refuses("file-empty", "a.e57", "no scans"):
+        open_capture(write_e57(tmp_path / "a.e57")).frames[0].load()
 
 
 def test_e57_without_coordinates(tmp_path):
@@ -176,10 +181,10 @@ def test_one_bad_file_of_a_folder_fails_alone(tmp_path, points):
     (tmp_path / "4.ply").write_text("no cloud")
     good, *bad = open_capture(tmp_path).frames
     assert len(good.load().data.points) == COUNT
-    assert [entry.name for entry in bad] == ["2", "3", "4"]
-    for entry, code, file in zip(bad, ("file-damaged", "file-empty", "file-damaged"), ("2.e57", "3.las", "4.ply"), strict=True):
+    assert [frame.name for frame in bad] == ["2", "3", "4"]
+    for frame, code, file in zip(bad, ("file-damaged", "file-empty", "file-damaged"), ("2.e57", "3.las", "4.ply"), strict=True):
         with refuses(code, file):
-            entry.load()
+            frame.load()
 
 
 def test_two_files_of_one_stem(tmp_path, points):
@@ -189,7 +194,7 @@ def test_two_files_of_one_stem(tmp_path, points):
         open_capture(tmp_path)
 
 
-def test_other_peoples_npz_make_no_folder_of_clouds(tmp_path):
+def test_npz_of_other_formats_make_no_folder_of_clouds(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.ones((3, 3)))
     with refuses("folder-of-captures", "a.npz"):
         open_capture(tmp_path)

@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.sample_scene import POSE, check, found, refused, scene, units
+from builders.sample_scene import POSE, assert_detected, check, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats import npz as arrays
@@ -29,14 +29,14 @@ def save(path, compressed=False, **given):
 def test_one_frame(tmp_path):
     opened = open_capture(save(tmp_path / "cable.npz", mask=scene().mask, pose=POSE, timestamps=12.5))
     assert opened.format == "arrays"
-    (entry,) = opened.frames
-    assert (entry.name, entry.timestamp) == ("cable", 12.5)
-    shot = entry.load()
-    check(shot, 0)
-    assert np.array_equal(shot.mask, scene().mask)
-    assert np.array_equal(shot.pose, POSE)
-    assert shot.data.timestamp == 12.5
-    found(shot)
+    (frame_ref,) = opened.frames
+    assert (frame_ref.name, frame_ref.timestamp) == ("cable", 12.5)
+    loaded = frame_ref.load()
+    check(loaded, 0)
+    assert np.array_equal(loaded.mask, scene().mask)
+    assert np.array_equal(loaded.pose, POSE)
+    assert loaded.data.timestamp == 12.5
+    assert_detected(loaded)
 
 
 @pytest.mark.parametrize("given", [{"depth_scale": 4000}, {"depth_scale": np.array([4000.0])}])
@@ -59,14 +59,14 @@ def numbered(count, **given):
 def test_several_in_any_order_and_in_another_process(tmp_path, compressed):
     path = save(tmp_path / "a.npz", compressed, **numbered(9, pose=np.broadcast_to(POSE, (9, 4, 4)), timestamps=np.arange(9.0)))
     opened = open_capture(path)
-    assert [entry.name for entry in opened.frames[:2]] == ["000000", "000001"]
-    entries = pickle.loads(pickle.dumps(opened.frames))
+    assert [frame_ref.name for frame_ref in opened.frames[:2]] == ["000000", "000001"]
+    frame_refs = pickle.loads(pickle.dumps(opened.frames))
     for i in [3, 4, 0, 8, 8, 2]:
-        shot = entries[i].load()
-        assert shot.data.depth[7, 7] == pytest.approx(0.5 + 0.01 * i)
-        assert shot.data.color[7, 7, 0] == i
-        assert shot.data.timestamp == i
-        assert np.array_equal(shot.pose, POSE)
+        loaded = frame_refs[i].load()
+        assert loaded.data.depth[7, 7] == pytest.approx(0.5 + 0.01 * i)
+        assert loaded.data.color[7, 7, 0] == i
+        assert loaded.data.timestamp == i
+        assert np.array_equal(loaded.pose, POSE)
 
 
 def test_only_a_frame_is_in_memory(tmp_path, monkeypatch):
@@ -79,8 +79,8 @@ def test_only_a_frame_is_in_memory(tmp_path, monkeypatch):
         return read(self, length)
 
     monkeypatch.setattr(arrays._Stack, "_read", counting)
-    shots = [entry.load() for entry in open_capture(path).frames]
-    assert len(shots) == 30
+    loaded_frames = [frame_ref.load() for frame_ref in open_capture(path).frames]
+    assert len(loaded_frames) == 30
     assert max(largest) == 40 * 50 * 4
     assert len(largest) == 61  # K, and of each frame depth and colour: nothing twice
 
@@ -88,10 +88,12 @@ def test_only_a_frame_is_in_memory(tmp_path, monkeypatch):
 def test_cameras_for_each_frame_and_a_mask_for_all(tmp_path):
     cameras = np.array([np.diag([50.0 + i, 50, 1]) for i in range(3)])
     mask = np.eye(40, 50, dtype=np.uint8)
-    shots = [e.load() for e in open_capture(save(tmp_path / "a.npz", **numbered(3, K=cameras, mask=mask, color=None))).frames]
-    assert [shot.data.camera.fx for shot in shots] == [50, 51, 52]
-    assert all(np.array_equal(shot.mask, mask > 0) for shot in shots)
-    assert shots[0].data.color is None
+    loaded_frames = [
+        e.load() for e in open_capture(save(tmp_path / "a.npz", **numbered(3, K=cameras, mask=mask, color=None))).frames
+    ]
+    assert [loaded.data.camera.fx for loaded in loaded_frames] == [50, 51, 52]
+    assert all(np.array_equal(loaded.mask, mask > 0) for loaded in loaded_frames)
+    assert loaded_frames[0].data.color is None
 
 
 def test_one_frame_column_by_column(tmp_path):

@@ -28,15 +28,15 @@ def frame_of(folder: Path, index: int = 0) -> Frame:
 def test_frames_depth_colour_and_intrinsics(capture):
     opened = open_capture(capture(frames=3))
     assert opened.format == "folder"
-    assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
-    shot = opened.frames[1].load()
-    assert shot.mask is None
-    assert shot.data.name == "000001"
-    assert shot.data.camera.fx == 400
-    assert (shot.data.camera.cx, shot.data.camera.cy) == (160, 120)
-    assert shot.data.depth.dtype == np.float32
-    assert shot.data.depth[0, 0] == pytest.approx(0.56)
-    assert np.abs(shot.data.color[0, 0].astype(int) - (170, 160, 150)).max() <= 3  # RGB, through JPEG
+    assert [frame_ref.name for frame_ref in opened.frames] == ["000000", "000001", "000002"]
+    loaded = opened.frames[1].load()
+    assert loaded.mask is None
+    assert loaded.data.name == "000001"
+    assert loaded.data.camera.fx == 400
+    assert (loaded.data.camera.cx, loaded.data.camera.cy) == (160, 120)
+    assert loaded.data.depth.dtype == np.float32
+    assert loaded.data.depth[0, 0] == pytest.approx(0.56)
+    assert np.abs(loaded.data.color[0, 0].astype(int) - (170, 160, 150)).max() <= 3  # RGB, through JPEG
 
 
 def test_the_matrix_is_column_major(capture):
@@ -90,22 +90,22 @@ def test_a_mask_saved_as_colour_picture(capture):
 def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
     folder, said = capture(mask=True), ReadOptions(camera=(410, 420, 150, 110), depth_scale=2000)
     for _ in range(2):
-        shot = open_capture(folder, options=said).frames[0].load()
-        camera = shot.data.camera
+        loaded = open_capture(folder, options=said).frames[0].load()
+        camera = loaded.data.camera
         assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
         assert (camera.width, camera.height) == (320, 240)
-        assert shot.data.depth[0, 0] == pytest.approx(0.28)
-        assert shot.mask.any()
+        assert loaded.data.depth[0, 0] == pytest.approx(0.28)
+        assert loaded.mask.any()
         (folder / "camera_intrinsic.json").unlink(missing_ok=True)
 
 
 def test_one_of_the_two_alone(capture):
     folder = capture(intrinsics={"depth_scale": 2000})
-    shot = open_capture(folder, options=ReadOptions(camera=(410, 420, 150, 110))).frames[0].load()
-    assert shot.data.depth[0, 0] == pytest.approx(0.28)
-    shot = open_capture(folder, options=ReadOptions(depth_scale=500)).frames[0].load()
-    assert shot.data.depth[0, 0] == pytest.approx(1.12)
-    assert shot.data.camera.fx == 400
+    loaded = open_capture(folder, options=ReadOptions(camera=(410, 420, 150, 110))).frames[0].load()
+    assert loaded.data.depth[0, 0] == pytest.approx(0.28)
+    loaded = open_capture(folder, options=ReadOptions(depth_scale=500)).frames[0].load()
+    assert loaded.data.depth[0, 0] == pytest.approx(1.12)
+    assert loaded.data.camera.fx == 400
 
 
 @pytest.mark.parametrize("name", ["rgb", "image"])
@@ -127,7 +127,7 @@ def test_numbers_without_leading_zeros_sort_as_numbers(capture):
     for name in ("10", "9"):
         (folder / "depth" / f"{name}.png").write_bytes((folder / "depth" / "000000.png").read_bytes())
     (folder / "depth" / "000000.png").unlink()
-    assert [entry.name for entry in open_capture(folder).frames] == ["9", "10"]
+    assert [frame_ref.name for frame_ref in open_capture(folder).frames] == ["9", "10"]
 
 
 def test_names_with_spaces_and_other_letters(capture):
@@ -242,9 +242,9 @@ def test_two_depth_images_of_one_name(capture):
 
 
 def refused(folder: Path, code: str, *parts: str, index: int = 0) -> None:
-    entry = open_capture(folder).frames[index]
+    frame_ref = open_capture(folder).frames[index]
     with refuses(code, *parts):
-        entry.load()
+        frame_ref.load()
 
 
 def test_depth_and_colour_of_different_sizes(capture):
@@ -285,7 +285,7 @@ def test_colour_without_its_depth_is_not_passed_over(capture):
     folder = capture(frames=3)
     (folder / "depth" / "000001.png").unlink()
     opened = open_capture(folder)
-    assert [entry.name for entry in opened.frames] == ["000000", "000001", "000002"]
+    assert [frame_ref.name for frame_ref in opened.frames] == ["000000", "000001", "000002"]
     refused(folder, "depth-missing", "000001", index=1)
 
 

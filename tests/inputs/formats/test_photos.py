@@ -71,12 +71,12 @@ def test_formats(tmp_path, suffix):
     path = put(tmp_path / f"a b é{suffix}", picture())
     opened = open_capture(path)
     assert opened.format == "photos"
-    assert [entry.name for entry in opened.frames] == ["a b é"]
-    shot = opened.frames[0].load()
-    assert shot.mask is None
-    assert shot.data.name == "a b é"
-    assert shot.data.color.dtype == np.uint8
-    assert np.abs(shot.data.color[[5, 5, 35, 35], [5, 55, 5, 55]].astype(int) - COLORS.reshape(4, 3)).max() <= 6
+    assert [frame_ref.name for frame_ref in opened.frames] == ["a b é"]
+    loaded = opened.frames[0].load()
+    assert loaded.mask is None
+    assert loaded.data.name == "a b é"
+    assert loaded.data.color.dtype == np.uint8
+    assert np.abs(loaded.data.color[[5, 5, 35, 35], [5, 55, 5, 55]].astype(int) - COLORS.reshape(4, 3)).max() <= 6
 
 
 def test_what_a_file_is_its_first_bytes_tell(tmp_path):
@@ -156,23 +156,23 @@ def test_a_folder_of_photographs(album):
     (album / "notes.txt").write_text("x")
     opened = open_capture(album)
     assert opened.format == "photos"
-    assert [entry.name for entry in opened.frames] == ["2", "9", "10"]
-    assert all(entry.load().mask is None for entry in opened.frames)
+    assert [frame_ref.name for frame_ref in opened.frames] == ["2", "9", "10"]
+    assert all(frame_ref.load().mask is None for frame_ref in opened.frames)
 
 
 @pytest.mark.parametrize("folder", ["mask", "masks"])
 def test_masks_beside_the_photographs(album, folder):
     for name in ("2", "9", "10"):
         put(album / folder / f"{name}.png", half() * int(name))
-    for entry in open_capture(album).frames:
-        assert np.array_equal(entry.load().mask, half() > 0)
+    for frame_ref in open_capture(album).frames:
+        assert np.array_equal(frame_ref.load().mask, half() > 0)
     assert np.array_equal(load(album / "9.png").mask, half() > 0)
 
 
 def test_masks_of_other_names_pair_by_order(album):
     for name in ("m1", "m2", "m3"):
         put(album / "mask" / f"{name}.png", half())
-    assert all(entry.load().mask is not None for entry in open_capture(album).frames)
+    assert all(frame_ref.load().mask is not None for frame_ref in open_capture(album).frames)
     assert load(album / "9.png").mask is None
 
 
@@ -180,7 +180,7 @@ def test_photographs_without_mask_and_masks_without_photograph(album):
     for name in ("2", "9", "11"):
         put(album / "mask" / f"{name}.png", half())
     opened = open_capture(album)
-    assert [entry.name for entry in opened.frames] == ["2", "9", "10", "11"]
+    assert [frame_ref.name for frame_ref in opened.frames] == ["2", "9", "10", "11"]
     assert load(album, 0).mask is not None
     refused(album, "mask-missing", "10.png", index=2)
     refused(album, "color-missing", "11.png", index=3)
@@ -234,10 +234,10 @@ def test_the_colour_of_a_recorded_folder(capture):
     assert open_capture(folder).format == "folder"
     opened = open_capture(folder, images_only=True)
     assert opened.format == "photos"
-    assert [entry.name for entry in opened.frames] == ["000000", "000001"]
-    shot = opened.frames[1].load()
-    assert isinstance(shot.data, Image)
-    assert shot.mask.any()
+    assert [frame_ref.name for frame_ref in opened.frames] == ["000000", "000001"]
+    loaded = opened.frames[1].load()
+    assert isinstance(loaded.data, Image)
+    assert loaded.mask.any()
     assert load(folder / "color" / "000001.jpg").mask.any()
 
 

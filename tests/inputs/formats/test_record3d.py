@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.sample_scene import POSE, POSITION, QUATERNION, check, found, scene
+from builders.sample_scene import POSE, POSITION, QUATERNION, assert_detected, check, scene
 
 from doo3d.errors import MissingDependency
 from doo3d.inputs import ReadOptions, open_capture
@@ -28,9 +28,9 @@ def refused(path, code, *parts, index=None):
         with refuses(code, path.name, *parts):
             open_capture(path)
     else:
-        entry = open_capture(path).frames[index]
+        frame_ref = open_capture(path).frames[index]
         with refuses(code, path.name, *parts):
-            entry.load()
+            frame_ref.load()
 
 
 def jpeg(color):
@@ -79,12 +79,12 @@ def make(tmp_path):
 def test_depth_colour_camera_pose_and_time(make):
     opened = open_capture(make())
     assert opened.format == "record3d"
-    assert [(entry.name, entry.timestamp) for entry in opened.frames] == [("0", 0.0), ("1", 1 / 30)]
-    first, second = (entry.load() for entry in pickle.loads(pickle.dumps(opened.frames)))
+    assert [(frame_ref.name, frame_ref.timestamp) for frame_ref in opened.frames] == [("0", 0.0), ("1", 1 / 30)]
+    first, second = (frame_ref.load() for frame_ref in pickle.loads(pickle.dumps(opened.frames)))
     check(first, 0, color=2)
     assert np.allclose(first.pose, np.diag([1, -1, -1, 1]))
     assert np.allclose(second.pose[:3, 3], POSITION)
-    found(second)
+    assert_detected(second)
 
 
 def test_poses_are_turned_into_the_optical_frame(make):
@@ -96,28 +96,28 @@ def test_poses_are_turned_into_the_optical_frame(make):
 
 
 def test_colour_and_camera_are_scaled_to_the_depth(make):
-    shot = open_capture(make(size=SMALL)).frames[0].load()
-    camera, (fx, fy, cx, cy) = shot.data.camera, scene().pinhole
+    loaded = open_capture(make(size=SMALL)).frames[0].load()
+    camera, (fx, fy, cx, cy) = loaded.data.camera, scene().pinhole
     assert (camera.width, camera.height) == SMALL
     assert np.allclose((camera.fx, camera.fy, camera.cx, camera.cy), (fx / 2, fy / 2, cx / 2, cy / 2))
-    assert shot.data.color.shape == (240, 320, 3)
+    assert loaded.data.color.shape == (240, 320, 3)
     mean = scene().color.reshape(240, 2, 320, 2, 3).mean(axis=(1, 3))
-    assert np.abs(shot.data.color - mean).mean() < 2
-    assert np.array_equal(shot.data.depth, scene().depth[::2, ::2].astype(np.float32))
+    assert np.abs(loaded.data.color - mean).mean() < 2
+    assert np.array_equal(loaded.data.depth, scene().depth[::2, ::2].astype(np.float32))
 
 
 def test_intrinsics_and_times_of_each_frame(make):
     path = make(perFrameIntrinsicCoeffs=[[400, 401, 300, 200], [410, 411, 310, 210]], frameTimestamps=[0.0, 0.25], size=SMALL)
-    entry = open_capture(path).frames[1]
-    camera = entry.load().data.camera
+    frame_ref = open_capture(path).frames[1]
+    camera = frame_ref.load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (205, 205.5, 155, 105)
-    assert entry.timestamp == 0.25
+    assert frame_ref.timestamp == 0.25
 
 
 def test_recordings_without_poses_and_sizes_of_depth(make):
-    shot = open_capture(make(poses=None, dw=None, dh=None)).frames[0].load()
-    assert shot.pose is None
-    check(shot, 0, color=2)
+    loaded = open_capture(make(poses=None, dw=None, dh=None)).frames[0].load()
+    assert loaded.pose is None
+    check(loaded, 0, color=2)
 
 
 def test_the_camera_that_the_user_says(make):
@@ -130,8 +130,8 @@ def test_content_counts_and_not_the_name(make, tmp_path):
 
 
 def test_nothing_is_written(make, tmp_path):
-    for entry in open_capture(make()).frames:
-        entry.load()
+    for frame_ref in open_capture(make()).frames:
+        frame_ref.load()
     assert [file.name for file in tmp_path.iterdir()] == ["cable.r3d"]
 
 

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.sample_scene import LINE, POSE, check, found, put, refused, scene, units
+from builders.sample_scene import LINE, POSE, assert_detected, check, put, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 
@@ -58,19 +58,19 @@ def test_names_with_times(scan):
     log(scan / "scan.log", (1, POSE), (3, OTHER))
     opened = open_capture(scan, options=OWN)
     assert opened.format == "redwood"
-    assert [entry.name for entry in opened.frames] == ["0000001-000000000000", "0000003-000000066737"]
-    assert [entry.timestamp for entry in opened.frames] == [0.0, 0.066737]
-    one, other = (entry.load() for entry in pickle.loads(pickle.dumps(opened.frames)))
+    assert [frame_ref.name for frame_ref in opened.frames] == ["0000001-000000000000", "0000003-000000066737"]
+    assert [frame_ref.timestamp for frame_ref in opened.frames] == [0.0, 0.066737]
+    one, other = (frame_ref.load() for frame_ref in pickle.loads(pickle.dumps(opened.frames)))
     check(one, 1 / 1000)
     assert np.allclose(one.pose, POSE)
     assert np.allclose(other.pose, OTHER)
-    found(other)
+    assert_detected(other)
 
 
 def test_names_alone_and_the_trajectory(indoor):
     opened = open_capture(indoor)
     assert opened.format == "redwood"
-    assert [entry.name for entry in opened.frames] == ["000001", "000002"]
+    assert [frame_ref.name for frame_ref in opened.frames] == ["000001", "000002"]
     assert opened.frames[0].timestamp is None
     check(opened.frames[1].load(), 1 / 1000, (525, 525, 319.5, 239.5))
     assert np.allclose(opened.frames[1].load().pose, OTHER)
@@ -88,20 +88,20 @@ def test_without_colour_and_without_trajectory(scan):
     (scan / "rgb").rmdir()
     opened = open_capture(scan)
     assert len(opened.frames) == 3
-    shot = opened.frames[1].load()
-    assert shot.data.color is None
-    assert shot.pose is None
+    loaded = opened.frames[1].load()
+    assert loaded.data.color is None
+    assert loaded.pose is None
 
 
 def test_icl(icl):
     opened = open_capture(icl)
     assert opened.format == "icl"
-    assert [entry.name for entry in opened.frames] == ["0", "1", "10"]
-    zero, one, ten = (entry.load() for entry in opened.frames)
+    assert [frame_ref.name for frame_ref in opened.frames] == ["0", "1", "10"]
+    zero, one, ten = (frame_ref.load() for frame_ref in opened.frames)
     check(ten, 1 / 5000, (481.2, 480, 319.5, 239.5))
     assert zero.pose is None
     assert np.allclose(ten.pose[:3, 3], (1, -2, 3))
-    found(open_capture(icl, options=OWN).frames[0].load())
+    assert_detected(open_capture(icl, options=OWN).frames[0].load())
     # a point that the set's own camera (y up) sees at the same pixel is the same point of the mirrored world
     seen, flip = np.array([0.1, 0.2, 0.7, 1]), np.diag([1.0, -1, 1, 1])
     assert np.allclose(one.pose @ seen, flip @ POSE @ flip @ seen)

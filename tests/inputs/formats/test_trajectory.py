@@ -41,9 +41,9 @@ def test_between_two_poses(tmp_path):
 def test_by_order_where_frames_have_no_times(capture, tmp_path):
     file = write(tmp_path / "a.txt", f"10 {LINE}", f"20 {TURNED}")
     opened = open_capture(capture(frames=2), options=ReadOptions(trajectory=file))
-    entries = pickle.loads(pickle.dumps(opened.frames))
-    assert np.allclose(entries[0].load().pose, POSE)
-    assert entries[1].load().pose[0, 3] == 0.3
+    frame_refs = pickle.loads(pickle.dumps(opened.frames))
+    assert np.allclose(frame_refs[0].load().pose, POSE)
+    assert frame_refs[1].load().pose[0, 3] == 0.3
     assert opened.format == "folder"
     with refuses("frame-count", "a.txt: has 2", "capture3 has 3"):
         open_capture(capture("capture3", frames=3), options=ReadOptions(trajectory=file))
@@ -55,9 +55,9 @@ def test_by_time_and_below_masks(tmp_path):
     put(masks / "000001.png", np.eye(4, 5, dtype=bool))
     file = write(tmp_path / "a.txt", f"1.99 {LINE}", f"2.99 {TURNED}")
     opened = open_capture(tmp_path / "a.npz", masks=masks, options=ReadOptions(trajectory=file))
-    shot = opened.frames[1].load()
-    assert np.allclose(shot.pose, POSE)
-    assert shot.mask.sum() == 4
+    loaded = opened.frames[1].load()
+    assert np.allclose(loaded.pose, POSE)
+    assert loaded.mask.sum() == 4
     assert open_capture(tmp_path / "a.npz", options=ReadOptions(trajectory=file)).frames[0].load().pose is None
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.sample_scene import LINE, POSE, check, found, put, refused, scene, units
+from builders.sample_scene import LINE, POSE, assert_detected, check, put, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats.tum import associate
@@ -42,15 +42,15 @@ def folder_of(path: Path) -> Path:
 def test_depth_colour_camera_and_pose(sequence):
     opened = open_capture(sequence, options=OWN)
     assert opened.format == "tum"
-    assert [entry.name for entry in opened.frames] == ["100.000000", "100.033333", "100.066667"]
-    assert [entry.timestamp for entry in opened.frames] == [100.0, 100.033333, 100.066667]
-    first, second, third = (entry.load() for entry in pickle.loads(pickle.dumps(opened.frames)))
+    assert [frame_ref.name for frame_ref in opened.frames] == ["100.000000", "100.033333", "100.066667"]
+    assert [frame_ref.timestamp for frame_ref in opened.frames] == [100.0, 100.033333, 100.066667]
+    first, second, third = (frame_ref.load() for frame_ref in pickle.loads(pickle.dumps(opened.frames)))
     check(first, 1 / 5000)
     assert first.data.timestamp == 100.0
     assert np.allclose(first.pose, POSE)
     assert second.pose is not None  # 28 ms after the second line
     assert np.allclose(third.pose, POSE)
-    found(third)
+    assert_detected(third)
 
 
 def test_the_benchmarks_own_camera(sequence):
@@ -64,8 +64,8 @@ def test_the_benchmarks_own_camera(sequence):
 def test_which_colour_belongs_to_which_depth(sequence):
     for i, file in enumerate(sorted((sequence / "rgb").iterdir())):
         put(file, np.full((480, 640, 3), 10 * i, np.uint8))
-    shots = [entry.load() for entry in open_capture(sequence).frames]
-    assert [int(shot.data.color[0, 0, 0]) for shot in shots] == [0, 10, 30]  # 9 ms are nearer than 10
+    loaded_frames = [frame_ref.load() for frame_ref in open_capture(sequence).frames]
+    assert [int(loaded.data.color[0, 0, 0]) for loaded in loaded_frames] == [0, 10, 30]  # 9 ms are nearer than 10
 
 
 def test_each_in_one_pair_the_nearest_first():

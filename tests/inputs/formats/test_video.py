@@ -68,11 +68,11 @@ def index_first(path: Path) -> Path:
 def test_frames_in_order_with_their_times(tmp_path, name, codec):
     opened = open_capture(film(tmp_path / name, codec))
     assert opened.format == "video"
-    assert [entry.name for entry in opened.frames] == [f"{i:06d}" for i in range(FRAMES)]
-    assert [entry.timestamp for entry in opened.frames] == [i / FPS for i in range(FRAMES)]
-    shots = [entry.load() for entry in opened.frames]
-    assert [brightness(shot.data) for shot in shots] == list(range(FRAMES))
-    assert (shots[3].data.name, shots[3].data.timestamp, shots[3].mask) == ("000003", 3 / FPS, None)
+    assert [frame_ref.name for frame_ref in opened.frames] == [f"{i:06d}" for i in range(FRAMES)]
+    assert [frame_ref.timestamp for frame_ref in opened.frames] == [i / FPS for i in range(FRAMES)]
+    loaded_frames = [frame_ref.load() for frame_ref in opened.frames]
+    assert [brightness(loaded.data) for loaded in loaded_frames] == list(range(FRAMES))
+    assert (loaded_frames[3].data.name, loaded_frames[3].data.timestamp, loaded_frames[3].mask) == ("000003", 3 / FPS, None)
 
 
 def test_what_a_file_is_its_first_bytes_tell(tmp_path):
@@ -107,20 +107,20 @@ def test_the_next_frame_costs_no_decoding_of_those_before(tmp_path, monkeypatch)
             self.video.release()
 
     monkeypatch.setattr(video, "_open", Counting)
-    assert [brightness(entry.load().data) for entry in opened.frames] == list(range(FRAMES))
+    assert [brightness(frame_ref.load().data) for frame_ref in opened.frames] == list(range(FRAMES))
     assert decoded == {"opened": 1, "frames": FRAMES}
 
 
 def test_entries_go_to_another_process(tmp_path):
-    entries = pickle.loads(pickle.dumps(open_capture(film(tmp_path / "a.avi")).frames))
-    assert [brightness(entry.load().data) for entry in entries] == list(range(FRAMES))
+    frame_refs = pickle.loads(pickle.dumps(open_capture(film(tmp_path / "a.avi")).frames))
+    assert [brightness(frame_ref.load().data) for frame_ref in frame_refs] == list(range(FRAMES))
 
 
 def test_a_file_that_was_written_anew(tmp_path):
     first = open_capture(film(tmp_path / "a.avi"))
     first.frames[0].load()
     again = open_capture(film(tmp_path / "a.avi", frames=3))
-    assert [brightness(entry.load().data) for entry in again.frames] == [0, 1, 2]
+    assert [brightness(frame_ref.load().data) for frame_ref in again.frames] == [0, 1, 2]
     with refuses("video-unreadable", "a.avi", "11"):
         first.frames[11].load()
 
@@ -143,7 +143,7 @@ def test_cut_off(tmp_path, name, codec, share, capfd):
         return
     *whole, last = open_capture(path).frames
     assert FRAMES * share - 3 < len(whole) <= FRAMES * share
-    assert [brightness(entry.load().data) for entry in whole] == list(range(len(whole)))
+    assert [brightness(frame_ref.load().data) for frame_ref in whole] == list(range(len(whole)))
     assert last.name == f"{len(whole):06d}"
     with refuses("file-damaged", name, str(len(whole))):
         last.load()
