@@ -1,4 +1,4 @@
-"""`doo3d detect --stages`: what every stage made of a frame, as files."""
+"""`doo3d detect --debug-frame`: the product of every stage for a frame, as files."""
 
 from __future__ import annotations
 
@@ -16,26 +16,28 @@ if TYPE_CHECKING:
     from ..inputs import Capture, FrameRef
 
 
-StagesOption = Annotated[
+DebugFrameOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--stages", metavar="N", help="Keep what every stage made of a frame, by name or number, in OUT/stages; repeat."
+        "--debug-frame",
+        metavar="N",
+        help="Write the product of every stage for this frame, by name or number, to OUT/stages; repeat for more.",
     ),
 ]
 
 
-def staged(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
-    """The frames whose stages are asked for.
+def debug_frames(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
+    """Return the frames of `--debug-frame`.
 
     Raises
     ------
-    InputError : there is none of that name or number.
+    InputError : no frame has that name or number.
     """
-    return [frame_of(capture, name, "--stages") for name in wanted or []]
+    return [frame_of(capture, name, "--debug-frame") for name in wanted or []]
 
 
-def keep_stages(out: Path, entries: list[FrameRef], config: Config) -> None:
-    """Write the stages of the frames, each into a folder of its name in OUT/stages.
+def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> None:
+    """Write the stage products of the frames, each into a folder of the frame's name in OUT/stages.
 
     Raises
     ------
@@ -43,11 +45,21 @@ def keep_stages(out: Path, entries: list[FrameRef], config: Config) -> None:
     """
     for entry in entries:
         folder = out / "stages" / entry.name
-        typer.echo(f"{len(write_stages(folder, entry, config))} files of its stages -> {folder}")
+        typer.echo(f"{len(write_stage_products(folder, entry, config))} files of its stages -> {folder}")
 
 
-def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
-    """Write every stage's product of a frame as PLY and PNG into the folder, and `explanation.json` and `.txt` beside them.
+def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
+    """Write every stage's product as PLY and PNG into the folder, with `explanation.json` and `explanation.txt`.
+
+    Parameters
+    ----------
+    folder : created if missing.
+    entry : the frame.
+    config : of the detection.
+
+    Returns
+    -------
+    The written files.
 
     Raises
     ------
@@ -63,17 +75,17 @@ def write_stages(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
     from ..viz.stage_products import draw_product
 
     data, stages = run_with_stages(entry, config)
-    found = explain(stages, config)
+    explanation = explain(stages, config)
     backdrop = planar_backdrop(data.color) if isinstance(data, Image) else backdrop_of(data)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written to ({error.strerror})", code="out-unwritable") from None
     files: dict[str, str | bytes] = {
-        "explanation.json": dumps({"frame": entry.name, **found.to_dict()}),
-        "explanation.txt": "\n".join(lines(found)) + "\n",
+        "explanation.json": dumps({"frame": entry.name, **explanation.to_dict()}),
+        "explanation.txt": "\n".join(lines(explanation)) + "\n",
     }
-    for product in products(stages, found):
+    for product in products(stages, explanation):
         files[f"{product.name}.ply"] = encode_points(product.points, product.colors, product.edges)
         files[f"{product.name}.png"] = encode_image(draw_product(backdrop, product))
     for name, content in files.items():

@@ -18,7 +18,7 @@ from .arguments import (
     StartOption,
     config_of,
 )
-from .debug_frame import StagesOption, keep_stages, staged
+from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .messages import closing_line
 from .progress import reporting, say_compiling
@@ -48,7 +48,7 @@ def detect(
         bool,
         typer.Option("--fuse-views", help="Fuse all frames to one cloud and detect in that; object at rest, known camera poses."),
     ] = False,
-    stages: StagesOption = None,
+    debug_frame: DebugFrameOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="Do all frames again, also those already finished in OUT.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
@@ -61,7 +61,7 @@ def detect(
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
-      doo3d detect sample_clouds/crossing -o out --stages 0
+      doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
 
     Interrupted runs resume: repeat the same command.
@@ -82,7 +82,7 @@ def detect(
         from ..sequence.fusion import FusedCapture
 
         opened = FusedCapture(opened, effective)
-    debug_frames = staged(opened, stages)
+    debugged = debug_frames(opened, debug_frame)
     from ..runs.run import run
 
     if not quiet:
@@ -105,6 +105,6 @@ def detect(
         raise typer.Exit(NOTHING_DONE)
     if not quiet:
         typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out)))
-    keep_stages(out, debug_frames, effective)
+    write_debug_frames(out, debugged, effective)
     if summary.failed:
         raise typer.Exit(SOME_FAILED)

@@ -1,4 +1,4 @@
-"""`doo3d export`: results as other programs take them."""
+"""`doo3d export`: write results in the formats of other programs."""
 
 from __future__ import annotations
 
@@ -15,43 +15,46 @@ if TYPE_CHECKING:
 
 
 def export(
-    results: Annotated[Path | None, typer.Argument(metavar="OUT", help="The folder that doo3d detect wrote.")] = None,
-    to: Annotated[str | None, typer.Option("--to", metavar="FORMAT", help="What to write, see --list.")] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="The file or folder; by default beside OUT.")] = None,
-    frame: Annotated[list[str] | None, typer.Option("--frame", metavar="NAME", help="This frame alone; repeat for more.")] = None,
-    pose: Annotated[
-        str | None, typer.Option(metavar="POSE", help="Camera to world: a file with a 4x4 matrix, or x,y,z,qx,qy,qz,qw.")
+    results: Annotated[Path | None, typer.Argument(metavar="OUT", help="The folder written by doo3d detect.")] = None,
+    to: Annotated[str | None, typer.Option("--to", metavar="FORMAT", help="The format to write, see --list.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="The file or folder to write. Default: beside OUT.")] = None,
+    frame: Annotated[
+        list[str] | None, typer.Option("--frame", metavar="NAME", help="Export only this frame; repeat for more.")
     ] = None,
-    count: Annotated[int | None, typer.Option(metavar="M", help="Of nodes: how many (--set count=M).")] = None,
+    pose: Annotated[
+        str | None,
+        typer.Option(metavar="POSE", help="Pose of the camera in the world: a file with a 4x4 matrix, or x,y,z,qx,qy,qz,qw."),
+    ] = None,
+    count: Annotated[int | None, typer.Option(metavar="M", help="Number of nodes, same as --set count=M.")] = None,
     overrides: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set one option of the format, such as ground=true; repeat for more."),
+        typer.Option("--set", metavar="KEY=VALUE", help="Set an option of the format, such as ground=true; repeat for more."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
-    known: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    list_formats: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
 ) -> None:
-    """Write the chains in OUT as a simulator, a tracker or another program takes them.
+    """Write the chains in OUT in the format of a simulator, a tracker or another program.
 
     \b
     Examples:
       doo3d export out --to npz                                    all frames in one file, out.npz
       doo3d export out --to mjcf -o scenes --set ground=true       a MuJoCo model per frame
-      doo3d export out --to nodes --frame 000000 --count 45        what TrackDLO starts from
+      doo3d export out --to nodes --frame 000000 --count 45        the initial nodes of TrackDLO
       doo3d export out --to usd --pose 0,0,1.2,1,0,0,0             in the world's coordinates
 
-    Exit code 0: all is written; 2: nothing is.
+    Exit code 0: everything was written; 2: nothing was.
     """
     from ..config import parse_overrides
     from ..exports import FORMATS, default_path, export_class
     from ..exports import export as write
 
-    if known:
+    if list_formats:
         for name in FORMATS:
-            typer.echo("\n".join(_about(name, export_class(name))))
+            typer.echo("\n".join(_description(name, export_class(name))))
         return
     if results is None or to is None:
         raise ConfigError(
-            "expected OUT and --to FORMAT, such as doo3d export out --to npz; the formats: " + ", ".join(FORMATS),
+            "expected OUT and --to FORMAT, such as doo3d export out --to npz; formats: " + ", ".join(FORMATS),
             code="option-missing",
         )
     options = parse_overrides(overrides or []) | ({} if count is None else {"count": count})
@@ -60,9 +63,10 @@ def export(
     typer.echo(f"{len(written)} file{'s' * (len(written) != 1)} -> {written[0] if len(written) == 1 else target}")
 
 
-def _about(name: str, kind: type[Export]) -> Iterator[str]:
-    ends = ", ".join(kind.suffixes) or "a folder"
-    yield f"{name:<6} {kind.what} ({ends}; one per {kind.each}; {'3-D and 2-D' if kind.flat else '3-D'})"
+def _description(name: str, kind: type[Export]) -> Iterator[str]:
+    """Yield the lines of a format: summary, suffixes, dimensions, then its options."""
+    suffixes = ", ".join(kind.suffixes) or "a folder"
+    yield f"{name:<6} {kind.summary} ({suffixes}; one per {kind.file_per}; {'3-D and 2-D' if kind.supports_2d else '3-D'})"
     for key, field in kind.model_fields.items():
         default = "" if field.default is None else f" [{field.default}]"
         yield f"         {key}{default}: {field.description}"

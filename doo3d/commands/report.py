@@ -1,4 +1,4 @@
-"""`doo3d report`: a run as one page of HTML."""
+"""`doo3d report`: a run as one HTML page."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from .arguments import Results, check_new_file, save, with_progress
 
 def report(
     results: Results,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The page.")] = Path("report.html"),
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The HTML file to write.")] = Path("report.html"),
     clouds: Annotated[
-        bool, typer.Option("--clouds/--no-clouds", help="Show points of the capture about the chains, where it is still there.")
+        bool, typer.Option("--clouds/--no-clouds", help="Show points of the capture around the chains, if it can still be read.")
     ] = True,
-    force: Annotated[bool, typer.Option("--force", help="Write over FILE.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
-    """Make one page of HTML of what was found: figures, plots, pictures, and each frame's chains to turn about.
+    """Write a run as one HTML page: figures, plots, pictures, and the chains of each frame in 3-D.
 
-    The page holds all it needs and opens without a network.
+    The page is self-contained and opens without a network.
 
     \b
     Example:

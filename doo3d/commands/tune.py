@@ -1,4 +1,4 @@
-"""`doo3d tune`: a configuration for this camera and this object."""
+"""`doo3d tune`: propose a configuration for a camera and an object."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .progress import say_compiling
 if TYPE_CHECKING:
     from ..tuning import Tuned
 
-PRESETS = {True: "image", False: "default"}  # by whether there is no depth
+PRESETS = {True: "image", False: "default"}  # by: the format has images only
 
 
 def tune(
@@ -22,24 +22,24 @@ def tune(
         Path, typer.Argument(metavar="INPUT", help="A capture with depth, a photograph, a folder of them or a video.")
     ],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="FILE", help="The configuration; its picture goes beside it.")
+        Path, typer.Option("-o", "--out", metavar="FILE", help="The configuration to write; its picture is written beside it.")
     ] = Path("tuned.yaml"),
     pick: Annotated[
-        list[str] | None, typer.Option("--pick", metavar="X,Y", help="A place on the object, px; repeat for its other colours.")
+        list[str] | None, typer.Option("--pick", metavar="X,Y", help="A pixel on the object; repeat for its other colors.")
     ] = None,
-    box: Annotated[str | None, typer.Option("--box", metavar="X,Y,W,H", help="Where in the image the object is, px.")] = None,
+    box: Annotated[str | None, typer.Option("--box", metavar="X,Y,W,H", help="Region of the object in the image, px.")] = None,
     frame: FrameOption = None,
     config: Annotated[
         str | None,
-        typer.Option("--config", "-c", help="What to start from: a preset or a YAML file; by default what fits INPUT."),
+        typer.Option("--config", "-c", help="Preset or YAML file to start from. Default: the preset that fits INPUT."),
     ] = None,
     overrides: Overrides = None,
     input_options: InputOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the files if they are there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
-    """Propose colour ranges, voxel size and segment length for the object in INPUT, and draw what they take.
+    """Propose color ranges, voxel size and segment length for the object in INPUT, and draw the segmentation.
 
-    Without --pick and --box the object is the longest thin thing that has a colour of its own.
+    Without --pick and --box, the object is the longest thin one with a color of its own.
 
     \b
     Examples:
@@ -55,48 +55,47 @@ def tune(
     entry = frame_of(opened, frame)
     picture = out.with_suffix(".png")
     if out.suffix not in (".yaml", ".yml"):
-        raise InputError(f"-o {out}: a configuration is called .yaml", code="out-suffix")
+        raise InputError(f"-o {out}: a configuration has the suffix .yaml: give another name", code="out-suffix")
     for path in (out, picture):
         check_new_file(path, force)
     picks = [(x, y) for x, y in (_numbers("--pick", text, 2) for text in pick or [])]
     region = _numbers("--box", box, 4) if box else None
     if picks and region:
-        raise InputError("--pick and --box: give one or the other", code="options-conflict")
+        raise InputError("--pick and --box exclude each other: give one", code="options-conflict")
     say_compiling()
     from ..config.documentation import annotated_yaml
     from ..tuning import tune as propose
     from ..viz.backdrop import backdrop_of
     from ..viz.png import encode_image
-    from ..viz.tuning_preview import draw_tuned
+    from ..viz.tuning_preview import draw_tuning
 
     data = entry.load().data
     tuned = propose(data, used, picks, (region[0], region[1], region[2], region[3]) if region else None)
     command = f"doo3d detect {capture} -c {out}"
     save(
         out,
-        f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows what it takes.\n"
+        f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows the segmentation.\n"
         f"# {command}\n\n{annotated_yaml(tuned.config, tuned.reasons)}",
     )
-    save(picture, encode_image(draw_tuned(backdrop_of(data).image, tuned.mask, tuned.thing)))
+    save(picture, encode_image(draw_tuning(backdrop_of(data).image, tuned.mask, tuned.object_mask)))
     typer.echo("\n".join([*summary(tuned), f"{'next':<10} {command}", f"{'':<10} -> {out}, {picture}"]))
 
 
 def summary(tuned: Tuned) -> list[str]:
-    """What was found and what is proposed, a line each."""
+    """Return the measurements and the proposed values, a line each."""
     config, reasons = tuned.config, tuned.reasons
-    wide = f"{tuned.width:.1f} px wide" + (f", {1000 * tuned.metres:.1f} mm" if tuned.metres is not None else "")
-    lines = [("object", wide)]
-    if tuned.taken is not None and tuned.besides is not None:
-        lines.append(("taken", f"{tuned.taken:.0%} of it; {tuned.besides:.1%} of what is taken is something else"))
+    width = f"{tuned.width_px:.1f} px wide" + (f", {1000 * tuned.width_m:.1f} mm" if tuned.width_m is not None else "")
+    lines = [("object", width)]
+    if tuned.recall is not None and tuned.precision is not None:
+        lines.append(("recall", f"{tuned.recall:.0%} of the object is segmented"))
+        lines.append(("precision", f"{tuned.precision:.1%} of the segmented pixels are the object"))
     if config.segment.method == "hsv":
         for box in config.segment.ranges:
             (a, b), (c, d), (e, f) = zip(box.low, box.high, strict=True)
-            lines.append(
-                ("colour", f"hue {a} to {b}{' (through red)' if a > b else ''}, saturation {c} to {d}, value {e} to {f}")
-            )
+            lines.append(("color", f"hue {a} to {b}{' (through red)' if a > b else ''}, saturation {c} to {d}, value {e} to {f}"))
     else:
         lines.append(("method", f"{config.segment.method}: {reasons['segment.method']}"))
-    unit = "m" if tuned.metres is not None else "px"
+    unit = "m" if tuned.width_m is not None else "px"
     lines.append(("segments", f"{config.fit.segment_length:g} {unit}: {reasons['fit.segment_length']}"))
     size = "null" if config.voxelize.size is None else f"{config.voxelize.size:g} m"
     lines.append(("voxels", f"{size}: {reasons['voxelize.size']}"))

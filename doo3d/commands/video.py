@@ -1,4 +1,4 @@
-"""`doo3d video`: a run's pictures as a video."""
+"""`doo3d video`: the pictures of a run as a video."""
 
 from __future__ import annotations
 
@@ -12,19 +12,18 @@ from .arguments import Results, check_new_file, with_progress
 
 def video(
     results: Results,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The video, MP4.")] = Path("out.mp4"),
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The MP4 file to write.")] = Path("out.mp4"),
     fps: Annotated[
-        float | None, typer.Option("--fps", help="Frames per second; by default as the stamps say, 10 without them.")
+        float | None, typer.Option("--fps", help="Frames per second. Default: from the timestamps; 10 without them.")
     ] = None,
     codec: Annotated[
-        str, typer.Option(metavar="mp4v|vp09|avc1", help="MPEG-4; VP9, which browsers play; H.264, where OpenCV can make it.")
+        str,
+        typer.Option(metavar="mp4v|vp09|avc1", help="MPEG-4; VP9, which browsers play; H.264, if OpenCV has it."),
     ] = "mp4v",
-    skip_failed: Annotated[
-        bool, typer.Option("--skip-failed", help="Leave frames that failed out, instead of showing their reason.")
-    ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Write over FILE.")] = False,
+    skip_failed: Annotated[bool, typer.Option("--skip-failed", help="Omit failed frames instead of showing the reason.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
-    """Make a video of the pictures of a run.
+    """Write the pictures of a run as a video.
 
     \b
     Example:
@@ -35,7 +34,7 @@ def video(
 
     opened = open_results(results)
     check_new_file(out, force)
-    made = write_video(opened, out, fps, codec, skip_failed, with_progress)
-    failed = f" ({made.failed} failed, {'left out' if skip_failed else 'shown as such'})" if made.failed else ""
-    frames = f"{made.frames} frame{'' if made.frames == 1 else 's'}"
-    typer.echo(f"{frames}{failed}, {made.fps:g} per second, {made.size[0]}x{made.size[1]} -> {out}")
+    written = write_video(opened, out, fps, codec, skip_failed, with_progress)
+    failed = f" ({written.failed} failed, {'left out' if skip_failed else 'shown as such'})" if written.failed else ""
+    frames = f"{written.frames} frame{'' if written.frames == 1 else 's'}"
+    typer.echo(f"{frames}{failed}, {written.fps:g} per second, {written.size[0]}x{written.size[1]} -> {out}")

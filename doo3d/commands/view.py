@@ -1,4 +1,4 @@
-"""`doo3d view`: a run in the Rerun viewer."""
+"""`doo3d view`: show a run in the Rerun viewer."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def view(
         Path | None, typer.Option("--save", metavar="FILE", help="Write a recording (.rrd) instead of opening the viewer.")
     ] = None,
     frame: Annotated[
-        list[str] | None, typer.Option("--frame", metavar="N", help="Only this frame, by name or number; repeat for more.")
+        list[str] | None, typer.Option("--frame", metavar="N", help="Show only this frame, by name or number; repeat for more.")
     ] = None,
     stages: Annotated[
-        bool, typer.Option("--stages/--no-stages", help="Go through the stages again, and show what each made.")
+        bool, typer.Option("--stages/--no-stages", help="Run the stages again and show the product of each.")
     ] = True,
-    force: Annotated[bool, typer.Option("--force", help="Write over FILE.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
-    """Show a run in the Rerun viewer: images, clouds, chains, what each stage made, and what the merges cost, on a time line.
+    """Show a run in the Rerun viewer: images, clouds, chains, stage products and merge costs on a timeline.
 
     \b
     Examples:
@@ -36,14 +36,14 @@ def view(
     opened = open_results(results)
     if save is not None:
         check_new_file(save, force)
-    from ..inspection.rerun_viewer import Viewing, frames_of
+    from ..inspection.rerun_viewer import RerunRecording, select_frames
 
-    names = frames_of(opened, frame)
-    viewing = Viewing(opened, save)
+    names = select_frames(opened, frame)
+    recording = RerunRecording(opened, save)
     if stages:
         say_compiling()
     for name in with_progress(names):
-        viewing.show(name, stages)
-    if viewing.said:
-        typer.echo(f"note: {viewing.said}", err=True)
+        recording.log_frame(name, stages)
+    if recording.warning:
+        typer.echo(f"note: {recording.warning}", err=True)
     typer.echo(f"{len(names)} frame{'s' * (len(names) != 1)} -> {save or 'the viewer'}")

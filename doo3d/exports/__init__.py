@@ -1,7 +1,7 @@
-"""Results out: chains as other programs take them, one file per format.
+"""Exports: chains in the formats of other programs, one file per format.
 
-To add a format, write a file with one class like `npz.Npz` and give it a line in `FORMATS`; a program of your own puts its
-class there itself.
+To add a format, write a file with one class like `npz.Npz` and a line in `FORMATS`; your own program can add its class to
+`FORMATS` itself.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What all exports have in common."""
+"""The base classes of all exports, and their shared names, colors and times of chains."""
 
 from __future__ import annotations
 
@@ -18,80 +18,85 @@ from ..viz.palette import Rgb, chain_color
 class Export(BaseModel):
     """A format, with its options as fields.
 
-    what : in a few words. suffixes : of its files, the usual one first; none: it is a folder. each : what one file holds.
-    flat : 2-D results too.
+    summary : one line for lists. suffixes : of its files, the default first; empty for a folder. file_per : content of one file.
+    supports_2d : 2-D results can be exported.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    what: ClassVar[str]
+    summary: ClassVar[str]
     suffixes: ClassVar[tuple[str, ...]]
-    each: ClassVar[Literal["capture", "frame", "chain"]] = "frame"
-    flat: ClassVar[bool] = False
+    file_per: ClassVar[Literal["capture", "frame", "chain"]] = "frame"
+    supports_2d: ClassVar[bool] = False
 
     @property
     def suffix(self) -> str:
-        """Of the files in a folder."""
+        """The suffix of files in a folder."""
         return self.suffixes[0]
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the frames of a capture in order, or one frame, or one frame with one of its chains, to `path`, a new file.
+        """Write a new file.
+
+        Parameters
+        ----------
+        frames : all frames of a capture in order, or a single frame, or a single frame with a single chain, as `file_per` says.
+        path : the new file.
 
         Raises
         ------
-        InputError : something that the format needs is not in the chains. MissingDependency : its library is not installed.
+        InputError : the chains lack a value that the format needs. MissingDependency : a library is not installed.
         """
         raise NotImplementedError
 
 
-class Thick(Export):
-    """A format that needs the chains' radius."""
+class RadiusExport(Export):
+    """A format that needs the radius of the chains."""
 
-    radius: float | None = Field(None, gt=0, description="m (px in 2-D), of all chains; by default each chain's own")
+    radius: float | None = Field(None, gt=0, description="radius of all chains, m (px in 2-D); default: each chain's own")
 
     def radius_of(self, chain: Chain) -> float:
-        """m (px in 2-D).
+        """Return the radius of a chain in m (px in 2-D).
 
         Raises
         ------
-        InputError : it is not known.
+        InputError : the radius is unknown.
         """
-        found = chain.radius if self.radius is None else self.radius
-        if not math.isfinite(found) or found <= 0:
+        radius = chain.radius if self.radius is None else self.radius
+        if not math.isfinite(radius) or radius <= 0:
             raise InputError(
-                "the radius of a chain is not known, and this format needs it: give the option radius, in m",
+                "the radius of a chain is unknown, and this format needs it: set the option radius, in m",
                 code="radius-missing",
             )
-        return found
+        return radius
 
     def radii_of(self, chain: Chain) -> Floats:
-        """(N + 1,) m (px in 2-D), at each joint; that of the chain where it is not known."""
-        whole = self.radius_of(chain)
+        """Return the radius at each joint, (N + 1,) m (px in 2-D); the chain's where it is unknown."""
+        default = self.radius_of(chain)
         if self.radius is not None:
-            return np.full(len(chain.joints), whole)
-        known = np.isfinite(chain.radii) & (chain.radii > 0)
-        return np.asarray(np.where(known, chain.radii, whole))
+            return np.full(len(chain.joints), default)
+        is_measured = np.isfinite(chain.radii) & (chain.radii > 0)
+        return np.asarray(np.where(is_measured, chain.radii, default))
 
 
 def labels(detection: Detection) -> list[int]:
-    """The numbers that the chains go by: their ids, or where not all have one of their own, 0, 1, 2."""
+    """Return the numbers of the chains: their ids if all have different ones, else 0, 1, 2, ..."""
     ids = [chain.id for chain in detection.chains if chain.id is not None]
     return ids if len(set(ids)) == len(detection.chains) else list(range(len(detection.chains)))
 
 
 def colors(label: int) -> tuple[Rgb, Rgb]:
-    """RGB, 0 to 255: of a chain where it was seen, and paler, where it is occluded."""
-    seen = chain_color(label)
-    red, green, blue = ((2 * part + 3 * 255) // 5 for part in seen)
-    return seen, (red, green, blue)
+    """Return the RGB colors, 0 to 255, of a chain's visible segments and, paler, of its occluded ones."""
+    visible = chain_color(label)
+    red, green, blue = ((2 * part + 3 * 255) // 5 for part in visible)
+    return visible, (red, green, blue)
 
 
 def times(frames: Sequence[Detection], rate: float) -> list[float]:
-    """s, of each frame: the capture's stamps, or where not all frames have one, `rate` frames per second from 0."""
+    """Return the time of each frame in s: its timestamp, or, if one has none, `rate` frames per second from 0."""
     stamps = [frame.timestamp for frame in frames if frame.timestamp is not None]
     return stamps if len(stamps) == len(frames) else [i / rate for i in range(len(frames))]
 
 
-def upright(detection: Detection) -> bool:
-    """The z axis points up: all coordinates but a camera's, whose y axis points down (if the camera is held level)."""
+def is_z_up(detection: Detection) -> bool:
+    """Return whether the z axis points up: in all coordinates but a (level) camera's, whose y axis points down."""
     return detection.coordinates != "camera"

@@ -1,4 +1,4 @@
-"""Meshes: a closed cylinder per segment, coloured by chain, what is occluded apart from what was seen."""
+"""Meshes: a closed cylinder per segment, colored by chain, with occluded segments in a mesh of their own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pydantic import Field
 
 from ..errors import require
 from ..types import Detection
-from .base import Thick, colors, labels, upright
+from .base import RadiusExport, colors, is_z_up, labels
 from .link_frames import link_frames
 
 # glTF: y up, z towards the viewer; a camera has y down and z away, other coordinates z up
@@ -31,21 +31,21 @@ end_header
 """
 
 
-class _Mesh(Thick):
-    sides: int = Field(16, ge=3, le=256, description="of each cylinder; its corners lie on the surface")
+class _Mesh(RadiusExport):
+    sides: int = Field(16, ge=3, le=256, description="number of sides of each cylinder; their edges lie on the surface")
 
-    def parts(self, found: Detection) -> Iterator[tuple[str, Any]]:
-        """(name, mesh) of each chain, and of what of it is occluded: `chain0`, `chain0_occluded`."""
+    def parts(self, detection: Detection) -> Iterator[tuple[str, Any]]:
+        """Yield (name, mesh) of each chain's visible and occluded segments: `chain0`, `chain0_occluded`."""
         trimesh = require("trimesh")
-        for label, chain in zip(labels(found), found.chains, strict=True):
+        for label, chain in zip(labels(detection), detection.chains, strict=True):
             radius, frames = self.radius_of(chain), link_frames(chain.joints)
-            middles = (chain.joints[1:] + chain.joints[:-1]) / 2
+            centers = (chain.joints[1:] + chain.joints[:-1]) / 2
             for hidden, color in enumerate(colors(label)):
                 cylinders = []
                 for k in np.flatnonzero(chain.occluded == bool(hidden)):
-                    place = np.eye(4)
-                    place[:3, :3], place[:3, 3] = frames[k], middles[k]
-                    cylinders.append(trimesh.creation.cylinder(radius, chain.segment_length, self.sides, transform=place))
+                    pose = np.eye(4)
+                    pose[:3, :3], pose[:3, 3] = frames[k], centers[k]
+                    cylinders.append(trimesh.creation.cylinder(radius, chain.segment_length, self.sides, transform=pose))
                 if cylinders:
                     mesh = trimesh.util.concatenate(cylinders)
                     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.tile((*color, 255), (len(mesh.vertices), 1)))
@@ -53,13 +53,13 @@ class _Mesh(Thick):
 
 
 class Ply(_Mesh):
-    """One mesh; vertices in the chain's colour, of what is occluded paler."""
+    """One mesh with the chain's color at the vertices, paler where occluded."""
 
-    what: ClassVar[str] = "mesh of all cylinders, coloured"
+    summary: ClassVar[str] = "mesh of all cylinders, colored"
     suffixes: ClassVar[tuple[str, ...]] = (".ply",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Binary, with float32 coordinates."""
+        """Write binary PLY with float32 coordinates."""
         meshes = [mesh for _, mesh in self.parts(frames[0])]
         whole = require("trimesh").util.concatenate(meshes) if meshes else None
         path.write_bytes(whole.export(file_type="ply", vertex_normal=False) if whole else EMPTY_PLY.encode("ascii"))
@@ -68,38 +68,38 @@ class Ply(_Mesh):
 class Obj(_Mesh):
     """An object (`o`) per part, with colours at the vertices (`v x y z r g b`)."""
 
-    what: ClassVar[str] = "mesh, an object per chain, what is occluded apart"
+    summary: ClassVar[str] = "mesh, an object per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".obj",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Text, 9 decimals."""
-        lines, before = ["# doo3d, metres"], 1
+        """Write text with 9 decimals."""
+        lines, first = ["# doo3d, metres"], 1
         for name, mesh in self.parts(frames[0]):
             lines.append(f"o {name}")
-            shade = np.asarray(mesh.visual.vertex_colors[:, :3]) / 255
-            lines += [("v" + " %.9f" * 3 + " %.4f" * 3) % (*at, *rgb) for at, rgb in zip(mesh.vertices, shade, strict=True)]
-            lines += ["f {} {} {}".format(*face) for face in (mesh.faces + before).tolist()]
-            before += len(mesh.vertices)
+            share = np.asarray(mesh.visual.vertex_colors[:, :3]) / 255
+            lines += [("v" + " %.9f" * 3 + " %.4f" * 3) % (*at, *rgb) for at, rgb in zip(mesh.vertices, share, strict=True)]
+            lines += ["f {} {} {}".format(*face) for face in (mesh.faces + first).tolist()]
+            first += len(mesh.vertices)
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 class Glb(_Mesh):
-    """A node per part, in the file's y-up coordinates."""
+    """One node per part, in glTF's y-up coordinates."""
 
-    what: ClassVar[str] = "glTF mesh, a node per chain, what is occluded apart"
+    summary: ClassVar[str] = "glTF mesh, a node per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".glb",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Nodes are turned so that the scene stands upright; below them coordinates are the detection's."""
+        """Write nodes rotated to make the scene upright; their vertices keep the detection's coordinates."""
         scene = require("trimesh").Scene()
-        place = Z_UP if upright(frames[0]) else CAMERA_UP
+        transform = Z_UP if is_z_up(frames[0]) else CAMERA_UP
         for name, mesh in self.parts(frames[0]):
-            scene.add_geometry(mesh, node_name=name, geom_name=name, transform=place)
+            scene.add_geometry(mesh, node_name=name, geom_name=name, transform=transform)
         path.write_bytes(scene.export(file_type="glb") if scene.geometry else _empty_glb())
 
 
 def _empty_glb() -> bytes:
-    """A container with one JSON chunk, padded with blanks to a multiple of 4 bytes."""
+    """Return a container with one JSON chunk, padded with spaces to a multiple of 4 bytes."""
     text = json.dumps({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{}]}).encode()
     text += b" " * (-len(text) % 4)
     return b"glTF" + struct.pack("<IIII", 2, 20 + len(text), len(text), 0x4E4F534A) + text

@@ -1,4 +1,4 @@
-"""The first guess of a tracker: so many points along a chain."""
+"""Evenly spaced points along a chain, the initial state of a tracker."""
 
 from __future__ import annotations
 
@@ -28,22 +28,24 @@ DATA binary
 
 
 class Nodes(Export):
-    """(M, 3) m in order from the first end to the last, evenly spaced along the chain."""
+    """Nodes (M, 3) m, evenly spaced along the chain, from its first to its last joint."""
 
-    what: ClassVar[str] = "evenly spaced points of a chain, as trackers (TrackDLO, CDCPD) start from"
+    summary: ClassVar[str] = "evenly spaced points of a chain, the initial state of trackers (TrackDLO, CDCPD)"
     suffixes: ClassVar[tuple[str, ...]] = (".npy", ".pcd", ".json")
-    each: ClassVar[Any] = "chain"
+    file_per: ClassVar[Any] = "chain"
 
-    count: int = Field(45, ge=2, description="how many points, M")
-    file: Literal["npy", "pcd", "json"] = Field("npy", description="kind of the files in a folder; one file is as it is called")
+    count: int = Field(45, ge=2, description="number of points, M")
+    file: Literal["npy", "pcd", "json"] = Field(
+        "npy", description="type of files in a folder; a single file has that of its suffix"
+    )
 
     @property
     def suffix(self) -> str:
-        """As the option says."""
+        """The suffix of files in a folder, from the option `file`."""
         return f".{self.file}"
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """NPY float64; PCD float32, binary; JSON with the edges too. A frame without chains has no points."""
+        """Write NPY (float64), PCD (float32, binary) or JSON (with edges); no points for a frame without chains."""
         points = frames[0].chains[0].nodes(self.count) if frames[0].chains else np.zeros((0, 3))
         {".npy": _npy, ".pcd": _pcd, ".json": _json}[path.suffix.lower()](path, points)
 

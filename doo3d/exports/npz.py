@@ -1,4 +1,4 @@
-"""All frames in one file of arrays, exact to the last bit."""
+"""All frames in one file of arrays, bit-exact."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .base import Export
 
 
 class Npz(Export):
-    """Ragged data as one long array and the offsets at which its parts begin."""
+    """Ragged data: one concatenated array per quantity, and the offsets of its parts."""
 
-    what: ClassVar[str] = "NumPy arrays of the whole capture, exact"
+    summary: ClassVar[str] = "NumPy arrays of the whole capture, exact"
     suffixes: ClassVar[tuple[str, ...]] = (".npz",)
-    each: ClassVar[Any] = "capture"
-    flat: ClassVar[bool] = True
+    file_per: ClassVar[Any] = "capture"
+    supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Compressed; the same arrays give the same bytes."""
+        """Write compressed arrays; the same arrays give the same bytes."""
         with path.open("xb") as file:
             np.savez_compressed(file, **arrays(frames))
 
 
 def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
-    """The arrays of the file, see docs/exports.md: F frames, C chains, J joints, S segments."""
+    """Return the arrays of the file, see docs/exports.md: F frames, C chains, J joints, S segments."""
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
     counts = [len(chain.joints) for chain in chains]

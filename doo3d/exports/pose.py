@@ -1,4 +1,4 @@
-"""Chains moved from the camera's coordinates to others."""
+"""Poses, and chains transformed by them from the camera's coordinates to the world's."""
 
 from __future__ import annotations
 
@@ -13,39 +13,40 @@ from ..errors import InputError, unread_code
 from ..types import Array, Detection, Floats
 
 PoseLike = str | Path | Array | Sequence[float]
-TOLERANCE = 1e-3  # of a rotation as it was written, with few digits; it is made exact, so that segments keep their length
+TOLERANCE = 1e-3  # of a rotation written with few digits; it is made orthonormal, so that segments keep their length
 
 
 def read_pose(pose: PoseLike) -> Floats:
-    """A pose as a matrix.
+    """Return a pose as a matrix.
 
     Parameters
     ----------
-    pose : 4x4 numbers, or x y z qx qy qz qw (m, and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with
-    one of the two.
+    pose : 4x4 numbers, or x y z qx qy qz qw (m and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with
+        either.
 
     Returns
     -------
-    (4, 4) float64, m: p_out = R p_in + t, with R a rotation to the last digit.
+    (4, 4) float64, m: p_out = R p_in + t, with an orthonormal R.
 
     Raises
     ------
-    InputError : another shape, a file that cannot be read, or no rotation.
+    InputError : another count of numbers, an unreadable file, or a matrix that is not a rotation.
     """
     name, numbers = _numbers(pose)
     if numbers.size == 7:
-        return _of_quaternion(name, numbers.ravel())
+        return _from_quaternion(name, numbers.ravel())
     if numbers.size == 16:
-        return _of_matrix(name, numbers.reshape(4, 4))
+        return _from_matrix(name, numbers.reshape(4, 4))
     raise InputError(f"{name}: {numbers.size} numbers, expected 4x4 or x,y,z,qx,qy,qz,qw", code="pose-invalid")
 
 
-def moved(detection: Detection, pose: Floats) -> Detection:
-    """The detection in the world's coordinates.
+def transformed(detection: Detection, pose: Floats) -> Detection:
+    """Return the detection in the world's coordinates.
 
     Parameters
     ----------
-    pose : (4, 4), as `read_pose` gives it.
+    detection : 3-D.
+    pose : (4, 4) from `read_pose`.
 
     Raises
     ------
@@ -53,12 +54,12 @@ def moved(detection: Detection, pose: Floats) -> Detection:
     """
     if detection.mode == "2d":
         raise InputError(f"frame {detection.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")
-    rotation, shift = pose[:3, :3], pose[:3, 3]
+    rotation, translation = pose[:3, :3], pose[:3, 3]
     return dataclasses.replace(
         detection,
         coordinates="world",
-        chains=tuple(dataclasses.replace(chain, joints=chain.joints @ rotation.T + shift) for chain in detection.chains),
-        crossings=tuple(dataclasses.replace(each, point=rotation @ each.point + shift) for each in detection.crossings),
+        chains=tuple(dataclasses.replace(chain, joints=chain.joints @ rotation.T + translation) for chain in detection.chains),
+        crossings=tuple(dataclasses.replace(each, point=rotation @ each.point + translation) for each in detection.crossings),
     )
 
 
@@ -73,7 +74,7 @@ def _numbers(pose: PoseLike) -> tuple[str, Floats]:
             return name, _parsed(name, Path(pose).read_text(encoding="utf-8"))
         except OSError as error:
             raise InputError(
-                f"{name}: cannot be read ({error.strerror}), and is not x,y,z,qx,qy,qz,qw either", code=unread_code(error)
+                f"{name}: cannot be read ({error.strerror}), nor is it x,y,z,qx,qy,qz,qw", code=unread_code(error)
             ) from None
         except (ValueError, EOFError) as error:
             raise InputError(f"{name}: cannot be read ({error})", code="pose-invalid") from None
@@ -85,13 +86,13 @@ def _parsed(name: str, given: str | Array | Sequence[float]) -> Floats:
         items = given.replace(",", " ").split() if isinstance(given, str) else given
         numbers = np.asarray(items, dtype=float)
     except (ValueError, TypeError):
-        raise InputError(f"{name}: holds something that is no number", code="pose-invalid") from None
+        raise InputError(f"{name}: holds a value that is not a number", code="pose-invalid") from None
     if not np.isfinite(numbers).all():
         raise InputError(f"{name}: holds a number that is not finite", code="pose-invalid")
     return numbers
 
 
-def _of_quaternion(name: str, numbers: Floats) -> Floats:
+def _from_quaternion(name: str, numbers: Floats) -> Floats:
     length = float(np.linalg.norm(numbers[3:]))
     if abs(length - 1) > TOLERANCE:
         raise InputError(f"{name}: the quaternion qx,qy,qz,qw has length {length:.6g}, expected 1", code="pose-invalid")
@@ -101,7 +102,7 @@ def _of_quaternion(name: str, numbers: Floats) -> Floats:
     return pose
 
 
-def _of_matrix(name: str, matrix: Floats) -> Floats:
+def _from_matrix(name: str, matrix: Floats) -> Floats:
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > TOLERANCE:
         raise InputError(
             f"{name}: the last row is {matrix[3].tolist()}, expected 0 0 0 1 (the translation is the last column)",
@@ -109,12 +110,10 @@ def _of_matrix(name: str, matrix: Floats) -> Floats:
         )
     left, scale, right = np.linalg.svd(matrix[:3, :3])
     if np.linalg.det(matrix[:3, :3]) < 0:
-        raise InputError(f"{name}: its upper left 3x3 mirrors, it is no rotation", code="pose-invalid")
+        raise InputError(f"{name}: its upper left 3x3 is a reflection, expected a rotation", code="pose-invalid")
     if np.abs(scale - 1).max() > TOLERANCE:
         shown = ", ".join(f"{value:.6g}" for value in scale)
-        raise InputError(
-            f"{name}: its upper left 3x3 stretches (singular values {shown}), it is no rotation", code="pose-invalid"
-        )
+        raise InputError(f"{name}: its upper left 3x3 scales (singular values {shown}), expected a rotation", code="pose-invalid")
     pose = np.eye(4)
     pose[:3, :3] = left @ right  # the nearest rotation
     pose[:3, 3] = matrix[:3, 3]

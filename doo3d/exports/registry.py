@@ -1,4 +1,4 @@
-"""The formats, by name; each is imported when it is first asked for."""
+"""The export formats by name; each is imported on first use."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ FORMATS: dict[str, str | type[Export]] = {
 
 
 def export_class(name: str) -> type[Export]:
-    """The class that writes the format `name`.
+    """Return the class that writes the format `name`.
 
     Raises
     ------
-    ConfigError : there is no such format.
+    ConfigError : the format does not exist.
     """
     if name not in FORMATS:
-        raise ConfigError(f"no format {name!r} to export to: the formats are {', '.join(FORMATS)}", code="format-unknown")
+        raise ConfigError(f"no export format {name!r}: choose one of {', '.join(FORMATS)}", code="format-unknown")
     entry = FORMATS[name]
     if not isinstance(entry, str):
         return entry
     module, _, member = entry.partition(":")
-    found: type[Export] = getattr(importlib.import_module(f".{module}", __package__), member)
-    return found
+    kind: type[Export] = getattr(importlib.import_module(f".{module}", __package__), member)
+    return kind
 
 
 def export_of(name: str, options: dict[str, Any]) -> Export:
-    """The format `name` with its options.
+    """Return the format `name` with its options.
 
     Raises
     ------
-    ConfigError : there is no such format or option, or a value is out of bounds.
+    ConfigError : the format or an option does not exist, or a value is out of bounds.
     """
     kind = export_class(name)
     try:
@@ -62,5 +62,5 @@ def export_of(name: str, options: dict[str, Any]) -> Export:
 def _sentence(kind: type[Export], item: Any) -> str:
     key = ".".join(map(str, item["loc"]))
     if item["type"] == "extra_forbidden":
-        return f"no option {key!r}; there are: {', '.join(kind.model_fields) or 'none'}"
+        return f"no option {key!r}; the options are: {', '.join(kind.model_fields) or 'none'}"
     return f"{key} = {item['input']!r}: {item['msg'].removeprefix('Value error, ')}" if key else str(item["msg"])

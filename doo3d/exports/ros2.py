@@ -1,4 +1,4 @@
-"""A ROS 2 bag: the chains as paths, and as markers to look at."""
+"""A ROS 2 bag: the chains as paths, and as markers for RViz."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from scipy.spatial.transform import Rotation
 
 from ..errors import require
 from ..types import Array, Chain, Detection, Floats
-from .base import Thick, colors, labels, times
+from .base import RadiusExport, colors, labels, times
 from .link_frames import link_frames
 
-NANO = 1_000_000_000
+NS_PER_S = 1_000_000_000
 ADD, DELETE_ALL, LINE_LIST = 0, 3, 5  # of visualization_msgs/Marker
-Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link points along its z, a pose along its x
+Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link frame has z along the segment, a pose has x
 
 
-class Ros2(Thick):
-    """Per frame a nav_msgs/Path of each chain on /doo3d/chain<number>, visualization_msgs/MarkerArray on /doo3d/markers."""
+class Ros2(RadiusExport):
+    """Per frame: nav_msgs/Path on /doo3d/chain<number>, visualization_msgs/MarkerArray on /doo3d/markers."""
 
-    what: ClassVar[str] = "ROS 2 bag: nav_msgs/Path per chain, visualization_msgs/MarkerArray"
+    summary: ClassVar[str] = "ROS 2 bag: nav_msgs/Path per chain, visualization_msgs/MarkerArray"
     suffixes: ClassVar[tuple[str, ...]] = ()
-    each: ClassVar[Any] = "capture"
+    file_per: ClassVar[Any] = "capture"
 
-    storage: Literal["mcap", "sqlite3"] = Field("mcap", description="how the bag is stored")
-    frame_id: str | None = Field(None, description="of the headers; by default camera for a camera's coordinates, else map")
-    rate: float = Field(30.0, gt=0, description="frames per second where the capture has no stamps")
+    storage: Literal["mcap", "sqlite3"] = Field("mcap", description="storage of the bag")
+    frame_id: str | None = Field(None, description="frame_id of the headers; default: camera in camera coordinates, else map")
+    rate: float = Field(30.0, gt=0, description="frames per second of a capture without timestamps")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """A folder with metadata.yaml, as ros2 bag has them."""
+        """Write a folder with metadata.yaml, as ros2 bag does."""
         bags, stores = require("rosbags.rosbag2", "bags"), require("rosbags.typesys", "bags")
         store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
         storage = {"mcap": bags.StoragePlugin.MCAP, "sqlite3": bags.StoragePlugin.SQLITE3}[self.storage]
         with bags.Writer(path, version=9, storage_plugin=storage) as bag:
             topics: dict[str, Any] = {}
             for frame, seconds in zip(frames, times(frames, self.rate), strict=True):
-                stamp = round(seconds * NANO)
+                stamp = round(seconds * NS_PER_S)
                 for topic, message in self._messages(store.types, frame, stamp):
                     if topic not in topics:
                         topics[topic] = bag.add_connection(topic, message.__msgtype__, typestore=store)
@@ -47,49 +47,59 @@ class Ros2(Thick):
 
     def _messages(self, types: Any, frame: Detection, stamp: int) -> Iterator[tuple[str, Any]]:
         name = self.frame_id or ("camera" if frame.coordinates == "camera" else "map")
-        time = types["builtin_interfaces/msg/Time"](sec=stamp // NANO, nanosec=stamp % NANO)
+        time = types["builtin_interfaces/msg/Time"](sec=stamp // NS_PER_S, nanosec=stamp % NS_PER_S)
         header = types["std_msgs/msg/Header"](stamp=time, frame_id=name)
-        make = _Maker(types, header)
+        make = _MessageFactory(types, header)
         markers = [make.marker(0, DELETE_ALL, "", 0.0, (0, 0, 0), np.zeros((0, 3)))]
         for label, chain in zip(labels(frame), frame.chains, strict=True):
             yield f"/doo3d/chain{label}", make.path(chain)
             for hidden, color in enumerate(colors(label)):
                 pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)[chain.occluded == bool(hidden)].reshape(-1, 3)
                 if len(pairs):
-                    space = "occluded" if hidden else "seen"
-                    markers.append(make.marker(label, ADD, space, 2 * self.radius_of(chain), color, pairs))
+                    namespace = "occluded" if hidden else "seen"
+                    markers.append(make.marker(label, ADD, namespace, 2 * self.radius_of(chain), color, pairs))
         yield "/doo3d/markers", types["visualization_msgs/msg/MarkerArray"](markers=markers)
 
 
-class _Maker:
-    """Makes messages that share a header."""
+class _MessageFactory:
+    """Makes messages with a common header."""
 
     def __init__(self, types: Any, header: Any) -> None:
         self.types, self.header = types, header
 
-    def point(self, at: Array) -> Any:
-        return self.types["geometry_msgs/msg/Point"](*map(float, at))
+    def point(self, position: Array) -> Any:
+        return self.types["geometry_msgs/msg/Point"](*map(float, position))
 
-    def pose(self, at: Array, turn: Array) -> Any:
-        quaternion = self.types["geometry_msgs/msg/Quaternion"](*map(float, turn))
-        return self.types["geometry_msgs/msg/Pose"](position=self.point(at), orientation=quaternion)
+    def pose(self, position: Array, quaternion: Array) -> Any:
+        orientation = self.types["geometry_msgs/msg/Quaternion"](*map(float, quaternion))
+        return self.types["geometry_msgs/msg/Pose"](position=self.point(position), orientation=orientation)
 
     def path(self, chain: Chain) -> Any:
-        """At each joint a pose whose x axis points along the segment that begins there (at the last, that ends there)."""
-        turns = Rotation.from_matrix(link_frames(chain.joints) @ Z_TO_X).as_quat()
+        """Return a pose at each joint with x along the segment that starts there (at the last joint: ends there)."""
+        quaternions = Rotation.from_matrix(link_frames(chain.joints) @ Z_TO_X).as_quat()
         stamped = self.types["geometry_msgs/msg/PoseStamped"]
         poses = [
-            stamped(header=self.header, pose=self.pose(at, turn))
-            for at, turn in zip(chain.joints, [*turns, turns[-1]], strict=True)
+            stamped(header=self.header, pose=self.pose(joint, quaternion))
+            for joint, quaternion in zip(chain.joints, [*quaternions, quaternions[-1]], strict=True)
         ]
         return self.types["nav_msgs/msg/Path"](header=self.header, poses=poses)
 
-    def marker(self, number: int, action: int, space: str, width: float, color: tuple[int, int, int], points: Floats) -> Any:
-        """A list of lines of `width` m, two points each."""
+    def marker(self, number: int, action: int, namespace: str, width: float, color: tuple[int, int, int], points: Floats) -> Any:
+        """Return a marker with a list of line segments.
+
+        Parameters
+        ----------
+        number : of the chain.
+        action : ADD or DELETE_ALL.
+        namespace : of the marker.
+        width : of the lines, m.
+        color : RGB, 0 to 255.
+        points : (2 L, 3) m, two per line segment.
+        """
         types, zero = self.types, np.zeros(3)
         return types["visualization_msgs/msg/Marker"](
             header=self.header,
-            ns=space,
+            ns=namespace,
             id=number,
             type=LINE_LIST,
             action=action,

@@ -1,4 +1,4 @@
-"""All frames in one table, a row per joint."""
+"""All frames in one table, one row per joint."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ COLUMNS = ["frame", "timestamp", "chain", "id", "closed", "segment_length", "cha
 
 
 class Csv(Export):
-    """Numbers in full, so that they read back bit for bit."""
+    """A table with numbers in full precision, so that reading them back is exact."""
 
-    what: ClassVar[str] = "table of the whole capture, a row per joint"
+    summary: ClassVar[str] = "table of the whole capture, a row per joint"
     suffixes: ClassVar[tuple[str, ...]] = (".csv",)
-    each: ClassVar[Any] = "capture"
-    flat: ClassVar[bool] = True
+    file_per: ClassVar[Any] = "capture"
+    supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """With a head line; an empty field is a value that there is none of."""
+        """Write a table with a header; unknown values are empty fields."""
         axes = "xy" if frames and all(frame.mode == "2d" for frame in frames) else "xyz"
         with path.open("x", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
@@ -32,7 +32,7 @@ class Csv(Export):
 
 
 def _rows(frame: Detection) -> list[list[Any]]:
-    """Of each joint; `occluded` is that of the segment which begins there, empty at the last joint."""
+    """Return a row per joint; `occluded` is of the segment that starts there, empty at the last joint."""
     rows: list[list[Any]] = []
     stamp = None if frame.timestamp is None else float(frame.timestamp)
     for number, chain in enumerate(frame.chains):

@@ -1,4 +1,4 @@
-"""USD: curves with widths, moving with the capture's stamps."""
+"""USD: curves with widths, animated by the timestamps of the capture."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ from pydantic import Field
 
 from ..errors import require
 from ..types import Chain, Detection
-from .base import Thick, colors, labels, times, upright
+from .base import RadiusExport, colors, is_z_up, labels, times
 
 
-class Usd(Thick):
-    """A UsdGeom.BasisCurves per chain, linear, below one Xform that stands the scene upright."""
+class Usd(RadiusExport):
+    """One linear UsdGeom.BasisCurves per chain, below an Xform that makes the scene upright."""
 
-    what: ClassVar[str] = "OpenUSD curves, moving over the capture"
+    summary: ClassVar[str] = "OpenUSD curves, animated over the capture"
     suffixes: ClassVar[tuple[str, ...]] = (".usda", ".usdc", ".usd")
-    each: ClassVar[Any] = "capture"
+    file_per: ClassVar[Any] = "capture"
 
-    rate: float = Field(30.0, gt=0, description="time codes per second; frames per second too where the capture has no stamps")
+    rate: float = Field(30.0, gt=0, description="time codes per second; also frames per second of a capture without timestamps")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """One layer: plain values for a single frame, time samples for several."""
+        """Write one layer: plain values for a single frame, time samples for several."""
         pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", "Sdf", "Vt")}
         stage = pxr["Usd"].Stage.CreateNew(str(path))
         geometry = pxr["UsdGeom"]
-        level = all(upright(frame) for frame in frames)
-        geometry.SetStageUpAxis(stage, geometry.Tokens.z if level and frames else geometry.Tokens.y)
+        z_up = all(is_z_up(frame) for frame in frames)
+        geometry.SetStageUpAxis(stage, geometry.Tokens.z if z_up and frames else geometry.Tokens.y)
         geometry.SetStageMetersPerUnit(stage, 1.0)
         root = geometry.Xform.Define(stage, "/doo3d")
-        if not level:  # a camera's y down, z away becomes y up, z towards the viewer
+        if not z_up:  # a camera's y down, z away becomes y up, z towards the viewer
             root.AddRotateXOp().Set(180.0)
         stage.SetDefaultPrim(root.GetPrim())
-        codes = self._codes(stage, frames)
-        known = sorted({label for frame in frames for label in labels(frame)})
-        for label in known:
-            _curve(pxr, stage, label, [_found(frame, label) for frame in frames], codes, self)
+        codes = self._time_codes(stage, frames)
+        all_labels = sorted({label for frame in frames for label in labels(frame)})
+        for label in all_labels:
+            _curve(pxr, stage, label, [_chain_of(frame, label) for frame in frames], codes, self)
         stage.GetRootLayer().Save()
 
-    def _codes(self, stage: Any, frames: Sequence[Detection]) -> list[float | None]:
-        """The time code of each frame; None, the default time, where there is only one."""
+    def _time_codes(self, stage: Any, frames: Sequence[Detection]) -> list[float | None]:
+        """Return the time code of each frame; None (the default time) for a single frame."""
         stage.SetTimeCodesPerSecond(self.rate)
         stage.SetFramesPerSecond(self.rate)
         if len(frames) < 2:
@@ -55,11 +55,22 @@ class Usd(Thick):
         return list(codes)
 
 
-def _found(frame: Detection, label: int) -> Chain | None:
+def _chain_of(frame: Detection, label: int) -> Chain | None:
     return next((chain for number, chain in zip(labels(frame), frame.chains, strict=True) if number == label), None)
 
 
 def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | None], codes: list[float | None], kind: Usd) -> None:
+    """Define the curve of one chain, at each time code.
+
+    Parameters
+    ----------
+    pxr : modules of OpenUSD by name.
+    stage : the Usd.Stage.
+    label : of the chain.
+    chains : the chain in each frame; None where it is missing.
+    codes : time code of each frame.
+    kind : the format with its options.
+    """
     geometry, vt, types = pxr["UsdGeom"], pxr["Vt"], pxr["Sdf"].ValueTypeNames
     curve = geometry.BasisCurves.Define(stage, f"/doo3d/chain{label}")
     curve.CreateTypeAttr(geometry.Tokens.linear)
@@ -78,7 +89,7 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
             curve.CreateVisibilityAttr().Set(geometry.Tokens.invisible if chain is None else geometry.Tokens.inherited, *when)
         if chain is None:
             continue
-        points = chain.joints[:-1] if ring else chain.joints  # a periodic curve goes back to its first point by itself
+        points = chain.joints[:-1] if ring else chain.joints  # a periodic curve closes itself
         widths = 2 * kind.radii_of(chain)[: len(points)]
         box = np.array([points.min(axis=0) - widths.max() / 2, points.max(axis=0) + widths.max() / 2])
         values = (

@@ -1,6 +1,9 @@
-"""Results on disk: the folder of a run, the JSON file of a detection, the journal, and reading them back."""
+"""Results on disk: the folder of a run, the JSON file of a detection, the journal, and their readers."""
 
 from __future__ import annotations
 
 SUFFIXES = {"json": ".json", "overlay": ".png"}
-"""The files that a run writes for each frame."""
+"""The suffixes of the files that a run writes for each frame."""
+
+MANIFEST, CONFIG, JOURNAL = "manifest.json", "config.yaml", "progress.jsonl"
+"""The names of the files that a run writes once."""

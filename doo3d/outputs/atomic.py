@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Atomic writing: a file is complete or absent, also after a kill."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import os
 import secrets
 from pathlib import Path
 
-PREFIX = ".doo3d-"  # of temporary names; a run that was killed may leave one behind
+PREFIX = ".doo3d-"  # of the names of temporary files; a killed run may leave one behind
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write under a temporary name in the same folder, flush to the disk, then take the name.
+    """Write a file under a temporary name in the same folder, flush it to the disk, then rename it.
 
     Raises
     ------
-    OSError : no room, no permission; what was at `path` before is untouched.
+    OSError : the disk is full or the folder may not be written to; the former file at `path` is untouched.
     """
     temporary = path.parent / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}.tmp"
     try:
@@ -31,5 +31,5 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """The same for text, in UTF-8 with the line ends as they are."""
+    """Write text in UTF-8 with unchanged line ends, as `write_bytes` does."""
     write_bytes(path, text.encode("utf-8"))

@@ -1,4 +1,4 @@
-"""A detection as JSON, schema doo3d/detection/1."""
+"""A detection as JSON, schema doo3d/detection/2."""
 
 from __future__ import annotations
 
@@ -11,27 +11,33 @@ from typing import Any
 from ..errors import InputError, unread_code
 from ..types import Cloud, Detection, Frame, Image
 
-# a list that holds neither lists nor objects nor strings, spread over lines
-_FLAT_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
+# a list of numbers, spread over lines: it holds neither lists nor objects nor strings
+_NUMBER_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
 
 
 def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
-    """`detection.to_dict()` as JSON, in UTF-8."""
+    """Encode `detection.to_dict()` as JSON in UTF-8."""
     return dumps(detection.to_dict()).encode("utf-8")
 
 
 def dumps(value: Any) -> str:
-    """JSON with one line per joint, floats in full, and null for NaN and infinity, which JSON does not have."""
+    """Return JSON text with one line per joint, floats in full precision, and null for NaN and infinity."""
     text = json.dumps(finite(value), indent=1, ensure_ascii=False, allow_nan=False)
-    return _FLAT_LIST.sub(lambda found: "[" + re.sub(r"\n\s+", " ", found.group(1)) + "]", text) + "\n"
+    return _NUMBER_LIST.sub(lambda found: "[" + re.sub(r"\n\s+", " ", found.group(1)) + "]", text) + "\n"
 
 
 def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:
-    """Return the object in a JSON file of one of the schemas; `what` such a file is, with its article.
+    """Read the object in a JSON file.
+
+    Parameters
+    ----------
+    path : the file.
+    schemas : the accepted values of its "schema", the current one first.
+    what : the kind of file in words, with an article, for messages.
 
     Raises
     ------
-    InputError : not there, not JSON, or of none of the schemas.
+    InputError : the file is missing, is not JSON, or has another schema.
     """
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -45,7 +51,7 @@ def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[s
 
 
 def finite(value: Any) -> Any:
-    """The same with None for NaN and infinity."""
+    """Return a copy of nested dicts and lists with None for NaN and infinity."""
     if isinstance(value, dict):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""What is said of each frame of a run, failed ones too: manifest and journal together."""
+"""The status of each frame of a run, failed ones included, from the manifest and the journal."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Array
-from . import SUFFIXES
+from . import JOURNAL, MANIFEST, SUFFIXES
 from .journal import Journal
-from .run_folder import JOURNAL, MANIFEST
 from .run_reader import Results
 
 
 @dataclass(frozen=True)
-class Told:
-    """One frame. error : why it failed; None where it did not. seconds, stages : what it took, s; None and empty where that
-    is not known any more. picture : the file of its picture, which may be gone."""
+class FrameStatus:
+    """The status of one frame.
+
+    name : of the frame. error : the reason of the failure; None for a frame that succeeded. timestamp : s, None if the
+    capture has none. seconds : duration of the frame, s; None if unknown. stages : stage -> duration, s; empty if unknown.
+    picture : path of the frame's picture, which may be missing.
+    """
 
     name: str
     error: str | None
@@ -30,8 +33,8 @@ class Told:
     picture: Path
 
 
-def told(results: Results) -> list[Told]:
-    """Every frame of a finished run, in order.
+def frame_statuses(results: Results) -> list[FrameStatus]:
+    """Return the status of every frame of a finished run, in order.
 
     Raises
     ------
@@ -39,29 +42,30 @@ def told(results: Results) -> list[Told]:
     """
     if not results.manifest.get("finished", True):
         raise InputError(
-            f"{results.path}: the run is not finished; the same doo3d detect goes on where it was", code="run-unfinished"
+            f"{results.path}: the run is not finished; repeat the same doo3d detect command to resume it", code="run-unfinished"
         )
     journal = {str(line.get("name")): line for line in Journal(results.path / JOURNAL).read()}
     try:
-        return [_told(results.path, frame, journal.get(frame["name"], {})) for frame in results.manifest["frames"]]
+        return [_status(results.path, frame, journal.get(frame["name"], {})) for frame in results.manifest["frames"]]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{results.path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
 
 
-def _told(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> Told:
+def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameStatus:
+    """Return the status of one frame from its entry in the manifest and its line of the journal."""
     seconds, stamp = line.get("seconds", frame.get("seconds")), frame.get("timestamp")
-    return Told(
+    return FrameStatus(
         name=str(frame["name"]),
         error=None if frame["status"] == "ok" else str(frame.get("error") or "no reason is given"),
         timestamp=None if stamp is None else float(stamp),
         seconds=None if seconds is None else float(seconds),
-        stages={str(stage): float(taken) for stage, taken in (line.get("stages") or {}).items()},
+        stages={str(stage): float(duration) for stage, duration in (line.get("stages") or {}).items()},
         picture=folder / f"{frame['name']}{SUFFIXES['overlay']}",
     )
 
 
 def read_picture(path: Path) -> Array | None:
-    """(H, W, 3) uint8 BGR; None where there is none, or none that can be read."""
+    """Read an image as (H, W, 3) uint8 BGR; None if the file is missing or unreadable."""
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError:

@@ -1,4 +1,4 @@
-"""What is finished of a run, a line each: only ever added to, so that a run that is killed loses nothing."""
+"""The journal of a run: one line per finished frame, append-only, so that a killed run loses nothing."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from .detection_json import finite
 
 
 class Journal:
-    """A file of lines of JSON. A line counts once it is on the disk whole; half a one at the end is written over."""
+    """A file with one JSON object per line. A line counts once it is complete; an incomplete last line is overwritten."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._size = 0
 
     def read(self) -> list[dict[str, Any]]:
-        """The objects in it, up to the first line that is none."""
-        found: list[dict[str, Any]] = []
+        """Return the objects of the file up to the first line that is not a JSON object."""
+        entries: list[dict[str, Any]] = []
         self._size = 0
         try:
             lines = self.path.read_bytes().splitlines(keepends=True)
         except OSError:
-            return found
+            return entries
         for line in lines:
             try:
                 values = json.loads(line) if line.endswith(b"\n") else None
@@ -32,16 +32,16 @@ class Journal:
                 values = None
             if not isinstance(values, dict):
                 break
-            found.append(values)
+            entries.append(values)
             self._size += len(line)
-        return found
+        return entries
 
     def add(self, values: dict[str, Any]) -> None:
-        """Write one line and flush it to the disk.
+        """Append one line and flush it to the disk.
 
         Raises
         ------
-        OSError : no room, no permission; then it does not count.
+        OSError : the disk is full or the file may not be written to; the line then does not count.
         """
         line = json.dumps(finite(values), ensure_ascii=False).encode("utf-8") + b"\n"
         with self.path.open("r+b" if self.path.exists() else "xb") as file:
@@ -53,6 +53,6 @@ class Journal:
         self._size += len(line)
 
     def remove(self) -> None:
-        """Forget all."""
+        """Delete the file."""
         self.path.unlink(missing_ok=True)
         self._size = 0

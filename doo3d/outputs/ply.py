@@ -1,4 +1,4 @@
-"""Points and lines between them as PLY."""
+"""Points and edges as PLY."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from ..types import Array, Floats, Ints
 
 
 def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
-    """A binary little-endian PLY: points (N, 2 or 3), in 2-D with z = 0, colours (N, 3) uint8 RGB, edges (E, 2)."""
+    """Encode points and edges as binary little-endian PLY.
+
+    Parameters
+    ----------
+    points : (N, 2 or 3); 2-D points get z = 0.
+    colors : (N, 3) uint8 RGB.
+    edges : (E, 2) indices of points.
+    """
     vertices = np.zeros(
         len(points), dtype=[*((name, "<f8") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue"))]
     )

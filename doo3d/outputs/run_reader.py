@@ -1,4 +1,4 @@
-"""Results read back: the folder that `doo3d detect` wrote."""
+"""Reader of the results that `doo3d detect` wrote."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import COORDINATES, FORMER_SCHEMA, SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
+from . import MANIFEST
 from .detection_json import read_object
-from .run_folder import MANIFEST
 
 
 @dataclass(frozen=True)
 class Results:
-    """What became of a capture.
+    """The results of a run.
 
-    path : the folder. manifest : as it is on the disk. frames : of those that are fine, their names, in order.
+    path : the folder. manifest : content of `manifest.json`. frames : names of the frames that succeeded, in order.
     """
 
     path: Path
@@ -28,22 +28,22 @@ class Results:
     frames: tuple[str, ...]
 
     def detections(self) -> Iterator[Detection]:
-        """What was found in each of `frames`, one at a time.
+        """Read the detection of each of `frames`, one at a time.
 
         Raises
         ------
-        InputError : a file of a frame is not there or damaged.
+        InputError : a frame's file is missing or damaged.
         """
         for name in self.frames:
             yield read_detection(self.path / f"{name}.json")
 
 
 def open_results(path: str | Path) -> Results:
-    """The results of a run.
+    """Open the results of a run.
 
     Raises
     ------
-    InputError : there is no manifest of doo3d in the folder, or it is damaged.
+    InputError : the folder has no manifest of doo3d, or a damaged one.
     """
     path = Path(path)
     try:
@@ -53,7 +53,7 @@ def open_results(path: str | Path) -> Results:
         frames = tuple(str(frame["name"]) for frame in manifest["frames"] if frame["status"] == "ok")
     except OSError as error:
         raise InputError(
-            f"{path}: is no folder of results: no {MANIFEST} ({error.strerror}); run doo3d detect", code="results-missing"
+            f"{path}: holds no results: no {MANIFEST} ({error.strerror}); run doo3d detect first", code="results-missing"
         ) from None
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
@@ -61,17 +61,19 @@ def open_results(path: str | Path) -> Results:
 
 
 def read_detection(path: str | Path) -> Detection:
-    """What `doo3d detect` wrote of one frame.
+    """Read the JSON file of one frame, schema doo3d/detection/2 or /1.
 
     Raises
     ------
-    InputError : not there, not JSON, of another schema, or damaged.
+    InputError : the file is missing, is not JSON, has another schema, or is damaged.
     """
     values = read_object(path, (SCHEMA, FORMER_SCHEMA), "a detection")
     try:
         return _detection(values)
     except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
-        raise InputError(f"{path}: something is missing or broken in it ({error!r})", code="results-damaged") from None
+        raise InputError(
+            f"{path}: a value is missing or invalid ({error!r}); run doo3d detect again", code="results-damaged"
+        ) from None
 
 
 def _detection(values: dict[str, Any]) -> Detection:
@@ -83,7 +85,7 @@ def _detection(values: dict[str, Any]) -> Detection:
         coordinates=names[values["coordinates"]],
         frame=str(values["frame"]),
         timestamp=values.get("timestamp"),
-        seconds={stage: float(taken) for stage, taken in values.get("seconds", {}).items()},
+        seconds={stage: float(duration) for stage, duration in values.get("seconds", {}).items()},
         notes=tuple(values.get("notes", ())),
         crossings=tuple(_crossing(crossing) for crossing in values.get("crossings", ())),
     )
@@ -111,4 +113,5 @@ def _crossing(values: dict[str, Any]) -> Crossing:
 
 
 def _confidence(values: dict[str, Any]) -> float:
+    """Return the confidence of a connection or crossing, which doo3d/detection/1 calls "sure"."""
     return float(values["confidence"] if "confidence" in values else values["sure"])

@@ -1,4 +1,4 @@
-"""What to set for a camera and an object: how to tell it by its colour, and the lengths that go with its width."""
+"""Proposals of a configuration for a camera and an object: color ranges, and the lengths that follow from its width."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The box in HSV that takes most of a thing and least of what is round it."""
+"""The HSV box that contains most pixels of an object and few of its background."""
 
 from __future__ import annotations
 
@@ -8,113 +8,128 @@ import numpy as np
 from ..config import HsvRange
 from ..stages.segment.mask_cleanup import remove_small_components
 from ..types import Array, Bools, Floats, Ints
-from .thin_object import DARK, NEUTRAL, Thin, hsv_of
+from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of
 
-SLACK = 0.004
-"""Of the quality of a box, what may be given up for wider bounds: shadows and highlights of other frames."""
+MAX_QUALITY_LOSS = 0.004
+"""Quality of a box that may be given up for wider bounds: they leave room for shadows and highlights of other frames."""
 
-SPARE = 6
-"""Hues by which either bound goes beyond what the thing has here, at most."""
+MAX_HUE_WIDENING = 6
+"""Hues (of 180) by which a bound may exceed the object's hues in this frame."""
 
-NARROW, TIE = 2e-4, 1e-7
-"""What a step of hue, and one of saturation or value, is to add to the quality of a box, or it is left out."""
+HUE_COST, LEVEL_COST = 2e-4, 1e-7
+"""Quality that one more step of hue, or of saturation or value, must gain: narrow boxes win ties."""
 
-DIMMEST, DULLEST = 20, 25
-"""The least value and saturation of a coloured thing: what is darker or greyer has no hue that could be told."""
+MIN_VALUE, MIN_SATURATION = 20, 25
+"""The lowest bounds for an object with a hue: darker or duller pixels have no reliable hue."""
 
-SAMPLE = 400_000
-"""Pixels of the background that are looked at, evenly."""
+MAX_BACKGROUND_PIXELS = 400_000
+"""Background pixels, evenly sampled, that boxes are tested on."""
+
+MAX_ROUNDS = 4
+"""Rounds of the coordinate descent, which usually ends after two."""
 
 
-def fit_range(color: Array, thing: Thin, others: Bools | None = None) -> HsvRange:
-    """The box with the largest share `taken / (thing + background taken)`, and then as wide as costs nothing.
+def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> HsvRange:
+    """Return the HSV box with the best quality, widened as far as that costs little.
 
-    Coordinates in turn, each with all pairs of its bounds. Hues are counted from the thing's own, so that red does not wrap.
+    The quality is hits / (pixels of the object + background pixels in the box). Coordinate descent over hue, saturation and
+    value, each over all pairs of bounds. Hues are shifted so that the object's are at 90: red does not wrap.
 
-    color : (H, W, 3) uint8 RGB. others : (H, W) bool, pixels of neither side, such as other things that are looked for too.
+    Parameters
+    ----------
+    color : (H, W, 3) uint8 RGB.
+    thin : the object.
+    excluded : (H, W) bool, pixels that count as neither side, such as other objects.
     """
     hsv = hsv_of(color)
-    beside = ~thing.mask if others is None else ~thing.mask & ~others
-    own, rest = hsv[thing.mask].astype(int), hsv[beside].astype(int)
-    weight = max(1.0, len(rest) / SAMPLE)
-    rest = rest[:: int(weight)]
-    coloured = bool(np.median(own[:, 1]) > NEUTRAL and np.median(own[:, 2]) > DARK)
-    shift = _shift(own[:, 0])
-    own[:, 0], rest[:, 0] = (own[:, 0] + shift) % 180, (rest[:, 0] + shift) % 180
+    background = ~thin.mask if excluded is None else ~thin.mask & ~excluded
+    inner, outer = hsv[thin.mask].astype(int), hsv[background].astype(int)
+    step = int(max(1.0, len(outer) / MAX_BACKGROUND_PIXELS))
+    outer = outer[::step]
+    has_hue = bool(np.median(inner[:, 1]) > MIN_HUE_SATURATION and np.median(inner[:, 2]) > MIN_HUE_VALUE)
+    shift = _hue_shift(inner[:, 0])
+    inner[:, 0], outer[:, 0] = (inner[:, 0] + shift) % 180, (outer[:, 0] + shift) % 180
     bounds = np.array([[0, 179], [0, 255], [0, 255]])
-    if coloured:
-        bounds[0] = np.percentile(own[:, 0], (2, 98)).astype(int)
-    axes = (0, 1, 2) if coloured else (2, 1)
-    for _ in range(4):
+    if has_hue:
+        bounds[0] = np.percentile(inner[:, 0], (2, 98)).astype(int)
+    axes = (0, 1, 2) if has_hue else (2, 1)
+    for _ in range(MAX_ROUNDS):
         before = bounds.copy()
         for axis in axes:
-            quality = _pairs(own, rest, bounds, axis, float(int(weight)))
+            quality = _qualities(inner, outer, bounds, axis, float(step))
             bounds[axis] = np.unravel_index(int(np.argmax(quality)), quality.shape)
         if (bounds == before).all():
             break
     for axis in axes:
-        quality = _pairs(own, rest, bounds, axis, float(int(weight)))
-        bounds[axis] = _widened(quality, bounds[axis], SPARE if axis == 0 else 256)
-    if coloured:
-        bounds[1:, 0] = np.maximum(bounds[1:, 0], (DULLEST, DIMMEST))
+        quality = _qualities(inner, outer, bounds, axis, float(step))
+        bounds[axis] = _widened(quality, bounds[axis], MAX_HUE_WIDENING if axis == 0 else 256)
+    if has_hue:
+        bounds[1:, 0] = np.maximum(bounds[1:, 0], (MIN_SATURATION, MIN_VALUE))
     low, high = bounds.T
-    hues = ((int(low[0]) - shift) % 180, (int(high[0]) - shift) % 180) if coloured else (0, 179)
+    hues = ((int(low[0]) - shift) % 180, (int(high[0]) - shift) % 180) if has_hue else (0, 179)
     return HsvRange(low=(hues[0], int(low[1]), int(low[2])), high=(hues[1], int(high[1]), int(high[2])))
 
 
-def _shift(hues: Ints) -> int:
-    """What to add to hues so that their middle comes to lie at 90, far from where they wrap."""
-    turn = np.exp(2j * np.pi * hues / 180).mean()
-    return round(90 - float(np.angle(turn)) * 90 / np.pi) % 180
+def _hue_shift(hues: Ints) -> int:
+    """Return the shift of hues that moves their circular mean to 90, far from the wrap at 180."""
+    mean = np.exp(2j * np.pi * hues / 180).mean()
+    return round(90 - float(np.angle(mean)) * 90 / np.pi) % 180
 
 
-def _pairs(own: Ints, rest: Ints, bounds: Ints, axis: int, weight: float) -> Floats:
-    """The quality of the box (low, high) for all pairs of bounds of one axis, the others as they are; 0 of low above high."""
+def _qualities(inner: Ints, outer: Ints, bounds: Ints, axis: int, weight: float) -> Floats:
+    """Return the quality of the box for all pairs (low, high) of bounds of one axis; 0 for low above high.
+
+    Parameters
+    ----------
+    inner, outer : (N, 3) HSV pixels of the object and of the background.
+    bounds : (3, 2), of which those of the other axes apply.
+    axis : 0 hue, 1 saturation, 2 value.
+    weight : background pixels that one of `outer` stands for.
+    """
     counts = []
-    for pixels in (own, rest):
+    for pixels in (inner, outer):
         inside = np.ones(len(pixels), dtype=bool)
         for other in range(3):
             if other != axis:
                 inside &= (pixels[:, other] >= bounds[other, 0]) & (pixels[:, other] <= bounds[other, 1])
         counts.append(np.concatenate(([0], np.cumsum(np.bincount(pixels[inside, axis], minlength=180 if axis == 0 else 256)))))
-    taken, wrong = (count[None, 1:] - count[:-1, None] for count in counts)
-    width = np.subtract.outer(-np.arange(len(taken)), -np.arange(len(taken)))
-    return np.asarray(np.triu(taken / (len(own) + weight * np.maximum(wrong, 0)) - (NARROW if axis == 0 else TIE) * width, 0))
+    hits, false_hits = (count[None, 1:] - count[:-1, None] for count in counts)
+    width = np.subtract.outer(-np.arange(len(hits)), -np.arange(len(hits)))
+    cost = (HUE_COST if axis == 0 else LEVEL_COST) * width
+    return np.asarray(np.triu(hits / (len(inner) + weight * np.maximum(false_hits, 0)) - cost, 0))
 
 
-def _widened(quality: Floats, best: Ints, most: int) -> tuple[int, int]:
-    """Either bound moved outwards, by `most` at most, as long as the quality stays within SLACK of the best."""
+def _widened(quality: Floats, best: Ints, max_steps: int) -> tuple[int, int]:
+    """Return bounds moved outwards by at most `max_steps` while the quality stays within MAX_QUALITY_LOSS of the best."""
     low, high = int(best[0]), int(best[1])
-    enough = float(quality[low, high]) - SLACK
-    start, end = max(0, low - most), min(len(quality) - 1, high + most)
-    while low > start and quality[low - 1, high] >= enough:
+    min_quality = float(quality[low, high]) - MAX_QUALITY_LOSS
+    start, end = max(0, low - max_steps), min(len(quality) - 1, high + max_steps)
+    while low > start and quality[low - 1, high] >= min_quality:
         low -= 1
-    while high < end and quality[low, high + 1] >= enough:
+    while high < end and quality[low, high + 1] >= min_quality:
         high += 1
     return low, high
 
 
-def whole(color: Array, thing: Thin) -> Bools:
-    """The thing with its highlights, which lie within it, and the pixels at its sides that look more like it than like what
-    is round it: (H, W) bool.
-    """
-    around = max(3, 2 * round(thing.half) + 1)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (around, around))
-    solid = remove_small_components(thing.mask, max(2, round(4 * thing.half**2)))
-    reach = 2 * max(1, round(thing.half / 3)) + 1
+def completed_mask(color: Array, thin: ThinObject) -> Bools:
+    """Return the object's mask (H, W) with its highlights and with border pixels that resemble it more than the background."""
+    diameter = max(3, 2 * round(thin.half_width) + 1)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
+    solid = remove_small_components(thin.mask, max(2, round(4 * thin.half_width**2)))
+    reach = 2 * max(1, round(thin.half_width / 3)) + 1
     closed = cv2.morphologyEx(solid.view(np.uint8), cv2.MORPH_CLOSE, disc)
     near = cv2.dilate(closed, np.ones((reach, reach), np.uint8)) > 0
     lab = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2LAB).astype(np.float32)
-    lab[:, :, 0] *= 0.5  # light and shadow say less than colour
-    beyond = (cv2.dilate(near.view(np.uint8), disc) > 0) & ~near
-    side = 4 * around + 1
-    own, ground = (_local_mean(lab, where, side) for where in (solid, beyond))
-    like = np.linalg.norm(lab - own, axis=2) < np.linalg.norm(lab - ground, axis=2)
-    return np.asarray(solid | (near & like))
+    lab[:, :, 0] *= 0.5  # lightness varies with light and shadow, so it counts half
+    around = (cv2.dilate(near.view(np.uint8), disc) > 0) & ~near
+    window = 4 * diameter + 1
+    inner, outer = (_local_mean(lab, mask, window) for mask in (solid, around))
+    resembles = np.linalg.norm(lab - inner, axis=2) < np.linalg.norm(lab - outer, axis=2)
+    return np.asarray(solid | (near & resembles))
 
 
-def _local_mean(values: Array, where: Bools, side: int) -> Array:
-    """The mean (H, W, 3) of values over the chosen pixels in the square of `side` px round each; 0 where there are none."""
-    count = cv2.boxFilter(where.astype(np.float32), -1, (side, side), normalize=False)
-    total = cv2.boxFilter(values * where[:, :, None], -1, (side, side), normalize=False)
+def _local_mean(values: Array, mask: Bools, window: int) -> Array:
+    """Return the mean (H, W, 3) of the values of masked pixels in a square window of `window` px; 0 without any."""
+    count = cv2.boxFilter(mask.astype(np.float32), -1, (window, window), normalize=False)
+    total = cv2.boxFilter(values * mask[:, :, None], -1, (window, window), normalize=False)
     return np.asarray(total / np.maximum(count, 1e-6)[:, :, None])

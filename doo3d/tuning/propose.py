@@ -1,4 +1,4 @@
-"""From one frame, and perhaps places on the object, to a configuration."""
+"""A configuration from one frame, and optionally picks on the object."""
 
 from __future__ import annotations
 
@@ -17,50 +17,63 @@ from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
 from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING
 from ..types import Array, Bools, Cloud, Frame, Image
-from .hsv_range import fit_range, whole
-from .thin_object import Thin, at_pick, by_itself, thin_part
+from .hsv_range import completed_mask, fit_range
+from .thin_object import ThinObject, find_thin_object, object_at, thin_components
 
-WORK = 1_500_000
-"""Pixels of the image in which the thing is looked for; larger ones are made smaller for that."""
+MAX_SEARCH_PIXELS = 1_500_000
+"""Pixels of the image in which the object is searched for; larger images are scaled down."""
 
-ALIKE = 0.5
-"""Share of the pixels of a range that are not the thing, from which on its colour does not tell it."""
+MAX_FALSE_SHARE = 0.5
+"""Share of the pixels of the color ranges that may lie outside the object: above it, the color does not distinguish it."""
 
-SEGMENT = 2.5
-"""Radii of a segment: short enough for the bends of a cable, long enough for its direction to be known."""
+SEGMENT_RADII = 2.5
+"""Length of a segment in radii: short enough for the bends of a cable, long enough for a reliable direction."""
 
-ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+MIN_SEGMENT_SPACINGS = 6
+"""Length of a segment in pixel spacings, at least."""
 
-UNEVEN = 1.7
-"""Times its narrow part that a mask is wide, from which on strands lie side by side in it."""
+ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Mantissas of round numbers."""
 
-NARROW = 3.0
-"""px; what is less wide is found by luck."""
+SIDE_BY_SIDE_RATIO = 1.7
+"""Width of a mask over that of its narrow components, above which strands lie side by side in it."""
 
-OTHERWISE = (
-    "tell it in another way: segment.method=plane where it stands off a surface in the depth, background with an image "
-    "without it (segment.reference), or a mask of your own (doo3d detect --mask)"
+MIN_WIDTH_PX = 3.0
+"""Width below which an object is not found reliably."""
+
+MIN_RECALL, MIN_PRECISION = 0.85, 0.85
+"""Recall and precision of the segmentation below which there is advice."""
+
+MAX_MISSING_DEPTH = 0.3
+"""Share of the object without depth above which there is advice."""
+
+MAX_WIDTH_MARGIN = 0.6
+"""Width of the object over segment.max_width above which max_width is raised to twice the width."""
+
+OTHER_METHODS = (
+    "use another method: segment.method=plane if it stands off a surface in the depth, background with an image "
+    "without it (segment.reference), or your own mask (doo3d detect --mask)"
 )
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """What is proposed for a frame.
+    """A proposed configuration.
 
-    config : the configuration. mask : (H, W) bool, what detection takes with it.
-    thing : (H, W) bool, the thin thing as tuning saw it; None where there is no colour and nothing to compare with.
-    taken : 0 to 1, share of the thing that is taken; besides : 0 to 1, share of what is taken that is not the thing; both None
-    without a thing. width : px; metres : the same in m, None without depth. reasons : dotted key -> why it is as it is.
-    advice : what to do next, a sentence each.
+    config : the configuration. mask : (H, W) bool, the segmentation with it.
+    object_mask : (H, W) bool, the thin object as tuning found it; None without color.
+    recall : 0 to 1, share of the object that is segmented; precision : 0 to 1, share of the segmentation that is the object;
+    both None without `object_mask`. width_px : of the object, px; width_m : the same in m, None without depth.
+    reasons : dotted key -> reason of the proposed value. advice : next steps, a sentence each.
     """
 
     config: Config
     mask: Bools
-    thing: Bools | None
-    taken: float | None
-    besides: float | None
-    width: float
-    metres: float | None
+    object_mask: Bools | None
+    recall: float | None
+    precision: float | None
+    width_px: float
+    width_m: float | None
     reasons: dict[str, str] = field(default_factory=dict)
     advice: tuple[str, ...] = ()
 
@@ -71,50 +84,73 @@ def tune(
     picks: Sequence[tuple[int, int]] = (),
     box: tuple[int, int, int, int] | None = None,
 ) -> Tuned:
-    """Colour ranges, voxel size and segment length for one frame.
+    """Propose color ranges, voxel size and segment length for one frame.
 
     Parameters
     ----------
-    config : what is not proposed stays as it is there.
-    picks : (x, y) px, places on the object; where its colours differ, one on each. box : (x, y, w, h) px that it lies in. Without
-        both it is the longest thin thing that has a colour of its own.
+    data : the frame, or a photograph.
+    config : provides all other values.
+    picks : (x, y) px, pixels on the object, one for each of its colors.
+    box : (x, y, w, h) px around the object. Without picks and box, the object is the longest thin one with a color of its own.
 
     Raises
     ------
-    InputError : a place is outside the image; nothing thin is found there, or no range of colours tells it from the rest; the
-        data is a cloud.
+    InputError : a pick or the box is outside the image; there is no thin object there, or no color range separates it from
+        the background; the data is a cloud.
     """
     if isinstance(data, Cloud):
         raise InputError(
-            "tuning looks at pictures, and a cloud is none: give a frame with depth, or a photograph", code="mode-needs-image"
+            "tuning needs an image, and a cloud has none: give a frame with depth, or a photograph", code="mode-needs-image"
         )
     if isinstance(data, Frame) and config.mode == "2d" and data.color is not None:
         data = Image(data.color, data.name, data.timestamp)
-    things: list[Bools] = []
+    objects: list[Bools] = []
     if data.color is None:
         if picks or box:
             raise InputError(
-                "the frame has no colour that a place in it could tell: leave out --pick and --box", code="method-needs-color"
+                "the frame has no color that a pick or a box could select: leave out --pick and --box", code="method-needs-color"
             )
-        way = resolve_method(data, config.segment)
-        found = config.segment.model_copy(update={"method": way})
-        reasons = {"segment.method": "there is no colour, and this is what the depth calls for"}
+        segmentation = config.segment.model_copy(update={"method": resolve_method(data, config.segment)})
+        reasons = {"segment.method": "there is no color, and this method suits the depth"}
     else:
-        things, ranges = _by_colour(data.color, picks, box)
-        found = config.segment.model_copy(update={"method": "hsv", "ranges": ranges})
-        seen = f"the colours of {len(things)} places" if len(things) > 1 else "the colour of the thin thing"
+        objects, ranges = _find_ranges(data.color, picks, box)
+        segmentation = config.segment.model_copy(update={"method": "hsv", "ranges": ranges})
+        colors = f"the colors at {len(objects)} picks" if len(objects) > 1 else "the color of the thin object"
         reasons = {
-            "segment.method": "the object has a colour of its own",
-            "segment.ranges": f"{seen} from shadow to highlight, as far as the background does not have them too",
+            "segment.method": "the object has a color of its own",
+            "segment.ranges": f"{colors} from shadow to highlight, unless the background has them too",
         }
-    return _measured(data, config, found, things, reasons)
+    return _propose_lengths(data, config, segmentation, objects, reasons)
 
 
-def _by_colour(
+def _find_ranges(
     color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None
 ) -> tuple[list[Bools], tuple[HsvRange, ...]]:
-    """The things (H, W) and the ranges that take them."""
+    """Return the masks (H, W) of the objects and the color ranges that segment them."""
     height, width = color.shape[:2]
+    _check_inside(width, height, picks, box)
+    scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (height * width)))
+    small = color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    candidates = _find_objects(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
+    objects = [ThinObject(completed_mask(small, thin), thin.share, thin.length, thin.half_width) for thin in candidates]
+    ranges = []
+    for i, thin in enumerate(objects):
+        excluded = np.zeros_like(thin.mask)
+        for other in objects[:i] + objects[i + 1 :]:
+            excluded |= other.mask
+        ranges.append(fit_range(small, thin, excluded))
+    segmented, union = in_ranges(small, tuple(ranges)), np.logical_or.reduce([thin.mask for thin in objects])
+    if (segmented & ~union).sum() > MAX_FALSE_SHARE * segmented.sum():
+        raise InputError(
+            f"no color range separates the thin object from the background: {np.mean(segmented & ~union):.0%} of the image has "
+            f"its colors too: {OTHER_METHODS}",
+            code="color-not-distinct",
+        )
+    full = [cv2.resize(thin.mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0 for thin in objects]
+    return full, tuple(ranges)
+
+
+def _check_inside(width: int, height: int, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> None:
     for x, y in picks:
         if not (0 <= x < width and 0 <= y < height):
             raise InputError(f"--pick {x},{y}: is outside the image, which is {width}x{height} px", code="place-outside")
@@ -122,25 +158,6 @@ def _by_colour(
         raise InputError(
             f"--box {','.join(map(str, box))}: is not inside the image, which is {width}x{height} px", code="place-outside"
         )
-    scale = min(1.0, math.sqrt(WORK / (height * width)))
-    small = color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    found = _found(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
-    things = [Thin(whole(small, thing), thing.share, thing.length, thing.half) for thing in found]
-    ranges = []
-    for i, thing in enumerate(things):
-        others = np.zeros_like(thing.mask)
-        for other in things[:i] + things[i + 1 :]:
-            others |= other.mask
-        ranges.append(fit_range(small, thing, others))
-    taken, together = in_ranges(small, tuple(ranges)), np.logical_or.reduce([thing.mask for thing in things])
-    if (taken & ~together).sum() > ALIKE * taken.sum():
-        raise InputError(
-            f"no range of colours tells the thin thing from the rest, {np.mean(taken & ~together):.0%} of the image has its "
-            f"colours too: {OTHERWISE}",
-            code="color-not-distinct",
-        )
-    full = [cv2.resize(thing.mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0 for thing in things]
-    return full, tuple(ranges)
 
 
 def _scaled(box: tuple[int, int, int, int] | None, scale: float) -> tuple[int, int, int, int] | None:
@@ -150,98 +167,119 @@ def _scaled(box: tuple[int, int, int, int] | None, scale: float) -> tuple[int, i
     return x, y, max(w, 1), max(h, 1)
 
 
-def _found(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> list[Thin]:
-    """The things at the picks, each once; or the one in the box or the image."""
+def _find_objects(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> list[ThinObject]:
+    """Return the objects at the picks, each once; without picks the one in the box or the image."""
     if not picks:
-        thing = by_itself(color, box)
-        if thing is None:
-            where = "in the box" if box else "in the image"
+        thin = find_thin_object(color, box)
+        if thin is None:
+            region = "in the box" if box else "in the image"
             raise InputError(
-                f"nothing thin and long {where} has a colour of its own: show it with --pick X,Y, or {OTHERWISE}",
+                f"no thin, long object {region} has a color of its own: select it with --pick X,Y, or {OTHER_METHODS}",
                 code="object-missing",
             )
-        return [thing]
-    things: list[Thin] = []
+        return [thin]
+    objects: list[ThinObject] = []
     for x, y in picks:
-        if any(thing.mask[y, x] for thing in things):
+        if any(thin.mask[y, x] for thin in objects):
             continue
-        at = at_pick(color, (x, y))
-        if at is None:
+        thin = object_at(color, (x, y))
+        if thin is None:
             raise InputError(
-                f"what has the colour at the pick {x},{y} of the image is nothing thin and long: if the pick lies on the "
-                f"background, pick the middle of the object; if not, the background has its colour, so {OTHERWISE}",
+                f"the color at the pick {x},{y} of the image is not that of a thin, long object: if the pick lies on the "
+                f"background, pick the middle of the object; if not, the background has its color, so {OTHER_METHODS}",
                 code="pick-not-thin",
             )
-        things.append(at)
-    return things
+        objects.append(thin)
+    return objects
 
 
-def _measured(data: Frame | Image, config: Config, found: SegmentConfig, things: list[Bools], reasons: dict[str, str]) -> Tuned:
-    """What detection makes of it, and the lengths that go with the width of that."""
-    thing = np.logical_or.reduce(things) if things else None
-    if thing is not None and isinstance(data, Frame) and (metres := 2 * mask_radius(thing, data.depth, data.camera.fx)):
-        if metres > 0.6 * found.max_width:
-            found = found.model_copy(update={"max_width": round(2 * metres, 3)})
-            reasons["segment.max_width"] = f"the object is {1000 * metres:.0f} mm wide"
-    foreground = segment(data, found, None, config.seed).foreground
+def _propose_lengths(
+    data: Frame | Image, config: Config, segmentation: SegmentConfig, objects: list[Bools], reasons: dict[str, str]
+) -> Tuned:
+    """Return the configuration with the lengths that follow from the width of the segmented object.
+
+    Parameters
+    ----------
+    data : the frame or image.
+    config : provides all other values.
+    segmentation : the proposed section `segment`.
+    objects : (H, W) bool each; empty without color.
+    reasons : dotted key -> reason, of the values so far; those of the lengths are added.
+    """
+    object_mask = np.logical_or.reduce(objects) if objects else None
+    if object_mask is not None and isinstance(data, Frame):
+        object_width = 2 * mask_radius(object_mask, data.depth, data.camera.fx)
+        if object_width and object_width > MAX_WIDTH_MARGIN * segmentation.max_width:
+            segmentation = segmentation.model_copy(update={"max_width": round(2 * object_width, 3)})
+            reasons["segment.max_width"] = f"the object is {1000 * object_width:.0f} mm wide"
+    foreground = segment(data, segmentation, None, config.seed).foreground
     if foreground.mask is None or not foreground.mask.any():
-        raise InputError(f"segment: nothing is left of what was found: {OTHERWISE}", code="object-missing")
+        raise InputError(f"segment: nothing is left of the object: {OTHER_METHODS}", code="object-missing")
     mask = foreground.mask
     if isinstance(data, Frame):
         radius = mask_radius(mask, data.depth, data.camera.fx)
-        unit, apart = "m", float(np.median(foreground.points[:, 2])) / data.camera.fx
+        unit, spacing = "m", float(np.median(foreground.points[:, 2])) / data.camera.fx
     else:
-        radius, unit, apart = mask_radius(mask), "px", 1.0
-    length = segment_length(radius, apart)
-    reasons["fit.segment_length"] = f"{length / radius:.1f} radii of what is {_said(2 * radius, unit)} wide"
-    size, reasons["voxelize.size"] = _voxel(mask, radius, apart, config, unit)
-    changed = config.model_copy(
+        radius, unit, spacing = mask_radius(mask), "px", 1.0
+    length = segment_length(radius, spacing)
+    reasons["fit.segment_length"] = f"{length / radius:.1f} radii of an object {_length_text(2 * radius, unit)} wide"
+    size, reasons["voxelize.size"] = _voxel_size(mask, radius, spacing, unit)
+    proposed = config.model_copy(
         update={
-            "segment": found,
+            "segment": segmentation,
             "fit": config.fit.model_copy(update={"segment_length": length}),
             "voxelize": config.voxelize.model_copy(update={"size": size}),
         }
     )
-    taken = float(np.mean(mask[thing])) if thing is not None else None
-    besides = float(np.mean(~thing[mask])) if thing is not None else None
-    width = 2 * mask_radius(mask)
-    advice = _advice(data, mask, width, taken, besides)
-    return Tuned(changed, mask, thing, taken, besides, width, 2 * radius if unit == "m" else None, reasons, advice)
+    recall = float(np.mean(mask[object_mask])) if object_mask is not None else None
+    precision = float(np.mean(object_mask[mask])) if object_mask is not None else None
+    width_px = 2 * mask_radius(mask)
+    advice = _advice(data, mask, width_px, recall, precision)
+    width_m = 2 * radius if unit == "m" else None
+    return Tuned(proposed, mask, object_mask, recall, precision, width_px, width_m, reasons, advice)
 
 
-def segment_length(radius: float, apart: float) -> float:
-    """SEGMENT radii in a round number, and not less than six readings, which are `apart` from each other."""
-    wanted = max(SEGMENT * radius, 6 * apart)
+def segment_length(radius: float, spacing: float) -> float:
+    """Return a round number near SEGMENT_RADII radii, and not below MIN_SEGMENT_SPACINGS pixel spacings."""
+    wanted = max(SEGMENT_RADII * radius, MIN_SEGMENT_SPACINGS * spacing)
     power = 10.0 ** math.floor(math.log10(wanted))
-    return float(f"{min((step * power for step in ROUND), key=lambda step: abs(math.log(step / wanted))):.6g}")
+    return float(f"{min((step * power for step in ROUND_STEPS), key=lambda step: abs(math.log(step / wanted))):.6g}")
 
 
-def _said(length: float, unit: str) -> str:
+def _length_text(length: float, unit: str) -> str:
     return f"{1000 * length:.1f} mm" if unit == "m" else f"{length:.1f} px"
 
 
-def _voxel(mask: Bools, radius: float, apart: float, config: Config, unit: str) -> tuple[float | None, str]:
-    """The size of voxels and why; None where detection chooses well by itself."""
+def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[float | None, str]:
+    """Return the edge of a voxel, m, and the reason; None if the default of detection suits.
+
+    Parameters
+    ----------
+    mask : (H, W) bool.
+    radius : of the object, in the unit.
+    spacing : of neighboring pixels, in the unit.
+    unit : "m" or "px".
+    """
     if unit == "px":
         return None, "in 2-D the pixels are the grid"
-    pixels = mask_radius(mask)
-    narrow = float(np.min([thin_part(mask).half or pixels, pixels]))
-    by_radius, by_spacing = SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart
-    if pixels > UNEVEN * narrow:
-        size = round(max(by_radius * narrow / pixels, by_spacing), 5)
-        return size, "strands lie side by side in the mask: by the width of single ones, which its own width does not tell"
-    why = "half of the radius" if by_radius >= by_spacing else "the pixels lie too far apart for half of the radius"
-    return None, f"detection chooses {_said(max(by_radius, by_spacing), unit)} here, and as it fits in other frames: {why}"
+    radius_px = mask_radius(mask)
+    narrow_px = float(np.min([thin_components(mask).half_width or radius_px, radius_px]))
+    by_radius, by_spacing = SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing
+    if radius_px > SIDE_BY_SIDE_RATIO * narrow_px:
+        size = round(max(by_radius * narrow_px / radius_px, by_spacing), 5)
+        return size, "strands lie side by side in the mask, so the width of single strands decides"
+    why = "half of the radius" if by_radius >= by_spacing else "the pixel spacing is too coarse for half of the radius"
+    return None, f"detection chooses {_length_text(max(by_radius, by_spacing), unit)} in this frame: {why}"
 
 
-def _advice(data: Frame | Image, mask: Bools, width: float, taken: float | None, besides: float | None) -> tuple[str, ...]:
-    said = []
-    if taken is not None and taken < 0.85:
-        said.append("some of it is missed (red in the picture): show a place there with one more --pick")
-    if besides is not None and besides > 0.15:
-        said.append("other things have its colour too (yellow in the picture): keep them out with masks, or out of the view")
-    if width < NARROW:
-        said.append(f"it is only {width:.1f} px wide: go nearer with the camera, or take a higher resolution")
-    if isinstance(data, Frame) and (missing := float(np.mean(data.depth[mask] <= 0))) > 0.3:
-        said.append(f"{missing:.0%} of it has no depth: the way over that is interpolated, light or distance may help")
-    return tuple(said)
+def _advice(data: Frame | Image, mask: Bools, width_px: float, recall: float | None, precision: float | None) -> tuple[str, ...]:
+    sentences = []
+    if recall is not None and recall < MIN_RECALL:
+        sentences.append("part of the object is missed (red in the picture): add one more --pick there")
+    if precision is not None and precision < MIN_PRECISION:
+        sentences.append("other things have its color too (yellow in the picture): exclude them with masks, or from the view")
+    if width_px < MIN_WIDTH_PX:
+        sentences.append(f"the object is only {width_px:.1f} px wide: move the camera closer, or use a higher resolution")
+    if isinstance(data, Frame) and (missing := float(np.mean(data.depth[mask] <= 0))) > MAX_MISSING_DEPTH:
+        sentences.append(f"{missing:.0%} of the object has no depth: its path there is interpolated; change light or distance")
+    return tuple(sentences)

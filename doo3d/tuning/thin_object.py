@@ -1,4 +1,4 @@
-"""The thin, long thing in an image, before anything is known about it but perhaps a place on it."""
+"""The thin, long object in an image, found by its color alone or by a pixel on it."""
 
 from __future__ import annotations
 
@@ -14,148 +14,162 @@ from ..kernels.medial_axis import medial_axis
 from ..stages.segment.methods.hsv import in_ranges
 from ..types import Array, Bools
 
-LONG = 5.0
-"""Widths that a thin thing is long, at least."""
+MIN_ASPECT = 5.0
+"""Length of a thin object, in widths, at least."""
 
-BROAD = 0.09
-"""Of the image's shorter side, the width of what is too broad to be the thing."""
+MAX_WIDTH_SHARE = 0.09
+"""Width of a thin object, as a share of the image's shorter side, at most."""
 
-SHARE = 0.6
-"""Of what has the colour, the least share that has to be thin and long: else the colour is not the thing's own."""
+MIN_THIN_SHARE = 0.6
+"""Share of the pixels of a color that must be thin and long: below it, the color is not the object's alone."""
 
-SNAP = 3
-"""px round a pick of which the colour is taken."""
+PICK_RADIUS_PX = 3
+"""Half the side of the window around a pick from which the color is sampled."""
 
-NEUTRAL = 60
-"""Saturation up to which the hue says nothing."""
+MIN_HUE_SATURATION = 60
+"""Saturation up to which the hue is unreliable."""
 
-DARK = 45
-"""Value up to which the saturation says nothing either."""
+MIN_HUE_VALUE = 45
+"""Value up to which hue and saturation are unreliable."""
+
+MIN_AREA_PX = 30
+"""Pixels of a thin component, at least."""
+
+MIN_DIAGONAL_SHARE = 0.15
+"""Length of an object found by itself, as a share of the searched region's diagonal, at least."""
 
 
 @dataclass(frozen=True)
-class Thin:
-    """What of a mask is thin and long.
+class ThinObject:
+    """The thin and long components of a mask.
 
-    mask : (H, W) bool, those pieces alone. share : 0 to 1, of the mask's pixels. length : px, of all of them together.
-    half : px, half of the usual width.
+    mask : (H, W) bool, these components only. share : 0 to 1, of the original mask's pixels. length : px, total.
+    half_width : px, typical.
     """
 
     mask: Bools
     share: float
     length: float
-    half: float
+    half_width: float
 
 
-def thin_part(mask: Bools) -> Thin:
-    """The pieces (8-connected) of a mask (H, W) that are longer than LONG times their width and not broad."""
-    none = Thin(np.zeros_like(mask), 0.0, 0.0, 0.0)
+def thin_components(mask: Bools) -> ThinObject:
+    """Return the 8-connected components of a mask (H, W) that are at least MIN_ASPECT times as long as wide, and not broad."""
+    none = ThinObject(np.zeros_like(mask), 0.0, 0.0, 0.0)
     if not mask.any():
         return none
     count, label, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
     rows, columns, inside = medial_axis(mask.copy())
-    owner, half = label[rows, columns], np.maximum(inside - 0.5, 0.5)
-    total = np.bincount(owner, half, count)
-    usual = np.bincount(owner, half * half, count) / np.maximum(total, 1e-9)
+    component, half = label[rows, columns], np.maximum(inside - 0.5, 0.5)
+    total = np.bincount(component, half, count)
+    typical = np.bincount(component, half * half, count) / np.maximum(total, 1e-9)
     widest = np.zeros(count)
-    np.maximum.at(widest, owner, half)
+    np.maximum.at(widest, component, half)
     area = stats[:, cv2.CC_STAT_AREA]
-    length = area / np.maximum(2 * usual, 1)
-    limit = BROAD * min(mask.shape) / 2
-    good = (length > LONG * 2 * usual) & (usual < limit) & (widest < 2 * limit) & (widest < 5 * usual + 2) & (area >= 30)
-    good[0] = False
-    if not good.any():
+    length = area / np.maximum(2 * typical, 1)
+    limit = MAX_WIDTH_SHARE * min(mask.shape) / 2
+    is_narrow = (typical < limit) & (widest < 2 * limit) & (widest < 5 * typical + 2)
+    chosen = (length > MIN_ASPECT * 2 * typical) & is_narrow & (area >= MIN_AREA_PX)
+    chosen[0] = False
+    if not chosen.any():
         return none
-    half_width = median_half_width(half[good[owner]])
-    good &= (usual > 0.4 * half_width) & (usual < 2.5 * half_width)
-    return Thin(good[label], float(area[good].sum() / area[1:].sum()), float(length[good].sum()), half_width)
+    half_width = median_half_width(half[chosen[component]])
+    chosen &= (typical > 0.4 * half_width) & (typical < 2.5 * half_width)
+    return ThinObject(chosen[label], float(area[chosen].sum() / area[1:].sum()), float(length[chosen].sum()), half_width)
 
 
 def hsv_of(color: Array) -> Array:
-    """(H, W, 3) uint8 RGB -> OpenCV's 8-bit HSV."""
+    """Return OpenCV's 8-bit HSV of (H, W, 3) uint8 RGB."""
     return np.asarray(cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV))
 
 
-def at_pick(color: Array, pick: tuple[int, int]) -> Thin | None:
-    """The thin thing that lies at a place (x, y) px, by its colour there; None where what has it is nothing thin."""
+def object_at(color: Array, pick: tuple[int, int]) -> ThinObject | None:
+    """Return the thin object at a pixel (x, y), found by the color there; None if that color is not of a thin object."""
     x, y = pick
-    near = (slice(max(y - SNAP, 0), y + SNAP + 1), slice(max(x - SNAP, 0), x + SNAP + 1))
-    closer = (slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2))
-    here = np.zeros(color.shape[:2], dtype=bool)
-    here[near] = True
+    wide = (slice(max(y - PICK_RADIUS_PX, 0), y + PICK_RADIUS_PX + 1), slice(max(x - PICK_RADIUS_PX, 0), x + PICK_RADIUS_PX + 1))
+    narrow = (slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2))
+    region = np.zeros(color.shape[:2], dtype=bool)
+    region[wide] = True
     hsv = hsv_of(color)
-    found = [_own(color, hsv[place].reshape(-1, 3), here) for place in (closer, near)]
-    return max((each for each in found if each is not None), key=_worth, default=None)
+    candidates = [_object_of_color(color, hsv[window].reshape(-1, 3), region) for window in (narrow, wide)]
+    return max((each for each in candidates if each is not None), key=_rating, default=None)
 
 
-def _own(color: Array, pixels: Array, here: Bools) -> Thin | None:
-    """The thin thing of the colour of a few HSV pixels (N, 3), their duller half left out, that passes through `here`."""
-    sharp = pixels[np.argsort(pixels[:, 1], kind="stable")][len(pixels) // 2 :].astype(int)
-    found = [thin_part(in_ranges(color, (box,))) for box in _about(sharp)]
-    good = [each for each in found if each.share >= SHARE and (each.mask & here).any()]
-    return max(good, key=_worth, default=None)
+def _object_of_color(color: Array, pixels: Array, region: Bools) -> ThinObject | None:
+    """Return the best thin object through a region (H, W) with the color of the more saturated half of HSV pixels (N, 3)."""
+    saturated = pixels[np.argsort(pixels[:, 1], kind="stable")][len(pixels) // 2 :].astype(int)
+    candidates = [thin_components(in_ranges(color, (box,))) for box in _boxes_around(saturated)]
+    suitable = [each for each in candidates if each.share >= MIN_THIN_SHARE and (each.mask & region).any()]
+    return max(suitable, key=_rating, default=None)
 
 
-def by_itself(color: Array, within: tuple[int, int, int, int] | None = None) -> Thin | None:
-    """The longest thin thing whose colour is its own, of the image or of a box (x, y, w, h) px of it; None where there is none.
+def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = None) -> ThinObject | None:
+    """Return the best thin object with a color of its own; None if there is none.
 
-    What has a colour goes before what is only darker or brighter: shadows are that too.
+    Objects with a hue are preferred to merely dark or bright ones, which shadows are as well.
+
+    Parameters
+    ----------
+    color : (H, W, 3) uint8 RGB.
+    region : (x, y, w, h) px to search in; None: the whole image.
     """
     height, width = color.shape[:2]
-    x, y, w, h = within or (0, 0, width, height)
+    x, y, w, h = region or (0, 0, width, height)
     part = color[y : y + h, x : x + w]
-    least = 0.15 * np.hypot(*part.shape[:2])
-    for boxes in (_coloured(part), _neutral()):
-        found = [thin_part(in_ranges(part, (box,))) for box in boxes]
-        found = [each for each in found if each.share >= SHARE and each.length >= least]
-        if found:
-            best = max(found, key=_worth)
-            closer = _own(part, hsv_of(part)[best.mask], best.mask)
-            best = closer if closer is not None and closer.length > 0.7 * best.length else best
+    min_length = MIN_DIAGONAL_SHARE * np.hypot(*part.shape[:2])
+    for boxes in (_hue_boxes(part), _neutral_boxes()):
+        candidates = [thin_components(in_ranges(part, (box,))) for box in boxes]
+        candidates = [each for each in candidates if each.share >= MIN_THIN_SHARE and each.length >= min_length]
+        if candidates:
+            best = max(candidates, key=_rating)
+            refined = _object_of_color(part, hsv_of(part)[best.mask], best.mask)
+            best = refined if refined is not None and refined.length > 0.7 * best.length else best
             mask = np.zeros((height, width), dtype=bool)
             mask[y : y + h, x : x + w] = best.mask
-            return Thin(mask, best.share, best.length, best.half)
+            return ThinObject(mask, best.share, best.length, best.half_width)
     return None
 
 
-def _worth(found: Thin) -> float:
-    return float(found.length * found.half**0.5 * found.share**3)
+def _rating(candidate: ThinObject) -> float:
+    """Rate a candidate: long ones, and those that are alone in having the color, are better."""
+    return float(candidate.length * candidate.half_width**0.5 * candidate.share**3)
 
 
-def _about(pixels: Array) -> Iterator[HsvRange]:
-    """Boxes about the colours of a few pixels (N, 3), from wide to narrow."""
+def _boxes_around(pixels: Array) -> Iterator[HsvRange]:
+    """Yield HSV boxes around the colors of a few HSV pixels (N, 3), from wide to narrow."""
     saturation, value = (int(np.median(pixels[:, i])) for i in (1, 2))
-    if saturation > NEUTRAL and value > DARK:
-        hue = _middle_hue(pixels[:, 0])
+    if saturation > MIN_HUE_SATURATION and value > MIN_HUE_VALUE:
+        hue = _mean_hue(pixels[:, 0])
         for half in (12, 8, 5):
             for share in (0.45, 0.6, 0.75):
                 low = (round(hue - half) % 180, int(share * saturation), int(0.25 * value))
                 yield HsvRange(low=low, high=(round(hue + half) % 180, 255, 255))
-    if saturation <= 2 * NEUTRAL or value <= 2 * DARK:
-        top = 255 if value <= 2 * DARK else min(255, saturation + 40)
+    if saturation <= 2 * MIN_HUE_SATURATION or value <= 2 * MIN_HUE_VALUE:
+        max_saturation = 255 if value <= 2 * MIN_HUE_VALUE else min(255, saturation + 40)
         for half in (50, 30, 18):
             low_value = 0 if value < 110 else value - half
-            yield HsvRange(low=(0, 0, low_value), high=(179, top, 255 if value > 200 else min(255, value + half)))
+            yield HsvRange(low=(0, 0, low_value), high=(179, max_saturation, 255 if value > 200 else min(255, value + half)))
 
 
-def _middle_hue(hues: Sequence[int] | Array) -> float:
-    turn = np.exp(2j * np.pi * np.asarray(hues, dtype=float) / 180).mean()
-    return float(np.angle(turn) * 90 / np.pi) % 180
+def _mean_hue(hues: Sequence[int] | Array) -> float:
+    """Return the circular mean of hues, 0 to 180."""
+    mean = np.exp(2j * np.pi * np.asarray(hues, dtype=float) / 180).mean()
+    return float(np.angle(mean) * 90 / np.pi) % 180
 
 
-def _coloured(color: Array) -> Iterator[HsvRange]:
-    """Boxes of one hue each, of those hues that the image has."""
+def _hue_boxes(color: Array) -> Iterator[HsvRange]:
+    """Yield boxes of one hue each, for the hues that the image has."""
     hsv = hsv_of(color).reshape(-1, 3)
-    for least in (60, 90, 130, 180):
-        counts = np.bincount(hsv[(hsv[:, 1] >= least) & (hsv[:, 2] > 30), 0], minlength=180)
+    for min_saturation in (60, 90, 130, 180):
+        counts = np.bincount(hsv[(hsv[:, 1] >= min_saturation) & (hsv[:, 2] > 30), 0], minlength=180)
         for hue in range(0, 180, 6):
             share = counts[np.arange(hue - 9, hue + 10) % 180].sum() / len(hsv)
             if 5e-4 < share < 0.3:
-                yield HsvRange(low=((hue - 9) % 180, least, 30), high=((hue + 9) % 180, 255, 255))
+                yield HsvRange(low=((hue - 9) % 180, min_saturation, 30), high=((hue + 9) % 180, 255, 255))
 
 
-def _neutral() -> Iterator[HsvRange]:
-    """Boxes of what is dark, and of what is bright, whatever its hue."""
+def _neutral_boxes() -> Iterator[HsvRange]:
+    """Yield boxes of dark pixels, and of bright ones, of any hue."""
     for value in (40, 60, 85):
         yield HsvRange(low=(0, 0, 0), high=(179, 255, value))
     for value in (180, 205, 230):

@@ -10,11 +10,10 @@ import numpy as np
 from ..types import Array, Floats, Frame
 from .backdrop import backdrop_of
 from .canvas import Canvas
-from .palette import CHAINS, DARK, LIGHT, Rgb
+from .palette import CHAINS, DARK, LIGHT, UNIT_PX, Rgb
 
 SOLID, FLAT = CHAINS[0], CHAINS[1]
 MARK: Rgb = (255, 60, 60)
-_UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _CIRCLE = 14.0  # px at unit size: the least radius of a circle
 
 
@@ -34,7 +33,7 @@ def draw_comparison(
     """
     image = backdrop_of(data).image
     height, width = image.shape[:2]
-    unit = max(1.0, float(np.sqrt(height * width)) / _UNIT)
+    unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
     canvas = Canvas(height, width)
     for at, tolerance in places:
         radius = max(_CIRCLE * unit, 2.5 * tolerance)

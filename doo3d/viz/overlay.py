@@ -9,9 +9,8 @@ from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .backdrop import backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, bridges
-from .palette import DARK, LIGHT, Rgb, chain_color
+from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color
 
-_UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _CAPTIONS = 8  # chains that have a line of their own in the caption
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 
@@ -37,7 +36,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     if detection.mode == "2d":
         backdrop = planar_backdrop(backdrop.image)
     height, width = backdrop.image.shape[:2]
-    unit = max(1.0, np.sqrt(height * width) / _UNIT)
+    unit = max(1.0, np.sqrt(height * width) / UNIT_PX)
     strands = [Strand.of(chain, backdrop, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
@@ -77,7 +76,7 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     if len(lines) > _CAPTIONS:
         lines = [*lines[: _CAPTIONS - 1], f"and {len(lines) - _CAPTIONS + 1} more"]
     height, width = image.shape[:2]
-    size = max(0.36, 0.42 * float(np.sqrt(height * width)) / _UNIT)
+    size = max(0.36, 0.42 * float(np.sqrt(height * width)) / UNIT_PX)
     (_, tall), _ = cv2.getTextSize("0", _FONT, size, 1)
     wide = max(cv2.getTextSize(line, _FONT, size, 1)[0][0] for line in lines)
     pad, row = tall, round(2.1 * tall)

@@ -1,4 +1,4 @@
-"""The colours of chains: far apart from each other, for colour-blind eyes too, and bright on any image."""
+"""The colors of chains: distinct, also for color-blind readers, and bright on any image."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ CHAINS: tuple[Rgb, ...] = (
     (0, 224, 164),
     (255, 86, 86),
 )
-_GOLDEN = 0.618034  # of a turn of hue from one further chain to the next: never close to one just used
+_HUE_STEP = 0.618034  # golden ratio, in turns of hue between consecutive chains: never close to a recent one
+
+UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit width; larger pictures have wider lines
 
 
 def chain_color(index: int) -> Rgb:
-    """The colour of the chain `index`, RGB; beyond the hand-picked ones, hues a golden section apart."""
+    """Return the RGB color of the chain `index`: hand-picked for the first, then hues a golden ratio apart."""
     if index < len(CHAINS):
         return CHAINS[index]
-    red, green, blue = colorsys.hls_to_rgb((index * _GOLDEN) % 1.0, 0.62, 0.95)
+    red, green, blue = colorsys.hls_to_rgb((index * _HUE_STEP) % 1.0, 0.62, 0.95)
     return round(red * 255), round(green * 255), round(blue * 255)

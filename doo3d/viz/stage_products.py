@@ -10,9 +10,8 @@ import numpy as np
 from ..types import Array, Bools, Floats, Ints
 from .backdrop import Backdrop
 from .canvas import Canvas
-from .palette import DARK, LIGHT
+from .palette import DARK, LIGHT, UNIT_PX
 
-_UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
 _DIM = 0.45  # of the image's brightness that is left beneath what is drawn
 
 
@@ -35,7 +34,7 @@ class Product:
 def draw_product(backdrop: Backdrop, product: Product) -> Array:
     """The backdrop, dimmed, with the product over it: (H, W, 3) uint8 RGB."""
     height, width = backdrop.image.shape[:2]
-    unit = max(1.0, float(np.sqrt(height * width)) / _UNIT)
+    unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
     picture = np.asarray(np.rint(backdrop.image * _DIM), dtype=np.uint8)
     if product.mask is not None and product.mask.shape == (height, width):
         picture[product.mask] = backdrop.image[product.mask]

@@ -1,4 +1,4 @@
-"""The picture of what a configuration takes of an image: what of the object, what it misses, and what besides."""
+"""The picture of a segmentation beside the object: hits, misses and false hits in colors."""
 
 from __future__ import annotations
 
@@ -6,39 +6,41 @@ import cv2
 import numpy as np
 
 from ..types import Array, Bools
-from .palette import DARK, LIGHT, Rgb
+from .palette import DARK, LIGHT, UNIT_PX, Rgb
 
-TAKEN: Rgb = (60, 220, 90)
+SEGMENTED: Rgb = (60, 220, 90)
 MISSED: Rgb = (255, 50, 50)
-BESIDES: Rgb = (255, 222, 60)
-_UNIT = 700.0  # px: the root of the picture's area for which lines have their unit width
-_TINT = 0.55
+OTHER: Rgb = (255, 222, 60)
+TINT = 0.55  # share of the color over the image
 
 
-def draw_tuned(image: Array, mask: Bools, thing: Bools | None) -> Array:
-    """The image, greyed, with what is taken in green, what of the thing is missed in red, and what is taken besides in yellow.
+def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
+    """Draw a segmentation over the grayed image.
+
+    Segmented pixels of the object are green, missed ones red, segmented pixels beside the object yellow.
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB. mask : (H, W) bool, what is taken.
-    thing : (H, W) bool, the object; None where that is not known, and all that is taken is green.
+    image : (H, W, 3) uint8 RGB.
+    mask : (H, W) bool, the segmentation.
+    object_mask : (H, W) bool, the object; None if unknown: the whole segmentation is green.
 
     Returns
     -------
     (H, W, 3) uint8 RGB.
     """
-    grey = cv2.cvtColor(cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
-    picture: Array = np.rint(0.55 * grey + 0.25 * image).astype(np.uint8)
-    parts = [("taken", TAKEN, mask if thing is None else mask & thing)]
-    if thing is not None:
-        parts += [("missed", MISSED, thing & ~mask), ("besides", BESIDES, mask & ~thing)]
-    for _, color, where in parts:
-        picture[where] = np.rint((1 - _TINT) * image[where] + _TINT * np.array(color)).astype(np.uint8)
-    unit = max(1.0, float(np.sqrt(picture.shape[0] * picture.shape[1])) / _UNIT)
+    gray = cv2.cvtColor(cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
+    picture: Array = np.rint(0.55 * gray + 0.25 * image).astype(np.uint8)
+    parts = [("segmented", SEGMENTED, mask if object_mask is None else mask & object_mask)]
+    if object_mask is not None:
+        parts += [("missed", MISSED, object_mask & ~mask), ("other", OTHER, mask & ~object_mask)]
+    for _, color, region in parts:
+        picture[region] = np.rint((1 - TINT) * image[region] + TINT * np.array(color)).astype(np.uint8)
+    unit = max(1.0, float(np.sqrt(picture.shape[0] * picture.shape[1])) / UNIT_PX)
     row = round(20 * unit)
     if picture.shape[1] < 10 * row or picture.shape[0] < 5 * row:
         return picture
-    cv2.rectangle(picture, (0, 0), (5 * row, round((len(parts) + 0.4) * row)), DARK, -1)
+    cv2.rectangle(picture, (0, 0), (round(5.5 * row), round((len(parts) + 0.4) * row)), DARK, -1)
     for i, (text, color, _) in enumerate(parts):
         base = round((i + 0.95) * row)
         cv2.rectangle(picture, (round(0.3 * row), base - row // 2), (round(0.8 * row), base), color, -1)

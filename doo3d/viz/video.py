@@ -12,24 +12,25 @@ import numpy as np
 
 from ..errors import InputError
 from ..outputs.atomic import PREFIX
-from ..outputs.frame_status import Told, read_picture, told
+from ..outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ..outputs.run_reader import Results
 from ..types import Array
 from .palette import DARK, LIGHT, Rgb
 
 CODECS = ("mp4v", "avc1", "vp09")
-FPS = 10.0  # where there are no stamps to take it from
-_LIMITS = (1.0, 60.0)  # frames per second taken from stamps
-_SIZE = (640, 480)  # px, where there is no picture at all to take it from
+DEFAULT_FPS = 10.0  # without timestamps
+_FPS_LIMITS = (1.0, 60.0)  # of a rate from timestamps
+_DEFAULT_SIZE = (640, 480)  # px, without any picture
 _FAILED: Rgb = (255, 120, 110)
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 
 @dataclass(frozen=True)
 class Video:
-    """What was written.
+    """Figures of a written video.
 
-    frames : in it. failed : of the run, shown or left out. fps : frames per second. size : (width, height) px.
+    frames : in the video. failed : failed frames of the run, shown or skipped. fps : frames per second.
+    size : (width, height) px.
     """
 
     frames: int
@@ -44,100 +45,100 @@ def write_video(
     fps: float | None = None,
     codec: str = "mp4v",
     skip_failed: bool = False,
-    watch: Callable[[list[Told]], Iterable[Told]] = iter,
+    with_progress: Callable[[list[FrameStatus]], Iterable[FrameStatus]] = iter,
 ) -> Video:
-    """Write the pictures of a run one after the other.
+    """Write the pictures of a run as a video.
 
-    The size is that of the first picture; others are made to fit, with black beside or above. A frame that failed is a dark
-    picture with its name and reason.
+    The size is that of the first picture; pictures of another size are letterboxed. A failed frame is a dark picture with its
+    name and reason.
 
     Parameters
     ----------
-    results : of a finished run. path : the file, MP4.
-    fps : frames per second; None: the median of what the stamps say, 10 without them.
-    codec : mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to make), or avc1 (H.264, which not every OpenCV can make).
-    skip_failed : leave frames that failed out. watch : goes through the frames, for a progress bar.
+    results : of a finished run.
+    path : the MP4 file.
+    fps : frames per second; None: from the median step of the timestamps, 10 without them.
+    codec : mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to encode), or avc1 (H.264, which not every OpenCV encodes).
+    skip_failed : omit failed frames.
+    with_progress : wraps the list of frames, for a progress bar.
 
     Raises
     ------
-    InputError : there is nothing to show, a picture is gone, the codec is not there, or the file cannot be written.
+    InputError : there is no frame to show, a picture is missing, the codec is not available, or the file cannot be written.
     """
     if codec not in CODECS:
-        raise InputError(f"codec {codec}: there are {', '.join(CODECS)}", code="choice-unknown")
+        raise InputError(f"codec {codec}: unknown, choose one of {', '.join(CODECS)}", code="choice-unknown")
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps {fps}: expected a number above zero", code="value-out-of-bounds")
-    every = told(results)
-    frames = [frame for frame in every if not (skip_failed and frame.error is not None)]
+    statuses = frame_statuses(results)
+    frames = [frame for frame in statuses if not (skip_failed and frame.error is not None)]
     if not frames:
         raise InputError(f"{results.path}: holds no frame to show", code="results-empty")
-    fps = fps or _fps([frame.timestamp for frame in every])
+    fps = fps or _rate([frame.timestamp for frame in statuses])
     size = _size(frames)
     temporary = path.absolute().parent / f"{PREFIX}{path.stem}.mp4"
     try:
-        _write(frames, temporary, fps, codec, size, watch)
+        _write(frames, temporary, fps, codec, size, with_progress)
         temporary.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
     finally:
         temporary.unlink(missing_ok=True)
-    return Video(len(frames), sum(frame.error is not None for frame in every), fps, size)
+    return Video(len(frames), sum(frame.error is not None for frame in statuses), fps, size)
 
 
 def _write(
-    frames: list[Told],
+    frames: list[FrameStatus],
     path: Path,
     fps: float,
     codec: str,
     size: tuple[int, int],
-    watch: Callable[[list[Told]], Iterable[Told]],
+    with_progress: Callable[[list[FrameStatus]], Iterable[FrameStatus]],
 ) -> None:
     with path.open("wb"):
-        pass  # a folder that may not be written to is an OSError, of which OpenCV says nothing
+        pass  # raises OSError in a read-only folder, where OpenCV fails silently
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
     try:
         if not writer.isOpened():
             raise InputError(
-                f"codec {codec}: this OpenCV cannot make it; mp4v (--codec mp4v) is always there", code="codec-unsupported"
+                f"codec {codec}: this OpenCV cannot encode it; use --codec mp4v",
+                code="codec-unsupported",
             )
-        for frame in watch(frames):
+        for frame in with_progress(frames):
             writer.write(_picture(frame, size))
     finally:
         writer.release()
 
 
-def _picture(frame: Told, size: tuple[int, int]) -> Array:
-    """(H, W, 3) uint8 BGR."""
+def _picture(frame: FrameStatus, size: tuple[int, int]) -> Array:
+    """Return the picture of a frame, (H, W, 3) uint8 BGR."""
     if frame.error is not None:
         return failed_card(frame.name, frame.error, size)
     picture = read_picture(frame.picture)
     if picture is None:
-        raise InputError(
-            f"{frame.picture}: is gone or damaged, and the video is made from it; run doo3d detect again", code="picture-missing"
-        )
+        raise InputError(f"{frame.picture}: is missing or damaged; run doo3d detect again", code="picture-missing")
     return letterboxed(picture, size)
 
 
-def _size(frames: list[Told]) -> tuple[int, int]:
-    """(width, height) px of the first picture, less a pixel where that is odd: codecs want them even."""
+def _size(frames: list[FrameStatus]) -> tuple[int, int]:
+    """Return (width, height) px of the first picture, rounded down to even numbers, which codecs require."""
     for frame in frames:
         if frame.error is None and (picture := read_picture(frame.picture)) is not None:
             height, width = picture.shape[:2]
             return max(2, width - width % 2), max(2, height - height % 2)
-    return _SIZE
+    return _DEFAULT_SIZE
 
 
-def _fps(stamps: Sequence[float | None]) -> float:
-    """From the median step between stamps that grow."""
-    known = [stamp for stamp in stamps if stamp is not None]
-    steps = np.diff(known)
+def _rate(timestamps: Sequence[float | None]) -> float:
+    """Return frames per second from the median positive step of timestamps in s."""
+    steps = np.diff([stamp for stamp in timestamps if stamp is not None])
     steps = steps[steps > 0]
     if not len(steps):
-        return FPS
-    return float(np.clip(round(1 / float(np.median(steps)), 2), *_LIMITS))
+        return DEFAULT_FPS
+    return float(np.clip(round(1 / float(np.median(steps)), 2), *_FPS_LIMITS))
 
 
 def letterboxed(picture: Array, size: tuple[int, int]) -> Array:
-    """(H, W, 3) uint8 -> (height, width, 3) of `size` (width, height): as large as fits, black round it."""
+    """Return a picture (H, W, 3) uint8 scaled to fit into `size` (width, height) px, with black bars."""
     width, height = size
     if picture.shape[:2] in ((height, width), (height + 1, width), (height, width + 1), (height + 1, width + 1)):
         return np.ascontiguousarray(picture[:height, :width])
@@ -145,19 +146,19 @@ def letterboxed(picture: Array, size: tuple[int, int]) -> Array:
     inner = (min(width, max(1, round(picture.shape[1] * scale))), min(height, max(1, round(picture.shape[0] * scale))))
     sheet = np.zeros((height, width, 3), np.uint8)
     left, top = (width - inner[0]) // 2, (height - inner[1]) // 2
-    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-    sheet[top : top + inner[1], left : left + inner[0]] = cv2.resize(picture, inner, interpolation=way)
+    interpolation = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    sheet[top : top + inner[1], left : left + inner[0]] = cv2.resize(picture, inner, interpolation=interpolation)
     return sheet
 
 
 def failed_card(name: str, reason: str, size: tuple[int, int]) -> Array:
-    """(height, width, 3) uint8 BGR: a dark picture that says which frame failed, and why; as much of it as there is room for."""
+    """Return a dark picture (height, width, 3) uint8 BGR with the name of a failed frame and the reason, cut to fit."""
     width, height = size
     sheet = np.full((height, width, 3), DARK[::-1], np.uint8)
     text_size = max(0.3, 0.9 * min(width, 1.5 * height) / 1280)
-    (letter, tall), _ = cv2.getTextSize("n", _FONT, text_size, 1)
-    row, margin = round(2.6 * tall), width // 16
-    columns = max(8, (width - 2 * margin) // max(1, letter))
+    (letter_width, letter_height), _ = cv2.getTextSize("n", _FONT, text_size, 1)
+    row, margin = round(2.6 * letter_height), width // 16
+    columns = max(8, (width - 2 * margin) // max(1, letter_width))
     lines = [
         f"{name}: failed",
         *textwrap.wrap(reason, columns, max_lines=max(1, (height - 2 * margin) // row - 1), placeholder=" ..."),
@@ -165,7 +166,7 @@ def failed_card(name: str, reason: str, size: tuple[int, int]) -> Array:
     top = max(row, (height - row * len(lines)) // 2)
     for i, line in enumerate(lines):
         color = (_FAILED if not i else LIGHT)[::-1]
-        # the font has ASCII alone
-        plain = line.encode("ascii", "replace").decode()
-        cv2.putText(sheet, plain, (margin, top + i * row), _FONT, text_size, color, 1, cv2.LINE_AA)
+        # the font has only ASCII
+        ascii_text = line.encode("ascii", "replace").decode()
+        cv2.putText(sheet, ascii_text, (margin, top + i * row), _FONT, text_size, color, 1, cv2.LINE_AA)
     return sheet

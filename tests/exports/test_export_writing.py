@@ -96,7 +96,9 @@ def test_the_same_bytes_every_time_and_nothing_else_is_left(tmp_path, name):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         doo3d.export(
-            capture(), name, tmp_path / folder / (target(tmp_path, name).name if export_class(name).each == "capture" else "x")
+            capture(),
+            name,
+            tmp_path / folder / (target(tmp_path, name).name if export_class(name).file_per == "capture" else "x"),
         )
     first, second = digests(tmp_path / "a"), digests(tmp_path / "b")
     assert first == second
@@ -245,5 +247,5 @@ def test_the_list_names_every_format_and_option(doo3d):
     assert code == 0
     for name in FORMATS:
         kind = export_class(name)
-        assert f"{name:<6} {kind.what}" in out
+        assert f"{name:<6} {kind.summary}" in out
         assert all(f"  {key}" in out for key in kind.model_fields)

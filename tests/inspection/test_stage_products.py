@@ -1,4 +1,4 @@
-"""detect --stages and view: files that the libraries of their formats open, and what is in them."""
+"""detect --debug-frame and view: files that the libraries of their formats open, and what is in them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def read_ply(path):
 
 
 def test_detect_keeps_the_stages(doo3d, tmp_path):
-    code, out, err = doo3d("detect", SAMPLES / "crossing", "-o", "out", "--stages", "0", "--stages", "000002")
+    code, out, err = doo3d("detect", SAMPLES / "crossing", "-o", "out", "--debug-frame", "0", "--debug-frame", "000002")
     assert code == 0, err
     assert out.count("files of its stages -> ") == 2
     assert sorted(path.name for path in (tmp_path / "out" / "stages").iterdir()) == ["000000", "000002"]
@@ -47,16 +47,16 @@ def test_detect_keeps_the_stages(doo3d, tmp_path):
         assert cv2.imread(str(folder / f"{name}.png")).shape == (720, 1280, 3)
     assert "merges, in order:" in (folder / "explanation.txt").read_text()
     first = {path.name: path.read_bytes() for path in folder.iterdir()}
-    assert doo3d("detect", SAMPLES / "crossing", "-o", "out", "--stages", "0")[0] == 0
+    assert doo3d("detect", SAMPLES / "crossing", "-o", "out", "--debug-frame", "0")[0] == 0
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
 
 
 def test_stages_of_an_image_and_of_nothing(doo3d, tmp_path, capture):
-    assert doo3d("detect", SAMPLES / "photos" / "loop.jpg", "-c", "image", "--stages", "loop")[0] == 0
+    assert doo3d("detect", SAMPLES / "photos" / "loop.jpg", "-c", "image", "--debug-frame", "loop")[0] == 0
     points, _ = read_ply(tmp_path / "out" / "stages" / "loop" / "8-chains.ply")
     assert len(points) > 20
     assert not points[:, 2].any()
-    assert doo3d("detect", capture(), "-o", "none", "--set", "fit.segment_length=9", "--stages", "0")[0] == 0
+    assert doo3d("detect", capture(), "-o", "none", "--set", "fit.segment_length=9", "--debug-frame", "0")[0] == 0
     folder = tmp_path / "none" / "stages" / "000000"
     assert len(trimesh.load(folder / "2-voxels.ply").vertices) > 50
     assert b"element vertex 0\n" in (folder / "8-chains.ply").read_bytes()
@@ -64,7 +64,7 @@ def test_stages_of_an_image_and_of_nothing(doo3d, tmp_path, capture):
 
 
 def test_no_such_frame(refused, capture):
-    assert "--stages 5: " in refused(capture(), "--stages", "5", code="frame-unknown")
+    assert "--debug-frame 5: " in refused(capture(), "--debug-frame", "5", code="frame-unknown")
 
 
 def test_edges_of_a_ply(tmp_path):
@@ -133,8 +133,8 @@ def test_view_of_what_is_no_result(doo3d, tmp_path, monkeypatch):
     code, _, err = doo3d("view", tmp_path, "--save", "x.rrd")
     assert (code, code_in(err)) == (2, "results-missing")
     monkeypatch.setitem(sys.modules, "rerun", None)
-    from doo3d.inspection.rerun_viewer import Viewing
+    from doo3d.inspection.rerun_viewer import RerunRecording
     from doo3d.outputs.run_reader import Results
 
     with refuses("missing-package", "pip install 'doo3d[view]'", kind=MissingDependency):
-        Viewing(Results(tmp_path, {}, ()), tmp_path / "x.rrd")
+        RerunRecording(Results(tmp_path, {}, ()), tmp_path / "x.rrd")

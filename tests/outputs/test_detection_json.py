@@ -29,7 +29,7 @@ def test_what_the_file_holds():
     assert list(read) == [*about, "chains", "crossings", "confidence", "seconds", "notes"]
     of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections", "confidence"]
     assert list(read["chains"][0]) == of_chain
-    assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/1", "m", "3d")
+    assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/2", "m", "3d")
     assert np.array_equal(read["chains"][0]["joints"], found.chains[0].joints)
 
 

@@ -1,4 +1,4 @@
-"""Tuning: what it proposes takes the object and little else, and detection with that finds the chain."""
+"""Tuning: the proposed ranges segment the object with high recall and precision, and detection with them finds the chain."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from doo3d.evaluation.scenes.studio import CABLE_COLORS
 from doo3d.tuning import tune
 from doo3d.tuning.hsv_range import fit_range
 from doo3d.tuning.propose import segment_length
-from doo3d.tuning.thin_object import Thin, thin_part
+from doo3d.tuning.thin_object import ThinObject, thin_components
 
 ROPE = DATA / "rope_d435"
 LIGHTS = {"above": (0.0, 0.0, -1.0), "left": (-0.6, 0.1, -0.79), "low": (0.2, 0.85, -0.49)}
@@ -53,7 +53,7 @@ def test_the_mask_is_the_object_and_the_chain_is_right(lit):
         good.append(iou(tuned.mask, scene.mask))
         found = detect(scene.frame, tuned.config)
         right.append(score(found.chains, scene.truths, found.crossings).correct)
-        assert tuned.metres == pytest.approx(2 * scene.truths[0].radius, rel=0.3)
+        assert tuned.width_m == pytest.approx(2 * scene.truths[0].radius, rel=0.3)
     assert np.mean(np.array(good) > 0.8) >= 0.85, good
     assert np.mean(right) >= 0.85, (good, right)
 
@@ -73,7 +73,7 @@ def test_red_wraps_round(lit):
     assert box.high[0] < 20
 
 
-def test_several_colours_take_a_pick_each():
+def test_several_colors_need_a_pick_each():
     scene = make_scene("several", 1, (640, 360))
     colored = [replace(cable, color=COLORS[i]) for i, cable in enumerate(scene.cables)]
     scene = render(replace(scene, cables=tuple(colored)))
@@ -94,7 +94,7 @@ def test_a_photograph_and_a_box(lit):
     box = (int(u.min()), int(v.min()), int(np.ptp(u)) + 1, int(np.ptp(v)) + 1)
     tuned = tune(image, load_config("image"), box=box)
     assert iou(tuned.mask, scene.mask) > 0.8
-    assert tuned.metres is None
+    assert tuned.width_m is None
     assert tuned.config.voxelize.size is None
     assert len(detect(image, tuned.config).chains) == 1
 
@@ -123,7 +123,7 @@ def test_bad_places(lit):
         tune(Frame(None, frame.depth, frame.camera), load_config("default"), [(3, 3)])
 
 
-def test_the_box_is_the_colours_of_the_thing():
+def test_the_box_contains_the_colors_of_the_object_only():
     """A strip of known colours on a ground of known ones: every pixel of the one, none of the other."""
     color = np.full((60, 200, 3), (120, 130, 140), np.uint8)
     mask = np.zeros((60, 200), dtype=bool)
@@ -131,22 +131,22 @@ def test_the_box_is_the_colours_of_the_thing():
     color[mask] = (200, 30, 30)
     color[28, 10:190] = (70, 12, 12)
     color[32, 10:190] = (240, 110, 110)
-    box = fit_range(color, Thin(mask, 1.0, 180.0, 2.5))
+    box = fit_range(color, ThinObject(mask, 1.0, 180.0, 2.5))
     from doo3d.stages.segment.methods.hsv import in_ranges
 
     np.testing.assert_array_equal(in_ranges(color, (box,)), mask)
 
 
-def test_thin_is_what_is_long_and_not_broad():
+def test_thin_components_are_long_and_not_broad():
     mask = np.zeros((300, 400), dtype=bool)
     mask[100:106, 20:380] = True
     mask[150:290, 50:200] = True
     mask[20:24, 20:24] = True
-    found = thin_part(mask)
+    found = thin_components(mask)
     assert found.mask[103, 200]
     assert not found.mask[200, 100]
     assert not found.mask[22, 22]
-    assert found.half == pytest.approx(3, abs=0.6)
+    assert found.half_width == pytest.approx(3, abs=0.6)
     assert found.length == pytest.approx(360, rel=0.25)  # the middle of an even width lies between pixels
 
 
@@ -160,11 +160,11 @@ def test_from_the_shell(doo3d, capture, tmp_path):
     code, out, err = doo3d("tune", folder, "-o", "mine.yaml")
     assert code == 0, err
     words = {line.split()[0] for line in out.splitlines()}
-    assert {"object", "taken", "colour", "segments", "voxels", "next"} <= words
+    assert {"object", "recall", "precision", "color", "segments", "voxels", "next"} <= words
     assert "(through red)" in out
     assert cv2.imread("mine.png").shape == (240, 320, 3)
     text = (tmp_path / "mine.yaml").read_text()
-    assert "# HERE: the object has a colour of its own" in text
+    assert "# HERE: the object has a color of its own" in text
     assert load_config("mine.yaml").segment.method == "hsv"
     code, out, err = doo3d("detect", folder, "-c", "mine.yaml")
     assert code == 0, err
@@ -193,20 +193,20 @@ def test_what_is_refused(doo3d, capture, tmp_path, options, code, part):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["capture"]
 
 
-def test_the_picture_shows_what_is_taken_and_what_is_missed():
-    from doo3d.viz.tuning_preview import BESIDES, MISSED, TAKEN, draw_tuned
+def test_the_picture_shows_hits_misses_and_false_hits():
+    from doo3d.viz.tuning_preview import MISSED, OTHER, SEGMENTED, draw_tuning
 
     image = np.full((40, 40, 3), 100, np.uint8)
-    thing, mask = np.zeros((2, 40, 40), dtype=bool)
-    thing[10:20], mask[15:25] = True, True
-    picture = draw_tuned(image, mask, thing).astype(int)
-    for row, color in ((12, MISSED), (17, TAKEN), (22, BESIDES)):
+    object_mask, mask = np.zeros((2, 40, 40), dtype=bool)
+    object_mask[10:20], mask[15:25] = True, True
+    picture = draw_tuning(image, mask, object_mask).astype(int)
+    for row, color in ((12, MISSED), (17, SEGMENTED), (22, OTHER)):
         assert np.abs(picture[row, 5] - np.array(color)).sum() < np.abs(picture[row, 5] - 100).sum()
     assert len(np.unique(picture[30])) == 1
 
 
 @pytest.mark.skipif(not ROPE.is_dir(), reason="the real frames are not here")
-def test_real_depth_without_colour(doo3d, tmp_path):
+def test_real_depth_without_color(doo3d, tmp_path):
     values = json.loads((ROPE / "camera.json").read_text())
     matrix = [values["fx"], 0, 0, 0, values["fy"], 0, values["cx"], values["cy"], 1]
     (tmp_path / "rope").mkdir()
@@ -216,7 +216,7 @@ def test_real_depth_without_colour(doo3d, tmp_path):
         save(tmp_path / "rope" / "depth" / f"{name}.png", cv2.imread(str(ROPE / f"{name}_depth.png"), cv2.IMREAD_UNCHANGED))
     code, out, err = doo3d("tune", "rope")
     assert code == 0, err
-    assert "everything: there is no colour" in out
+    assert "everything: there is no color" in out
     code, out, err = doo3d("detect", "rope", "-c", "tuned.yaml")
     assert code == 0, err
     assert [line.split()[1] for line in out.splitlines()[:2]] == ["1", "1"]

@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders import browser
 from builders.errors import code_in, refuses
 from builders.paths import SAMPLES
 
@@ -21,9 +22,6 @@ from doo3d.outputs.run_reader import Results, open_results
 from doo3d.runs import run as batch
 from doo3d.viz.report import report_page
 from doo3d.viz.report.packing import pack_picture
-
-sys.path.insert(0, str(Path(__file__).parent))
-from builders import browser
 
 EVIL = "<script>document.title='taken'<script><img src=x onerror=document.title='taken'>&amp;"
 WORSE = "</script><script>document.title='taken'</script><!--data--><!-- <script>"
@@ -39,8 +37,8 @@ def data_of(page: str) -> dict:
 
 
 def numbers(packed: dict) -> np.ndarray:
-    levels = np.frombuffer(base64.b64decode(packed["xyz"]), "<i2").reshape(-1, len(packed["at"]))
-    return np.array(packed["at"]) + packed["step"] * levels
+    levels = np.frombuffer(base64.b64decode(packed["levels"]), "<i2").reshape(-1, len(packed["center"]))
+    return np.array(packed["center"]) + packed["step"] * levels
 
 
 @pytest.fixture(scope="module")
@@ -98,24 +96,24 @@ def test_points_of_the_object_lie_on_its_chain_and_the_others_do_not(run):
     (found, *_), held = open_results(run).detections(), data_of(report_page(open_results(run)))
     cloud, axis = held["frames"][0]["cloud"], found.chains[0].nodes(2000)
     points = numbers(cloud)
-    away = np.sqrt(((points[:, None] - axis[None]) ** 2).sum(axis=2)).min(axis=1)
-    assert 500 < cloud["own"] < len(points) <= 1600
-    assert away[: cloud["own"]].max() < 1.4 * found.chains[0].radius
-    assert away[cloud["own"] :].min() > 1.2 * found.chains[0].radius
+    distance = np.sqrt(((points[:, None] - axis[None]) ** 2).sum(axis=2)).min(axis=1)
+    assert 500 < cloud["on_object"] < len(points) <= 1600
+    assert distance[: cloud["on_object"]].max() < 1.4 * found.chains[0].radius
+    assert distance[cloud["on_object"] :].min() > 1.2 * found.chains[0].radius
     assert len(base64.b64decode(cloud["rgb"])) == 2 * len(points)
 
 
 def test_a_capture_that_is_gone_leaves_the_chains(run, tmp_path):
     place = copied(run, tmp_path / "copy", input={"path": str(tmp_path / "gone"), "format": "folder", "frames": 2})
     held = data_of(report_page(open_results(place)))
-    assert "cannot be read any more" in held["clouds"]
+    assert "cannot be read any more" in held["clouds_warning"]
     assert not any(frame.get("cloud") for frame in held["frames"])
     assert held["frames"][0]["chains"]
 
 
 def test_without_clouds_the_capture_is_not_asked(run):
     held = data_of(report_page(open_results(run), clouds=False))
-    assert held["clouds"] == ""
+    assert held["clouds_warning"] == ""
     assert not any(frame.get("cloud") for frame in held["frames"])
 
 
@@ -191,6 +189,7 @@ IN_SPACE = "document.querySelector('#view')._fullLayout?.scene?._scene?.glplot"
 EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.getCamera().eye)"
 
 
+@pytest.mark.browser
 @needs_chromium
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("size", [(640, 480), (1920, 1080)])
@@ -224,6 +223,7 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
         assert len([address for address in seen.asked if address.startswith("file:")]) == 1
 
 
+@pytest.mark.browser
 @needs_chromium
 def test_in_the_image(photos, tmp_path):
     path = tmp_path / "report.html"
@@ -236,6 +236,7 @@ def test_in_the_image(photos, tmp_path):
         assert seen.problems == []
 
 
+@pytest.mark.browser
 @needs_chromium
 def test_many_frames_open_soon(run, tmp_path):
     path = tmp_path / "report.html"
@@ -248,6 +249,7 @@ def test_many_frames_open_soon(run, tmp_path):
         assert 0 < seen.run(times) < 6000, "ms, on a machine that may be busy"
 
 
+@pytest.mark.browser
 @needs_chromium
 def test_none_at_all(tmp_path):
     path = tmp_path / "report.html"

@@ -126,5 +126,5 @@ def test_the_command(doo3d, tmp_path):
     assert code == 2
     assert code_in(err) == "out-exists"
     assert "--force" in err
-    said = doo3d("video", place, "--force", "--skip-failed", "--fps", 4)[1]
-    assert said == "2 frames (1 failed, left out), 4 per second, 64x48 -> out.mp4\n"
+    out = doo3d("video", place, "--force", "--skip-failed", "--fps", 4)[1]
+    assert out == "2 frames (1 failed, left out), 4 per second, 64x48 -> out.mp4\n"

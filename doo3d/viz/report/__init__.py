@@ -1,4 +1,4 @@
-"""The report: a run as one page of HTML that needs no network."""
+"""The report: a run as one self-contained HTML page."""
 
 from __future__ import annotations
 

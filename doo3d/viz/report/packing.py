@@ -1,4 +1,4 @@
-"""What the page holds of a frame: chains, cloud and picture as short texts."""
+"""Compact encodings of a frame for the page: chains, cloud and picture as short texts."""
 
 from __future__ import annotations
 
@@ -13,43 +13,48 @@ from ...inputs import FrameData
 from ...types import Array, Bools, Chain, Cloud, Detection, Floats, Frame
 from ..palette import chain_color
 
-_WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, of thumbnails
-_QUALITY = 72
-_DENSEST = 0.04  # bytes per pixel: fewer are not to be expected at this quality
-_LEVELS = 32767  # of 16-bit numbers, above zero
-_READ, _LOOKED_AT = 300_000, 60_000  # points of a frame, and of what is round the chains, that are looked at
-_AROUND = 0.2  # of the diagonal of the chains' box: how far the surroundings reach
-_NEAR = 1.3  # radii from the axis: points of the object
+THUMBNAIL_WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, tried in turn
+THUMBNAIL_QUALITY = 72  # of WebP
+MIN_BYTES_PER_PIXEL = 0.04  # of a thumbnail at this quality: larger widths need not be tried
+MAX_LEVEL = 32767  # of 16-bit numbers
+MAX_READ_POINTS, MAX_TESTED_POINTS = 300_000, 60_000  # of a frame, and of the box around its chains
+SURROUNDINGS_MARGIN = 0.2  # of the diagonal of the chains' box
+OBJECT_RADII = 1.3  # radii from the axis within which a point is on the object
 
 
-def text(data: bytes | Array) -> str:
-    """Base64."""
+def base64_text(data: bytes | Array) -> str:
+    """Return bytes, or those of an array, in base64."""
     return base64.b64encode(data if isinstance(data, bytes) else np.ascontiguousarray(data).tobytes()).decode("ascii")
 
 
-def packed(points: Floats) -> dict[str, Any]:
-    """(N, D) float -> {"at": (D,), "step": float, "xyz": base64 of (N, D) int16}, with points = at + step * xyz."""
+def pack_points(points: Floats) -> dict[str, Any]:
+    """Quantize points (N, D) to 16 bit.
+
+    Returns
+    -------
+    {"center": (D,), "step": float, "levels": base64 of (N, D) int16}, with points = center + step * levels.
+    """
     if not len(points):
-        return {"at": [0.0] * points.shape[1], "step": 1.0, "xyz": ""}
+        return {"center": [0.0] * points.shape[1], "step": 1.0, "levels": ""}
     low, high = points.min(axis=0), points.max(axis=0)
-    at = (low + high) / 2
-    step = max(float((high - low).max()) / 2 / _LEVELS, 1e-9)
+    center = (low + high) / 2
+    step = max(float((high - low).max()) / 2 / MAX_LEVEL, 1e-9)
     return {
-        "at": [float(f"{value:.7g}") for value in at],
+        "center": [float(f"{value:.7g}") for value in center],
         "step": step,
-        "xyz": text(np.clip(np.rint((points - at) / step), -_LEVELS, _LEVELS).astype("<i2")),
+        "levels": base64_text(np.clip(np.rint((points - center) / step), -MAX_LEVEL, MAX_LEVEL).astype("<i2")),
     }
 
 
 def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
-    """Joints, radii (16 bit) and what is occluded ("0110"), with the colour that the pictures give the chain."""
+    """Return joints and radii (16 bit), occluded segments ("0110"), and the color of the chain `index` in the pictures."""
     number = index if chain.id is None else chain.id
     radii = chain.radii[:, None]
     return {
         "id": chain.id,
         "color": "#{:02x}{:02x}{:02x}".format(*chain_color(number)),
-        "joints": packed(chain.joints),
-        "radii": packed(radii) if np.isfinite(radii).all() else None,
+        "joints": pack_points(chain.joints),
+        "radii": pack_points(radii) if np.isfinite(radii).all() else None,
         "occluded": "".join("01"[int(each)] for each in chain.occluded),
         "closed": chain.closed,
         "length": chain.length,
@@ -58,96 +63,115 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
     }
 
 
-def pack_cloud(shot: FrameData, detection: Detection, count: int) -> dict[str, Any] | None:
-    """Some points of the object and of what is round it; None where the frame has none that fit the chains.
+def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[str, Any] | None:
+    """Return a sample of points on the object, then of its surroundings; None without points in the chains' coordinates.
 
     Parameters
     ----------
-    shot : of the frame that `detection` was made from. count : how many points at most, half of them the object's.
+    frame : the data of the detection.
+    detection : its chains.
+    max_points : at most, half of them on the object.
     """
-    rng = np.random.default_rng(0)  # the same page from the same results
-    seen = _points(shot, detection.coordinates, rng)
-    if seen is None:
+    rng = np.random.default_rng(0)  # the same results give the same page
+    sample = _sample_points(frame, detection.coordinates, rng)
+    if sample is None:
         return None
-    points, colors = seen
-    inside = np.flatnonzero(_round_about(points, detection))
-    inside = np.sort(rng.choice(inside, min(len(inside), _LOOKED_AT), replace=False))
-    own = _of_object(points[inside], detection)
-    chosen = [np.sort(rng.choice(some, min(len(some), count // 2), replace=False)) for some in (inside[own], inside[~own])]
+    points, colors = sample
+    near = np.flatnonzero(_near_chains(points, detection))
+    near = np.sort(rng.choice(near, min(len(near), MAX_TESTED_POINTS), replace=False))
+    on_object = _on_object(points[near], detection)
+    parts = (near[on_object], near[~on_object])
+    chosen = [np.sort(rng.choice(part, min(len(part), max_points // 2), replace=False)) for part in parts]
     both = np.concatenate(chosen)
-    shades = np.full((len(both), 3), 128, np.uint8) if colors is None else colors[both]
-    stood = shot.data.viewpoint if isinstance(shot.data, Cloud) else None
-    known = {} if stood is None else {"viewpoint": stood.tolist()}
-    return {**packed(points[both]), **known, "own": len(chosen[0]), "rgb": text(_rgb565(shades)), "colored": colors is not None}
+    rgb = np.full((len(both), 3), 128, np.uint8) if colors is None else colors[both]
+    viewpoint = frame.data.viewpoint if isinstance(frame.data, Cloud) else None
+    optional = {} if viewpoint is None else {"viewpoint": viewpoint.tolist()}
+    return {
+        **pack_points(points[both]),
+        **optional,
+        "on_object": len(chosen[0]),
+        "rgb": base64_text(_rgb565(rgb)),
+        "has_color": colors is not None,
+    }
 
 
-def pack_picture(picture: Array, most: int) -> tuple[str, int, int]:
-    """(H, W, 3) uint8 BGR -> WebP of at most about `most` bytes, in base64, with the width and height of the original."""
+def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
+    """Encode a thumbnail of about `max_bytes` at most.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8 BGR.
+    max_bytes : of the encoded thumbnail.
+
+    Returns
+    -------
+    WebP in base64, and the width and height of the original, px.
+    """
     height, width = picture.shape[:2]
     encoded = b""
-    for wide in _WIDTHS:
-        scale = min(wide / width, 1.0)
+    for thumbnail_width in THUMBNAIL_WIDTHS:
+        scale = min(thumbnail_width / width, 1.0)
         size = (max(1, round(width * scale)), max(1, round(height * scale)))
-        if size[0] * size[1] * _DENSEST > most and wide != _WIDTHS[-1]:
+        if size[0] * size[1] * MIN_BYTES_PER_PIXEL > max_bytes and thumbnail_width != THUMBNAIL_WIDTHS[-1]:
             continue
-        good, data = cv2.imencode(
-            ".webp", cv2.resize(picture, size, interpolation=cv2.INTER_AREA), [cv2.IMWRITE_WEBP_QUALITY, _QUALITY]
+        success, data = cv2.imencode(
+            ".webp", cv2.resize(picture, size, interpolation=cv2.INTER_AREA), [cv2.IMWRITE_WEBP_QUALITY, THUMBNAIL_QUALITY]
         )
-        if not good:
+        if not success:
             raise RuntimeError("OpenCV could not encode the picture")
         encoded = data.tobytes()
-        if len(encoded) <= most:
+        if len(encoded) <= max_bytes:
             break
-    return text(encoded), width, height
+    return base64_text(encoded), width, height
 
 
-def _points(shot: FrameData, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
-    """Points of a shot in the frame of the chains, (N, 3) m, with their colours, (N, 3) uint8 RGB."""
-    data = shot.data
+def _sample_points(frame: FrameData, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
+    """Return points in the coordinates of the chains, (N, 3) m, with their colors, (N, 3) uint8 RGB; None for an image."""
+    data = frame.data
     if isinstance(data, Frame):
         v, u = np.nonzero(data.depth)
-        kept = _some(rng, len(v))
-        v, u = v[kept], u[kept]
+        chosen = _random_choice(rng, len(v))
+        v, u = v[chosen], u[chosen]
         points = data.camera.unproject(np.column_stack((u, v)), data.depth[v, u])
         colors = None if data.color is None else data.color[v, u]
     elif isinstance(data, Cloud):
-        kept = _some(rng, len(data.points))
-        points, colors = data.points[kept], None if data.colors is None else data.colors[kept]
+        chosen = _random_choice(rng, len(data.points))
+        points, colors = data.points[chosen], None if data.colors is None else data.colors[chosen]
     else:
         return None
     if coordinates == "world":
-        if shot.pose is None:
+        if frame.pose is None:
             return None
-        points = points @ shot.pose[:3, :3].T + shot.pose[:3, 3]
+        points = points @ frame.pose[:3, :3].T + frame.pose[:3, 3]
     return points, colors
 
 
-def _some(rng: np.random.Generator, count: int) -> Bools:
-    """(count,) bool: which of so many points are looked at; all of them, or about `_READ`."""
-    return np.asarray(rng.random(count) < _READ / count) if count > _READ else np.ones(count, dtype=bool)
+def _random_choice(rng: np.random.Generator, count: int) -> Bools:
+    """Choose about MAX_READ_POINTS of `count` points, or all: (count,) bool."""
+    return np.asarray(rng.random(count) < MAX_READ_POINTS / count) if count > MAX_READ_POINTS else np.ones(count, dtype=bool)
 
 
-def _round_about(points: Floats, detection: Detection) -> Bools:
-    """Which points lie in the box of the chains, and somewhat beyond; without chains, in that of most points."""
+def _near_chains(points: Floats, detection: Detection) -> Bools:
+    """Choose the points in the box of the chains with a margin; without chains, in the box of 96 % of the points."""
     if not len(points):
         return np.zeros(0, dtype=bool)
-    known = np.concatenate([chain.joints for chain in detection.chains]) if detection.chains else None
-    low, high = np.percentile(points, (2, 98), axis=0) if known is None else (known.min(axis=0), known.max(axis=0))
-    margin = _AROUND * float(np.linalg.norm(high - low))
+    joints = np.concatenate([chain.joints for chain in detection.chains]) if detection.chains else None
+    low, high = np.percentile(points, (2, 98), axis=0) if joints is None else (joints.min(axis=0), joints.max(axis=0))
+    margin = SURROUNDINGS_MARGIN * float(np.linalg.norm(high - low))
     return np.asarray(((points >= low - margin) & (points <= high + margin)).all(axis=1))
 
 
-def _of_object(points: Floats, detection: Detection) -> Bools:
-    """Which points lie on a chain."""
-    own = np.zeros(len(points), dtype=bool)
+def _on_object(points: Floats, detection: Detection) -> Bools:
+    """Choose the points within OBJECT_RADII radii of a chain."""
+    on_object = np.zeros(len(points), dtype=bool)
     for chain in detection.chains:
         radius = chain.radius if np.isfinite(chain.radius) else chain.segment_length / 2
-        dense = chain.nodes(4 * len(chain.joints))
-        own |= np.isfinite(cKDTree(dense).query(points, distance_upper_bound=_NEAR * radius)[0])
-    return own
+        samples = chain.nodes(4 * len(chain.joints))
+        on_object |= np.isfinite(cKDTree(samples).query(points, distance_upper_bound=OBJECT_RADII * radius)[0])
+    return on_object
 
 
 def _rgb565(colors: Array) -> Array:
-    """(N, 3) uint8 -> (N,) uint16: five, six and five bits."""
+    """Pack colors (N, 3) uint8 into (N,) uint16: five, six and five bits."""
     red, green, blue = (colors[:, i].astype("<u2") for i in range(3))
     return np.asarray((red >> 3) << 11 | (green >> 2) << 5 | blue >> 3, dtype="<u2")

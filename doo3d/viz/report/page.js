@@ -1,7 +1,7 @@
-// the page without its plots: figures, failed frames, thumbnails
+// the page except its plots: figures, failed frames, thumbnails
 const data = JSON.parse(document.getElementById("data").textContent);
-const frames = data.frames, fine = frames.filter((frame) => frame.error === null), failed = frames.filter((frame) => frame.error !== null);
-const metric = !fine.some((frame) => frame.mode === "2d");
+const frames = data.frames, succeeded = frames.filter((frame) => frame.error === null), failed = frames.filter((frame) => frame.error !== null);
+const metric = !succeeded.some((frame) => frame.mode === "2d");
 const by = (id) => document.getElementById(id);
 
 function make(tag, text, parent, className) {
@@ -26,8 +26,8 @@ function heading() {
   const name = data.input.split(/[\\/]/).filter(Boolean).pop() || data.results;
   by("title").textContent = name;
   by("about").textContent = `${data.input} (${data.format}), doo3d ${data.version}`;
-  const chains = fine.flatMap((frame) => frame.chains), times = frames.map((frame) => frame.seconds).filter((each) => each !== null);
-  const shares = fine.map((frame) => frame.occluded).filter((each) => each !== null);
+  const chains = succeeded.flatMap((frame) => frame.chains), times = frames.map((frame) => frame.seconds).filter((each) => each !== null);
+  const shares = succeeded.map((frame) => frame.occluded).filter((each) => each !== null);
   const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ["Chains", chains.length]];
   if (chains.length) {
     figures.push(["Length, median", lengthText(median(chains.map((chain) => chain.length)))]);
@@ -54,11 +54,11 @@ function failures() {
 }
 
 const pictureOf = (frame) => `data:image/webp;base64,${frame.picture}`;
-const near = new IntersectionObserver((entries) => {
+const thumbnailLoader = new IntersectionObserver((entries) => {
   for (const { isIntersecting, target } of entries) {
     if (!isIntersecting) continue;
     target.src = pictureOf(frames[target.dataset.frame]);
-    near.unobserve(target);
+    thumbnailLoader.unobserve(target);
   }
 }, { rootMargin: "400px" });
 
@@ -70,28 +70,28 @@ function card(frame, number) {
     const image = make("img", undefined, button);
     image.alt = "";
     image.dataset.frame = number;
-    near.observe(image);
+    thumbnailLoader.observe(image);
   } else {
     make("div", frame.error ?? "no picture", button, "none");
   }
   make("span", frame.name, button);
-  const said = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];
-  if (frame.chains?.length > 2) said.push("…");
-  make("small", said.join(", "), button);
+  const summary = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];
+  if (frame.chains?.length > 2) summary.push("…");
+  make("small", summary.join(", "), button);
   return item;
 }
 
-const least = (value) => value ?? Infinity, most = (value) => -(value ?? -Infinity);
+const ascending = (value) => value ?? Infinity, descending = (value) => -(value ?? -Infinity);
 const orders = {
-  "failed first, then as taken": (frame) => frame.error === null ? 1 : 0,
-  "least sure first": (frame) => least(frame.confidence),
-  "most occluded first": (frame) => most(frame.occluded),
-  "most chains first": (frame) => most(frame.chains?.length),
-  "slowest first": (frame) => most(frame.seconds),
+  "failed first, then in time": (frame) => frame.error === null ? 1 : 0,
+  "least confident first": (frame) => ascending(frame.confidence),
+  "most occluded first": (frame) => descending(frame.occluded),
+  "most chains first": (frame) => descending(frame.chains?.length),
+  "slowest first": (frame) => descending(frame.seconds),
 };
 let order = [];
 
-function arrange() {
+function sortFrames() {
   const key = orders[by("order").value], sought = by("search").value.trim().toLowerCase();
   order = frames.map((_, number) => number).filter((number) => frames[number].name.toLowerCase().includes(sought));
   const keys = frames.map(key);
@@ -100,8 +100,8 @@ function arrange() {
   by("shown").textContent = sought ? `${order.length} of ${frames.length}` : "";
 }
 
-/** Run the scripts that draw plots, once: they are large, and the page is there before. */
-function plotter() {
+/** Load the scripts that draw plots, once: they are large, so the page is shown first. */
+function loadPlots() {
   for (const id of ["plotly", "plots-script"]) {
     const source = by(id);
     if (!source) continue;
@@ -110,7 +110,7 @@ function plotter() {
   }
 }
 function open(number) {
-  plotter();
+  loadPlots();
   show(number);
 }
 
@@ -120,8 +120,8 @@ for (const name of Object.keys(orders)) make("option", name, by("order"));
 by("empty").hidden = frames.length > 0;
 by("choice").hidden = frames.length < 2;
 const cards = frames.map(card);
-arrange();
-by("order").addEventListener("change", arrange);
-by("search").addEventListener("input", arrange);
+sortFrames();
+by("order").addEventListener("change", sortFrames);
+by("search").addEventListener("input", sortFrames);
 by("choice").addEventListener("submit", (event) => event.preventDefault());
-requestAnimationFrame(() => setTimeout(plotter));
+requestAnimationFrame(() => setTimeout(loadPlots));

@@ -1,4 +1,4 @@
-"""The page: what is known of a run, put into the template beside this file."""
+"""The page: the data of a run, inserted into the template beside this file."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ from ... import __version__
 from ...errors import DooError, InputError, require
 from ...inputs import FrameRef, ReadOptions, open_capture
 from ...outputs.detection_json import finite
-from ...outputs.frame_status import Told, read_picture, told
+from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ...outputs.run_reader import Results, read_detection
+from ...types import Detection
 from .packing import pack_chain, pack_cloud, pack_picture
 
-_PICTURES, _CLOUDS = 4_500_000, 5_000_000  # bytes of the page that all thumbnails, and all clouds, may take
-_IN_BASE64 = 3 / 4  # of the bytes
-_POINT = 8  # bytes: three coordinates and a colour
-_POINTS = (100, 1600)  # of a frame, at least and at most
-_LARGEST = 60_000  # bytes of a thumbnail, where there is room for all
+MAX_PICTURE_BYTES, MAX_CLOUD_BYTES = 4_500_000, 5_000_000  # of the page, for all thumbnails and for all clouds
+BASE64_RATIO = 3 / 4  # bytes per character of base64
+POINT_BYTES = 8  # three coordinates and a color
+POINTS_PER_FRAME = (100, 1600)  # at least and at most
+MAX_THUMBNAIL_BYTES = 60_000  # if all fit into the page
 
-Watch = Callable[[list[Told]], Iterable[Told]]
+WithProgress = Callable[[list[FrameStatus]], Iterable[FrameStatus]]
 
 
-def report_page(results: Results, near: Path | None = None, clouds: bool = True, watch: Watch = iter) -> str:
-    """One page of HTML: figures, plots over the frames, thumbnails, and of each frame the chains to turn about.
+def report_page(results: Results, folder: Path | None = None, clouds: bool = True, with_progress: WithProgress = iter) -> str:
+    """Return one HTML page: figures, plots over the frames, thumbnails, and an interactive view of each frame's chains.
 
     Parameters
     ----------
     results : of a finished run.
-    near : the folder that the page will be in; it then links to the pictures in full size. None: no links.
-    clouds : show points of the capture about the chains, where it still is where it was.
-    watch : goes through the frames, for a progress bar.
+    folder : of the page, from which it links to the pictures in full size; None: no links.
+    clouds : show points of the capture around the chains, if it can still be read.
+    with_progress : wraps the list of frames, for a progress bar.
 
     Raises
     ------
@@ -45,42 +46,51 @@ def report_page(results: Results, near: Path | None = None, clouds: bool = True,
     MissingDependency : plotly is not installed.
     """
     plotly = require("plotly.offline")
-    frames = told(results)
-    modes = _Clouds(results, len(frames)) if clouds else None
-    share = min(int(_PICTURES * _IN_BASE64 / max(len(frames), 1)), _LARGEST)
-    packed = [_frame(frame, results, modes, share) for frame in watch(frames)]
+    frames = frame_statuses(results)
+    source_points = _CapturePoints(results, len(frames)) if clouds else None
+    thumbnail_bytes = min(int(MAX_PICTURE_BYTES * BASE64_RATIO / max(len(frames), 1)), MAX_THUMBNAIL_BYTES)
+    packed = [_frame_data(frame, results, source_points, thumbnail_bytes) for frame in with_progress(frames)]
     source = results.manifest.get("input", {})
     values = {
         "input": str(source.get("path", "")),
         "format": str(source.get("format", "")),
         "results": str(results.path),
         "version": str(results.manifest.get("versions", {}).get("doo3d", __version__)),
-        "pictures": None if near is None else quote(Path(os.path.relpath(results.path, near)).as_posix()) + "/",
-        "clouds": modes.said if modes else "",
+        "pictures": None if folder is None else quote(Path(os.path.relpath(results.path, folder)).as_posix()) + "/",
+        "clouds_warning": source_points.warning if source_points else "",
         "frames": packed,
     }
     parts = {
         "title": html.escape(f"{Path(str(values['input'])).name or results.path.name}: chains"),
-        "style": _file("page.css"),
+        "style": _read_template("page.css"),
         "data": _in_script(json.dumps(finite(values), ensure_ascii=False, allow_nan=False, separators=(",", ":"))),
-        "script": _file("tube.js") + _file("page.js"),
+        "script": _read_template("tube.js") + _read_template("page.js"),
         "plotly": re.sub(r"</(script)", r"<\\/\1", plotly.get_plotlyjs(), flags=re.IGNORECASE),
-        "plots": _file("plots.js"),
+        "plots": _read_template("plots.js"),
     }
-    return re.sub(r"<!--(\w+)-->", lambda found: parts[found[1]], _file("page.html"))
+    return re.sub(r"<!--(\w+)-->", lambda match: parts[match[1]], _read_template("page.html"))
 
 
-def _file(name: str) -> str:
+def _read_template(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _in_script(text: str) -> str:
-    """JSON that no part of can end the script element that it is in, nor begin another."""
+    """Escape JSON so that it cannot end its script element or start another."""
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _frame(frame: Told, results: Results, clouds: _Clouds | None, share: int) -> dict[str, Any]:
-    known: dict[str, Any] = {
+def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | None, thumbnail_bytes: int) -> dict[str, Any]:
+    """Return the data of one frame for the page.
+
+    Parameters
+    ----------
+    frame : its status.
+    results : of the run.
+    points : of the capture; None: without.
+    thumbnail_bytes : of the picture, at most.
+    """
+    values: dict[str, Any] = {
         "name": frame.name,
         "error": frame.error,
         "time": frame.timestamp,
@@ -88,11 +98,11 @@ def _frame(frame: Told, results: Results, clouds: _Clouds | None, share: int) ->
         "stages": frame.stages,
     }
     if frame.error is not None:
-        return known
+        return values
     detection = read_detection(results.path / f"{frame.name}.json")
     segments = sum(len(chain.occluded) for chain in detection.chains)
     hidden = sum(int(chain.occluded.sum()) for chain in detection.chains)
-    known |= {
+    values |= {
         "mode": detection.mode,
         "coordinates": detection.coordinates,
         "notes": list(detection.notes),
@@ -101,7 +111,7 @@ def _frame(frame: Told, results: Results, clouds: _Clouds | None, share: int) ->
         "chains": [pack_chain(i, chain) for i, chain in enumerate(detection.chains)],
         "crossings": [
             {
-                "at": crossing.point.tolist(),
+                "point": crossing.point.tolist(),
                 "upper": crossing.upper.chain,
                 "lower": crossing.lower.chain,
                 "confidence": crossing.confidence,
@@ -110,37 +120,40 @@ def _frame(frame: Told, results: Results, clouds: _Clouds | None, share: int) ->
         ],
     }
     if (picture := read_picture(frame.picture)) is not None:
-        known["picture"], known["width"], known["height"] = pack_picture(picture, share)
-    if clouds is not None and detection.mode == "3d":
-        known["cloud"] = clouds.of(frame.name, detection)
-    return known
+        values["picture"], values["width"], values["height"] = pack_picture(picture, thumbnail_bytes)
+    if points is not None and detection.mode == "3d":
+        values["cloud"] = points.packed(frame.name, detection)
+    return values
 
 
-class _Clouds:
-    """The capture that was run on, opened again.
+class _CapturePoints:
+    """The points of the capture of a run.
 
-    said : why frames are without points; empty where none is.
+    warning : why frames are without points; empty if all have them.
     """
 
     def __init__(self, results: Results, frames: int) -> None:
-        self.said = ""
-        self._entries: dict[str, FrameRef] = {}
-        self._count = min(max(int(_CLOUDS * _IN_BASE64 / _POINT / max(frames, 1)), _POINTS[0]), _POINTS[1])
+        self.warning = ""
+        self._frames: dict[str, FrameRef] = {}
+        points = int(MAX_CLOUD_BYTES * BASE64_RATIO / POINT_BYTES / max(frames, 1))
+        self._max_points = min(max(points, POINTS_PER_FRAME[0]), POINTS_PER_FRAME[1])
         source = results.manifest.get("input", {})
         try:
             capture = open_capture(source["path"], options=ReadOptions(**source.get("reading", {})))
             if capture.format != source.get("format"):
-                raise InputError(f"{source['path']}: is a capture of another format now", code="input-changed")
-            self._entries = {entry.name: entry for entry in capture.frames}
+                raise InputError(
+                    f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"
+                )
+            self._frames = {ref.name: ref for ref in capture.frames}
         except (DooError, KeyError, TypeError, ValueError) as error:
-            self.said = f"The capture cannot be read any more, so chains are shown without their surroundings ({error})."
+            self.warning = f"The capture cannot be read any more, so the chains are shown without their surroundings ({error})."
 
-    def of(self, name: str, detection: Any) -> dict[str, Any] | None:
-        """The points of a frame; None where it cannot be read."""
-        if name not in self._entries:
+    def packed(self, name: str, detection: Detection) -> dict[str, Any] | None:
+        """Return the packed points of a frame; None if it cannot be read."""
+        if name not in self._frames:
             return None
         try:
-            return pack_cloud(self._entries[name].load(), detection, self._count)
+            return pack_cloud(self._frames[name].load(), detection, self._max_points)
         except DooError as error:
-            self.said = f"Some frames cannot be read any more, so their chains are shown without their surroundings ({error})."
+            self.warning = f"Some frames cannot be read any more, so their chains are shown without their surroundings ({error})."
             return None

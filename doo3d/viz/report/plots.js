@@ -1,18 +1,18 @@
 "use strict";
-// the plots over the frames, and the one frame that is looked at
+// the plots over the frames, and the dialog of one frame
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const safe = (text) => String(text).replace(/[&<>"']/g, (letter) => `&#${letter.charCodeAt(0)};`);  // Plotly reads tags in texts
+const safe = (text) => String(text).replace(/[&<>"']/g, (letter) => `&#${letter.charCodeAt(0)};`);  // Plotly interprets tags in texts
 const shaded = (color) => `rgb(${[1, 3, 5].map((i) => Math.round(parseInt(color.slice(i, i + 2), 16) * css("--shade"))).join(",")})`;
 const settings = { displaylogo: false, responsive: true };
 const buttons = (...names) => ({ ...settings, modeBarButtons: [["toImage", ...names]] });
 
-// over time where every frame has its stamp, else over the frames' numbers
+// the x axis is time if every frame has a timestamp, else the number of the frame
 const timed = frames.length > 1 && frames.every((frame) => frame.time !== null);
 const start = timed ? Math.min(...frames.map((frame) => frame.time)) : 0;
-const place = (number) => timed ? frames[number].time - start : number;
+const xOf = (number) => timed ? frames[number].time - start : number;
 
-function flatLayout(unit, percentages) {
+function plotLayout(unit, percentages) {
   const axis = { gridcolor: css("--line"), linecolor: css("--line"), zeroline: false, automargin: true };
   return {
     margin: { l: 46, r: 10, t: 8, b: 34 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -20,15 +20,15 @@ function flatLayout(unit, percentages) {
     xaxis: { ...axis, title: { text: timed ? "s" : "frame", standoff: 4 }, ...(timed ? {} : { tickformat: "d", ...(frames.length < 8 ? { dtick: 1 } : {}) }), ...(frames.length < 2 ? { range: [-1, 1], dtick: 1 } : {}) },
     yaxis: { ...axis, rangemode: "tozero", ticksuffix: unit, ...(percentages ? { range: [-3, 103] } : {}) },
     shapes: failed.map((frame) => frames.indexOf(frame)).map((number) => (
-      { type: "line", xref: "x", yref: "paper", x0: place(number), x1: place(number), y0: 0, y1: 1, line: { color: css("--bad"), width: 1, dash: "dot" } })),
+      { type: "line", xref: "x", yref: "paper", x0: xOf(number), x1: xOf(number), y0: 0, y1: 1, line: { color: css("--bad"), width: 1, dash: "dot" } })),
   };
 }
 
-/** A line of values over frames: [number of the frame, value, text]. */
+/** Return a trace of values over frames: [number of the frame, value, text]. */
 function line(values, name, color, lines = true) {
   return {
     type: "scatter", mode: lines && values.length > 1 && values.length <= 300 ? "lines+markers" : "markers", name,
-    x: values.map(([number]) => place(number)), y: values.map(([, value]) => value), customdata: values.map(([number]) => number),
+    x: values.map(([number]) => xOf(number)), y: values.map(([, value]) => value), customdata: values.map(([number]) => number),
     text: values.map(([number, , text]) => `${safe(frames[number].name)}<br>${safe(text)}`), hovertemplate: "%{text}<extra></extra>",
     marker: { color, size: values.length > 300 ? 3 : 6 }, line: { color, width: 1.5 }, connectgaps: false,
   };
@@ -45,21 +45,21 @@ function lengths() {
 
 function times() {
   const slow = (frame) => Object.entries(frame.stages).filter(([, taken]) => taken > 0).sort((a, b) => b[1] - a[1]).slice(0, 4)
-    .map(([stage, taken]) => `${stage} ${timeText(taken)}`).join(", ");
+    .map(([stage, duration]) => `${stage} ${timeText(duration)}`).join(", ");
   return [line(frames.flatMap((frame, number) => frame.seconds === null ? [] : [
     [number, 1000 * frame.seconds, `${timeText(frame.seconds)}${slow(frame) ? `: ${slow(frame)}` : ""}`]]), "", css("--strong"))];
 }
 
 function shares() {
-  const values = (key, says) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
-    [number, 100 * frame[key], `${percent(frame[key])} ${says}`]]);
-  return [line(values("confidence", "sure of the least sure connection"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
+  const values = (key, label) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
+    [number, 100 * frame[key], `${percent(frame[key])} ${label}`]]);
+  return [line(values("confidence", "confidence of the weakest connection"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
 }
 
 const plots = [
   [`Length of each chain, ${metric ? "m" : "px"}`, lengths, "", false],
   ["Time, ms", times, "", false],
-  ["How sure the least sure connection is (blue), and what is occluded (orange)", shares, " %", true],
+  ["Confidence of the weakest connection (blue) and occluded share (orange)", shares, " %", true],
 ].filter(([, values]) => values().some((trace) => trace.x.length));
 
 function drawPlots() {
@@ -73,19 +73,19 @@ function drawPlots() {
     const plot = by("plots").querySelectorAll(".plot")[number];
     plot.setAttribute("role", "img");
     plot.setAttribute("aria-label", `${title}, over ${frames.length} frames`);
-    Plotly.newPlot(plot, values(), flatLayout(unit, percentages), { ...settings, displayModeBar: false });
+    Plotly.newPlot(plot, values(), plotLayout(unit, percentages), { ...settings, displayModeBar: false });
     plot.on("plotly_click", (event) => show(event.points[0].customdata));
   });
 }
 
-function solid(chain, number) {
+function chainTraces(chain, number) {
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
   const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number + 1}`;
-  stretches(chain.occluded).forEach(([first, last, hidden], piece) => {
+  occlusionRuns(chain.occluded).forEach(([first, last, hidden], piece) => {
     const mesh = tube(joints, radii, first, last), part = (column) => Array.from(column.slice(first, last + 1));
-    const text = mesh.at.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${hidden ? "<br>occluded" : ""}`);
-    const { at, ...shape } = mesh;
+    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${hidden ? "<br>occluded" : ""}`);
+    const { joint, ...shape } = mesh;
     const shared = { name, legendgroup: name, showlegend: false };
     traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: hidden ? 0.3 : 1, hoverinfo: "text", hovertext: text,
       lighting: { ambient: 0.72, diffuse: 0.5, specular: 0.12 }, lightposition: { x: -2000, y: -10000, z: -10000 } });
@@ -99,16 +99,16 @@ function solid(chain, number) {
   return traces;
 }
 
-function around(cloud) {
+function cloudTraces(cloud) {
   const columns = unpack(cloud), shades = colors(cloud.rgb), count = shades.length;
-  return [["object's points", 0, cloud.own, 2], ["surroundings", cloud.own, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
+  return [["object's points", 0, cloud.on_object, 2], ["surroundings", cloud.on_object, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
     type: "scatter3d", mode: "markers", name, hoverinfo: "skip", x: Array.from(columns[0].slice(from, to)),
     y: Array.from(columns[1].slice(from, to)), z: Array.from(columns[2].slice(from, to)),
-    marker: { size, color: cloud.colored ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
+    marker: { size, color: cloud.has_color ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
 }
 
-/** The sides of the box round all traces; the longest is 1. */
-function shape(traces) {
+/** Return the sides of the bounding box of all traces; the longest is 1. */
+function boxSides(traces) {
   const sides = ["x", "y", "z"].map((key) => {
     const values = traces.flatMap((trace) => Array.from(trace[key]));
     return values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
@@ -117,28 +117,28 @@ function shape(traces) {
   return Object.fromEntries(["x", "y", "z"].map((key, k) => [key, Math.max(sides[k] / longest, 1e-3)]));
 }
 
-function drawSolid(frame) {
+function drawSpace(frame) {
   const axis = { color: css("--quiet"), gridcolor: css("--line"), zerolinecolor: css("--line"), showbackground: false, showspikes: false };
-  const optical = frame.coordinates === "camera";  // y down and z forward: seen from somewhat above the camera
+  const optical = frame.coordinates === "camera";  // y down and z forward: viewed from slightly above the camera
   const camera = optical ? { up: { x: 0, y: -1, z: 0 }, eye: { x: 0.25, y: -0.45, z: -1.25 } } : { eye: { x: 0.85, y: 0.85, z: 0.7 } };
-  const stood = frame.cloud?.viewpoint;
-  if (!optical && stood) {
-    const way = unit(add(stood, frame.cloud.at, -1));
-    camera.eye = Object.fromEntries(["x", "y", "z"].map((key, k) => [key, 1.35 * way[k]]));
-    if (Math.abs(way[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
+  const viewpoint = frame.cloud?.viewpoint;
+  if (!optical && viewpoint) {
+    const direction = unit(add(viewpoint, frame.cloud.center, -1));
+    camera.eye = Object.fromEntries(["x", "y", "z"].map((key, k) => [key, 1.35 * direction[k]]));
+    if (Math.abs(direction[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
   }
-  const traces = [...(frame.cloud ? around(frame.cloud) : []), ...frame.chains.flatMap(solid)];
-  const sides = shape(traces), titled = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
+  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap(chainTraces)];
+  const sides = boxSides(traces), axisOf = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
     legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: frame.chains.length <= 12,
     modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--quiet"), activecolor: css("--strong") },
-    scene: { aspectmode: "manual", aspectratio: sides, dragmode: "orbit", camera, xaxis: titled("x"), yaxis: titled("y"), zaxis: titled("z") },
+    scene: { aspectmode: "manual", aspectratio: sides, dragmode: "orbit", camera, xaxis: axisOf("x"), yaxis: axisOf("y"), zaxis: axisOf("z") },
   }, buttons("resetCameraDefault3d"));
 }
 
-function drawFlat(frame) {
-  const traces = frame.chains.flatMap((chain, number) => stretches(chain.occluded).map(([first, last, hidden]) => {
+function drawImage(frame) {
+  const traces = frame.chains.flatMap((chain, number) => occlusionRuns(chain.occluded).map(([first, last, hidden]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
     return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number + 1}`, marker: { size: 4, color: chain.color },
       line: { color: chain.color, width: 3, dash: hidden ? "dot" : "solid" }, showlegend: false };
@@ -158,7 +158,7 @@ function chainTable(frame) {
   by("chains").replaceChildren();
   if (!frame.chains?.length) return;
   const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains"));
-  for (const title of ["Chain", "Length", "Radius", "Occluded", "Sure"]) make("th", title, head).scope = "col";
+  for (const title of ["Chain", "Length", "Radius", "Occluded", "Confidence"]) make("th", title, head).scope = "col";
   frame.chains.forEach((chain, number) => {
     const row = make("tr", undefined, body), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
@@ -168,7 +168,7 @@ function chainTable(frame) {
   });
 }
 
-let current = null, kind = null;
+let current = null, shownMode = null;
 
 function show(number) {
   const frame = frames[number], at = order.indexOf(number);
@@ -187,13 +187,13 @@ function show(number) {
   }
   chainTable(frame);
   if (!by("one").open) by("one").showModal();
-  const wanted = frame.error !== null ? null : frame.mode;
-  if (wanted !== kind) Plotly.purge(by("view"));
-  kind = wanted;
+  const mode = frame.error !== null ? null : frame.mode;
+  if (mode !== shownMode) Plotly.purge(by("view"));
+  shownMode = mode;
   by("view").setAttribute("aria-label", frame.error !== null ? "" : `${chainsText(frame)} in ${frame.mode === "2d" ? "the image" : "space"}`);
-  by("hint").textContent = wanted !== "3d" ? "" : "Drag to turn, scroll to come nearer, right button to move. "
-    + (frame.cloud ? `${frame.cloud.own} of the object's points and ${bytes(frame.cloud.rgb).length / 2 - frame.cloud.own} round it are shown.` : data.clouds);
-  if (wanted) (wanted === "2d" ? drawFlat : drawSolid)(frame);
+  by("hint").textContent = mode !== "3d" ? "" : "Drag to rotate, scroll to zoom, right button to pan. "
+    + (frame.cloud ? `${frame.cloud.on_object} points of the object and ${bytes(frame.cloud.rgb).length / 2 - frame.cloud.on_object} around it are shown.` : data.clouds_warning);
+  if (mode) (mode === "2d" ? drawImage : drawSpace)(frame);
 }
 
 function step(by_) {
@@ -204,7 +204,7 @@ function step(by_) {
 by("previous").addEventListener("click", () => step(-1));
 by("next").addEventListener("click", () => step(1));
 by("close").addEventListener("click", () => by("one").close());
-by("one").addEventListener("close", () => { Plotly.purge(by("view")); kind = null; });
+by("one").addEventListener("close", () => { Plotly.purge(by("view")); shownMode = null; });
 by("one").addEventListener("click", (event) => { if (event.target === by("one")) by("one").close(); });
 by("one").addEventListener("keydown", (event) => {
   if (event.key === "ArrowLeft") step(-1);

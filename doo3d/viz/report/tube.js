@@ -1,17 +1,17 @@
 "use strict";
-// base64 texts back to numbers, and a chain as a tube of triangles
+// decoding of base64 numbers, and the tube of triangles around a chain
 
 function bytes(text) {
   return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }
 
-/** The columns of packed points: D arrays of N numbers. */
+/** Unpack points into columns: D arrays of N numbers. */
 function unpack(packed) {
-  const numbers = new DataView(bytes(packed.xyz).buffer), dim = packed.at.length, count = numbers.byteLength / 2 / dim;
-  return packed.at.map((at, k) => Float64Array.from({ length: count }, (_, i) => at + packed.step * numbers.getInt16(2 * (i * dim + k), true)));
+  const numbers = new DataView(bytes(packed.levels).buffer), dim = packed.center.length, count = numbers.byteLength / 2 / dim;
+  return packed.center.map((center, k) => Float64Array.from({ length: count }, (_, i) => center + packed.step * numbers.getInt16(2 * (i * dim + k), true)));
 }
 
-/** Five, six and five bits to CSS colours. */
+/** Decode colors of five, six and five bits to CSS colors. */
 function colors(text) {
   const numbers = new DataView(bytes(text).buffer);
   return Array.from({ length: numbers.byteLength / 2 }, (_, i) => {
@@ -26,30 +26,30 @@ const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);
 const unit = (a) => { const size = Math.sqrt(dot(a, a)) || 1; return a.map((value) => value / size); };
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** The stretches of segments that are alike in being occluded: [first joint, last joint, occluded]. */
-function stretches(occluded) {
-  const found = [];
+/** Split segments into runs of equal occlusion: [first joint, last joint, occluded]. */
+function occlusionRuns(occluded) {
+  const runs = [];
   for (let i = 0; i < occluded.length; i++) {
-    if (!i || occluded[i] !== occluded[i - 1]) found.push([i, i + 1, occluded[i] === "1"]);
-    else found[found.length - 1][1] = i + 1;
+    if (!i || occluded[i] !== occluded[i - 1]) runs.push([i, i + 1, occluded[i] === "1"]);
+    else runs[runs.length - 1][1] = i + 1;
   }
-  return found;
+  return runs;
 }
 
-/** Vertices and triangles of the tube through joints `first` to `last`; a frame is carried along, so that it does not twist. */
+/** Build vertices and triangles of the tube through joints `first` to `last`; the cross-section is parallel-transported, so it does not twist. */
 function tube(joints, radii, first, last, sides = 10) {
-  const mesh = { x: [], y: [], z: [], i: [], j: [], k: [], at: [] };
+  const mesh = { x: [], y: [], z: [], i: [], j: [], k: [], joint: [] };
   let side = null;
   for (let n = first; n <= last; n++) {
-    const here = joints[n], before = joints[Math.max(n - 1, 0)], after = joints[Math.min(n + 1, joints.length - 1)];
-    const along = unit(add(after, before, -1));
-    if (side === null) side = Math.abs(along[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0];
-    side = unit(add(side, along, -dot(side, along)));
-    const other = cross(along, side);
+    const joint = joints[n], before = joints[Math.max(n - 1, 0)], after = joints[Math.min(n + 1, joints.length - 1)];
+    const tangent = unit(add(after, before, -1));
+    if (side === null) side = Math.abs(tangent[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0];
+    side = unit(add(side, tangent, -dot(side, tangent)));
+    const binormal = cross(tangent, side);
     for (let s = 0; s < sides; s++) {
-      const turn = 2 * Math.PI * s / sides;
-      const point = add(add(here, side, radii[n] * Math.cos(turn)), other, radii[n] * Math.sin(turn));
-      mesh.x.push(point[0]); mesh.y.push(point[1]); mesh.z.push(point[2]); mesh.at.push(n);
+      const angle = 2 * Math.PI * s / sides;
+      const point = add(add(joint, side, radii[n] * Math.cos(angle)), binormal, radii[n] * Math.sin(angle));
+      mesh.x.push(point[0]); mesh.y.push(point[1]); mesh.z.push(point[2]); mesh.joint.push(n);
       if (n < last) {
         const a = (n - first) * sides + s, b = (n - first) * sides + (s + 1) % sides;
         mesh.i.push(a, b); mesh.j.push(b, b + sides); mesh.k.push(a + sides, a + sides);

@@ -1,0 +1,107 @@
+"""The identity of a run: what makes the results in a folder those of the same input, configuration and versions."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import platform
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from ..config import Config
+from . import MANIFEST
+from .atomic import PREFIX
+
+SCHEMA = "doo3d/manifest/1"
+PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "trimesh", "python-fcl", "open3d", "open3d-cpu")
+"""Packages whose versions the manifest records: results may depend on them."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """The reason why a folder cannot take the results of a run.
+
+    reason : for the message. code : of the error. can_restart : the results are of the same input, so `restart` may replace them.
+    """
+
+    reason: str
+    code: str
+    can_restart: bool = False
+
+
+def identity(source: dict[str, Any], config: Config) -> dict[str, Any]:
+    """Return the part of the manifest that identifies a run: schema, versions, input and digest of the configuration."""
+    return {"schema": SCHEMA, "versions": _versions(), "input": source, "config_digest": digest(config)}
+
+
+def digest(config: Config) -> str:
+    """Return the SHA-256 of the effective configuration as hexadecimal text."""
+    return hashlib.sha256(config.to_yaml().encode()).hexdigest()
+
+
+def _versions() -> dict[str, str]:
+    versions = {"doo3d": __version__, "python": platform.python_version()}
+    for package in PACKAGES:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            versions[package] = metadata.version(package)
+    return versions
+
+
+def read_manifest(path: Path) -> dict[str, Any] | None:
+    """Return the manifest in a folder; None if there is no valid one of doo3d."""
+    try:
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    is_ours = isinstance(manifest, dict) and str(manifest.get("schema", "")).startswith("doo3d/manifest/")
+    return manifest if is_ours else None
+
+
+def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, Any]) -> Conflict | None:
+    """Return why a folder cannot take the results of a run; None if it is empty or holds results of the same run.
+
+    Parameters
+    ----------
+    path : the folder, which need not exist.
+    former : its manifest; None without one.
+    current : `identity` of the new run.
+    """
+    if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
+        return None
+    if former is None:
+        return Conflict("the folder is not empty and its content is not a result of doo3d", "out-foreign")
+    source, wanted = _mapping(former, "input"), current["input"]
+    keys = sorted((source.keys() | wanted.keys()) - {"files", "frames"}, key=lambda key: (key != "path", key))
+    for key in keys:
+        if (value := source.get(key)) != wanted.get(key):
+            what = value if key == "path" else f"{source.get('path')}, {key} {'not given' if value is None else value}"
+            return Conflict(f"the folder holds the results of another input ({what})", "out-other-input")
+    if former.get("config_digest") != current["config_digest"]:
+        return Conflict(
+            "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", can_restart=True
+        )
+    if (source.get("files"), source.get("frames")) != (wanted["files"], wanted["frames"]):
+        return Conflict(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", True)
+    had, has = _mapping(former, "versions"), current["versions"]
+    changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]
+    if changed:
+        return Conflict(f"the folder holds the results of other versions ({'; '.join(changed)})", "versions-changed", True)
+    return None
+
+
+def frame_names(manifest: dict[str, Any] | None, lines: Iterable[Any]) -> set[str]:
+    """Return the names of the frames in a manifest and in lines of a journal, as far as they can be names of files."""
+    frames = (manifest or {}).get("frames")
+    entries = [*(frames if isinstance(frames, list) else []), *lines]
+    names = [entry.get("name") for entry in entries if isinstance(entry, dict)]
+    return {name for name in names if isinstance(name, str) and name and Path(name).name == name}
+
+
+def _mapping(values: dict[str, Any], key: str) -> dict[str, Any]:
+    value = values.get(key)
+    return value if isinstance(value, dict) else {}
