@@ -11,7 +11,7 @@ from doo3d.config.documentation import all_settings, annotated_yaml, markdown
 from doo3d.config.former import FIXED, FORMER
 from doo3d.config.models import is_expert
 
-PAGE = ROOT / "docs" / "configuration.md"
+PAGE = ROOT / "docs" / "pages" / "configuration.md"
 RANGES = [{"low": [170, 80, 40], "high": [10, 255, 255]}]
 
 
@@ -55,4 +55,4 @@ def test_every_setting_is_on_the_page_in_its_tier():
 
 
 def test_the_page_in_docs_is_up_to_date():
-    assert PAGE.read_text(encoding="utf-8") == markdown(), "run: doo3d config --markdown > docs/configuration.md"
+    assert PAGE.read_text(encoding="utf-8") == markdown(), "run: doo3d config --markdown > docs/pages/configuration.md"
