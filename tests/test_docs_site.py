@@ -7,21 +7,22 @@ from typing import Any
 import yaml
 from builders.paths import ROOT
 
-DOCS = ROOT / "docs"
+CONFIG = ROOT / "docs" / "mkdocs.yml"
+PAGES = ROOT / "docs" / "pages"
 
 
 def pages(items: Any) -> list[str]:
-    """The pages of a navigation, of lists and {title: page or list}."""
+    """Return the pages of a navigation, made of lists and {title: page or list}."""
     if isinstance(items, str):
         return [items]
     return [page for item in items for page in pages(list(item.values()) if isinstance(item, dict) else item)]
 
 
 def test_every_page_is_in_the_navigation():
-    site = yaml.safe_load((DOCS / "site" / "mkdocs.yml").read_text(encoding="utf-8"))
-    assert sorted(pages(site["nav"])) == sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
+    site = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    assert sorted(pages(site["nav"])) == sorted(path.relative_to(PAGES).as_posix() for path in PAGES.rglob("*.md"))
 
 
 def test_nothing_is_loaded_from_elsewhere():
-    site = yaml.safe_load((DOCS / "site" / "mkdocs.yml").read_text(encoding="utf-8"))
+    site = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
     assert site["theme"]["font"] is False
