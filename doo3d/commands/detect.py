@@ -79,7 +79,7 @@ def detect(
     opened = open_capture(capture, effective.mode == "2d", mask, read_options)
     opened = select_frames(opened, Selection(every, start, end, frames))
     if fuse_views:
-        from ..sequence.fusion import FusedCapture
+        from ..sequence.fused_capture import FusedCapture
 
         opened = FusedCapture(opened, effective)
     debugged = debug_frames(opened, debug_frame)

@@ -56,7 +56,7 @@ FIXED = {
     "merge.open_reach": "2 radii",
     "merge.border": "8 radii",
     "merge.patience": "3 times max_cost",
-    "merge.remnant": "0.1 of the length",
+    "merge.remnant": "0.1 of the longest chain's length",
     "fill.radius": "a radius of half the gap at most",
     "fill.max_deviation": "20 degrees",
     "refine.spacing": "0.4 radii",

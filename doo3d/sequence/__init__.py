@@ -1,1 +1,1 @@
-"""What the frames of one capture tell each other: tracking and fusion."""
+"""Frames of one capture combined: chains tracked over time, and views of an object at rest fused to one cloud."""

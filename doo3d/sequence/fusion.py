@@ -1,225 +1,237 @@
-"""Many views of a thing at rest as one cloud: the object's pixels of every frame, by the camera's poses, in the world."""
+"""Fusion of many views of an object at rest to one cloud in the world frame of the camera poses."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from ..config import Config
 from ..errors import DooError, InputError
 from ..geometry.radius import point_spacing
-from ..geometry.sparse_grid import sorted_unique
-from ..inputs import Capture, FrameData, FrameRef
+from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
-from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image, Ints
+from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..visibility import MultiViewVisibility
+from .voxel_sums import VoxelSums
 
-NAME = "static"
+FUSED_NAME = "static"
+"""Name of the fused frame, and of its files."""
 
-HALF = 1 << 20
-"""Voxels from the world's origin to the end of the grid, on either side; three such numbers fit 64 bits."""
-
-MOVED, TURNED = 0.005, np.radians(1.0)
-"""m and radians; a camera whose poses differ by less has not moved."""
-
+MIN_CAMERA_MOTION_M, MIN_CAMERA_TURN_RAD = 0.005, np.radians(1.0)
+"""A camera whose poses differ by less than both has not moved: its views show the same parts of the object."""
 
 SUPPORT_RADIUS_VOXELS = 4.0
 """Radius, in voxels, within which observations of different frames support each other."""
 
 MAX_VIEWS = 24
-"""Frames, evenly over all, whose masks tell where the axis is: more cost time and add little."""
+"""Views kept for the axis estimate and the free-space test: more cost time and add little."""
 
 
 @dataclass
-class _Voxels:
-    """Occupied voxels of an edge in m: keys (M,) ascending, the sums (M, C) of what was in each, and how many frames saw it."""
+class _ViewSampler:
+    """Views spread evenly over all frames, at most `max_views`: every frame, then every second, every fourth, ..."""
 
-    size: float
-    keys: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    sums: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    frames: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-
-    def of(self, points: Floats) -> Ints:
-        """The keys (N,) of points (N, 3) m."""
-        places = np.floor(points / self.size).astype(np.int64) + HALF
-        if (places < 0).any() or (places >= 2 * HALF).any():
-            raise InputError(
-                f"it lies over {HALF * self.size:.3g} m from the world's origin: give poses in metres from an origin nearby",
-                code="voxels-too-many",
-            )
-        return np.asarray((places[:, 0] * 2 * HALF + places[:, 1]) * 2 * HALF + places[:, 2])
-
-    def add(self, points: Floats, values: Floats) -> None:
-        """One more frame: points (N, 3) m with values (N, C)."""
-        keys = self.of(points)
-        merged = sorted_unique(np.concatenate((self.keys, keys)))
-        old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
-        sums: Floats = np.column_stack([np.bincount(new, weights=column, minlength=len(merged)) for column in values.T])
-        frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)
-        if len(self.keys):
-            sums[old] += self.sums
-            frames[old] += self.frames
-        self.keys, self.sums, self.frames = merged, sums, frames
-
-
-@dataclass
-class _Views:
-    """Some of all views, evenly: every one, then every second, every fourth, so that there are never more than `most`."""
-
-    most: int
-    every: int = 1
+    max_views: int
+    step: int = 1
     count: int = 0
-    kept: list[CameraView] = field(default_factory=list)
+    views: list[CameraView] = field(default_factory=list)
 
     def add(self, view: CameraView) -> None:
-        if self.count % self.every == 0:
-            if len(self.kept) == self.most:
-                self.kept, self.every = self.kept[::2], 2 * self.every
-            if self.count % self.every == 0:
-                self.kept.append(view)
+        if self.count % self.step == 0:
+            if len(self.views) == self.max_views:
+                self.views, self.step = self.views[::2], 2 * self.step
+            if self.count % self.step == 0:
+                self.views.append(view)
         self.count += 1
 
 
-def fuse(entries: Iterable[FrameRef], config: Config) -> Cloud:
-    """The object in all frames as one cloud in the world frame of the poses, each voxel the mean of what was seen in it.
+@dataclass
+class _Accumulation:
+    """Everything gathered from the frames so far.
 
-    Every frame is told from the rest as the config says, or by the capture's masks. What fewer than `fusion.min_views` frames
-    see, and others see through, goes. Frames are read one at a time, and what is kept does not grow with their number; those
-    that cannot be used are named in the notes.
+    Attributes
+    ----------
+    fine, coarse : sums per voxel of one point spacing (1, x, y, z, r, g, b) and of the support radius (1); None before the
+        first frame.
+    sampler : views kept for the visibility.
+    poses : (4, 4) of each fused frame.
+    notes : a sentence for each frame left out. codes : codes of their errors.
+    """
+
+    fine: VoxelSums | None = None
+    coarse: VoxelSums | None = None
+    sampler: _ViewSampler = field(default_factory=lambda: _ViewSampler(MAX_VIEWS))
+    poses: list[Floats] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    codes: set[str] = field(default_factory=set)
+    without_pose: int = 0
+
+    def add(self, foreground: Foreground, pose: Floats) -> None:
+        """Add the object's points of one frame."""
+        if self.fine is None or self.coarse is None:
+            size = point_spacing(foreground)
+            self.fine, self.coarse = VoxelSums(size), VoxelSums(SUPPORT_RADIUS_VOXELS * size)
+        points = foreground.points @ pose[:3, :3].T + pose[:3, 3]
+        ones = np.ones((len(points), 1))
+        self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(foreground)), axis=1))
+        self.coarse.add_frame(points, ones)
+        self.poses.append(pose)
+        if foreground.camera is not None and foreground.mask is not None and foreground.depth is not None:
+            self.sampler.add(CameraView(foreground.camera, pose, foreground.mask, foreground.depth))
+
+    def voxels(self) -> tuple[VoxelSums, VoxelSums]:
+        """Return the fine and the coarse voxels.
+
+        Raises
+        ------
+        InputError : no frame was added.
+        """
+        if self.without_pose and not self.poses:
+            raise InputError(
+                "no frame has a camera pose, which fusing needs: give a capture with poses (TUM, BOP, a bag with tf), or "
+                "--input-option trajectory=FILE",
+                code="pose-missing",
+            )
+        if self.fine is None or self.coarse is None:
+            raise InputError(
+                "no frame can be used" + (f": {self.notes[0]}" if self.notes else ""),
+                code=self.codes.pop() if len(self.codes) == 1 else "frames-unusable",
+            )
+        return self.fine, self.coarse
+
+
+def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
+    """Fuse the object in all frames to one cloud; each point is the mean of the observations in a voxel.
+
+    Each frame is segmented as the config says, or by the capture's masks. Points that fewer than `fusion.min_views` frames
+    observed, and that the other views contradict, are removed. Frames are read one at a time, and memory does not grow with
+    their number.
+
+    Parameters
+    ----------
+    frames : of a capture with camera poses and an object at rest, such as `open_capture(path).frames`.
+    config : None for the preset "default".
+
+    Returns
+    -------
+    Cloud, m, in the world frame of the poses, with colors if all frames have them; `detect` takes all its points as the
+    object. Its notes name the frames that could not be used.
 
     Raises
     ------
     InputError : no frame has a pose; the camera did not move; no frame can be used, or the object is in none.
     """
-    fine: _Voxels | None = None
-    coarse: _Voxels | None = None
-    views = _Views(MAX_VIEWS)
-    poses: list[Floats] = []
-    notes: list[str] = []
-    codes: set[str] = set()
-    lost = 0
-    for entry in entries:
+    config = config or Config()
+    gathered = _Accumulation()
+    for frame in frames:
         try:
-            shot = entry.load()
-            if shot.pose is None:
-                lost += 1
+            loaded = frame.load()
+            if loaded.pose is None:
+                gathered.without_pose += 1
                 continue
-            pose = _checked(shot.pose)
-            found = segment(_with_depth(shot), config.segment, shot.mask_for(config), config.seed).foreground
-            if not len(found.points):
+            pose = _checked_pose(loaded.pose)
+            foreground = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).foreground
+            if not len(foreground.points):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
-            notes.append(f"{entry.name} is left out: {error}")
-            codes.add(error.code)
+            gathered.notes.append(f"{frame.name} is left out: {error}")
+            gathered.codes.add(error.code)
             continue
-        if fine is None or coarse is None:
-            size = point_spacing(found)
-            fine, coarse = _Voxels(size), _Voxels(SUPPORT_RADIUS_VOXELS * size)
-        points = found.points @ pose[:3, :3].T + pose[:3, 3]
-        one = np.ones((len(points), 1))
-        fine.add(points, np.concatenate((one, points, _colors(found)), axis=1))
-        coarse.add(points, one)
-        poses.append(pose)
-        if found.camera is not None and found.mask is not None and found.depth is not None:
-            views.add(CameraView(found.camera, pose, found.mask, found.depth))
-    if lost and not poses:
-        raise InputError(
-            "no frame says where its camera was, which fusing them needs: a capture with poses (TUM, BOP, a bag with tf), or "
-            "--input-option trajectory=FILE",
-            code="pose-missing",
-        )
-    if fine is None or coarse is None:
-        raise InputError(
-            "no frame can be used" + (f": {notes[0]}" if notes else ""),
-            code=codes.pop() if len(codes) == 1 else "frames-unusable",
-        )
-    if lost:
-        notes.append(f"{lost} frames without a pose are left out")
-    check_moved(np.array(poses))
-    least = min(config.fusion.min_views, (len(poses) + 1) // 2)
-    seen, shown = _kept(fine, coarse, least, views.kept, config.visibility.margin)
-    places: Floats = np.array(poses)[:, :3, 3]
-    central = places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]
-    viewpoint = central if views.kept else None
-    said = (f"{len(poses)} frames are fused", *notes)
-    return Cloud(seen, shown, viewpoint, NAME, None, tuple(views.kept), True, "world", said)
+        gathered.add(foreground, pose)
+    fine, coarse = gathered.voxels()
+    poses: Floats = np.array(gathered.poses)
+    check_camera_moved(poses)
+    notes = [f"{len(poses)} frames are fused", *gathered.notes]
+    if gathered.without_pose:
+        notes.append(f"{gathered.without_pose} frames without a pose are left out")
+    views = gathered.sampler.views
+    min_views = min(config.fusion.min_views, (len(poses) + 1) // 2)
+    points, colors = _consistent_points(fine, coarse, min_views, views, config.visibility.margin)
+    return Cloud(
+        points,
+        colors,
+        viewpoint=_central_viewpoint(poses) if views else None,
+        name=FUSED_NAME,
+        views=tuple(views),
+        segmented=True,
+        coordinates="world",
+        notes=tuple(notes),
+    )
 
 
-def check_moved(poses: Floats) -> None:
-    """Raises InputError where all poses (F, 4, 4) are the same."""
-    way = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
+def check_camera_moved(poses: Floats) -> None:
+    """Check that the camera moved or turned between the poses (F, 4, 4).
+
+    Raises
+    ------
+    InputError : all poses are the same.
+    """
+    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
     cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
     turn = np.arccos(np.clip(cos, -1, 1)).max()
-    if way < MOVED and turn < TURNED:
+    if motion < MIN_CAMERA_MOTION_M and turn < MIN_CAMERA_TURN_RAD:
         raise InputError(
-            f"the camera did not move ({1000 * way:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every frame "
-            "shows the same parts, detect in them one by one, without --fuse-views",
+            f"the camera did not move ({1000 * motion:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every "
+            "frame shows the same parts, detect in them one by one, without --fuse-views",
             code="camera-still",
         )
 
 
-def _checked(pose: Floats) -> Floats:
+def _central_viewpoint(poses: Floats) -> Floats:
+    """Return the camera position (3,) m nearest to the mean of all positions."""
+    positions: Floats = poses[:, :3, 3]
+    return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
+
+
+def _checked_pose(pose: Floats) -> Floats:
+    """Return a pose (4, 4) as floats, checked to be a rotation and a translation."""
     pose = np.asarray(pose, dtype=float)
     if pose.shape != (4, 4) or not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-3):
         raise InputError("its pose is no rotation and shift, 4 x 4", code="pose-invalid")
     return pose
 
 
-def _with_depth(shot: FrameData) -> Frame | Cloud:
-    if isinstance(shot.data, Image):
+def _require_depth(loaded: FrameData) -> Frame | Cloud:
+    """Return the data of a frame with depth; images are refused."""
+    if isinstance(loaded.data, Image):
         raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
-    return shot.data
+    return loaded.data
 
 
-def _colors(found: Foreground) -> Floats:
-    """(N, 3) of the points; NaN where they have none."""
-    if found.color is None or found.pixels is None:
-        return np.full(found.points.shape, np.nan)
-    return found.color[found.pixels[:, 1], found.pixels[:, 0]].astype(float)
+def _point_colors(foreground: Foreground) -> Floats:
+    """Return the colors (N, 3) of the points; NaN without colors."""
+    if foreground.color is None or foreground.pixels is None:
+        return np.full(foreground.points.shape, np.nan)
+    return foreground.color[foreground.pixels[:, 1], foreground.pixels[:, 0]].astype(float)
 
 
-def _kept(fine: _Voxels, coarse: _Voxels, least: int, views: list[CameraView], margin: float) -> tuple[Floats, Array | None]:
-    """The means of the voxels, points (N, 3) m and colours (N, 3) uint8, without what other frames contradict.
+def _consistent_points(
+    fine: VoxelSums, coarse: VoxelSums, min_views: int, views: Sequence[CameraView], margin: float
+) -> tuple[Floats, Array | None]:
+    """Return the mean point and color of each fine voxel, without those that the views contradict.
 
-    A voxel near which fewer than `least` frames saw something goes where as many of the views saw through it, or where there
-    are no views to ask.
+    Parameters
+    ----------
+    fine, coarse : the voxels of `_Accumulation`.
+    min_views : frames that must have observed the coarse voxel of a point. A point with fewer is removed if the views
+        contradict it (as many saw through it as saw the object there), or if there are no views.
+    views : the views to ask.
+    margin : m, least distance behind a point of depth that shows free space.
+
+    Returns
+    -------
+    Points (N, 3) m, and colors (N, 3) uint8; None for the colors if a voxel has none.
     """
     mean = fine.sums[:, 1:] / fine.sums[:, :1]
     points, colors = mean[:, :3], mean[:, 3:]
-    kept = coarse.frames[np.searchsorted(coarse.keys, coarse.of(points))] >= least
+    kept = coarse.frames[np.searchsorted(coarse.keys, coarse.keys_of(points))] >= min_views
     if views and not kept.all():
         kept[~kept] = ~MultiViewVisibility.of_views(views, margin, True).contradicted_by_views(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
         raise InputError(
-            f"nothing is seen by {least} frames: are the poses right, and is the thing at rest?", code="views-too-few"
+            f"no part is seen by {min_views} frames: check the poses, and that the object is at rest", code="views-too-few"
         )
     return points, np.rint(colors).astype(np.uint8) if np.isfinite(colors).all() else None
-
-
-class FusedCapture:
-    """A capture of which all frames are one, called `static`: the cloud that they are fused to when it is loaded.
-
-    Raises
-    ------
-    InputError : the config is for images.
-    """
-
-    def __init__(self, capture: Capture, config: Config) -> None:
-        if config.mode == "2d":
-            raise InputError(
-                "--fuse-views fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
-                code="config-mode",
-            )
-        self.path, self.format = capture.path, f"{capture.format}, fused"
-        self.masks: Path | None = getattr(capture, "masks", None)
-        self.selection: str | None = getattr(capture, "selection", None)
-        self.frames: Sequence[FrameRef] = [FrameRef(NAME, capture.path, partial(_load, tuple(capture.frames), config))]
-
-
-def _load(entries: tuple[FrameRef, ...], config: Config) -> FrameData:
-    return FrameData(fuse(entries, config))

@@ -1,10 +1,10 @@
-"""Which chain is which from frame to frame: identities that stay, and directions that do not flip."""
+"""Tracking: each chain keeps its id and its direction from frame to frame."""
 
 from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -16,140 +16,249 @@ from ..config import TrackingConfig
 from ..errors import InputError
 from ..types import Chain, Connection, Crossing, Detection, Floats, Ints, SegmentRef
 
-NODES = 60
-"""Steps of the longer of two chains at which they are compared."""
-
+COMPARED_STEPS = 60
+"""Steps along the longer of two chains at which the two are compared."""
 
 MIN_MOTION_RADII = 10.0
-"""Radii by which a chain may move from one frame to the next in any case, however short it is."""
+"""Radii that a chain may always move from one frame to the next, however short it is."""
 
 MAX_AGE = 30
-"""Frames for which a chain that is not found is remembered where it was: a second of video."""
+"""Frames for which a chain that is not found is remembered at its last position: a second of video."""
 
 
 class Match(NamedTuple):
-    """How a chain lies on one of an earlier frame.
+    """A chain compared with a chain of an earlier frame.
 
-    cost : the distance from it, in the distances that are allowed: 0 the same, 1 the farthest. backwards : the other end is
-    first. start : of a ring, the joint that is then first.
+    Attributes
+    ----------
+    cost : mean distance between the two, as a fraction of the largest motion allowed: 0 the same, 1 the farthest.
+    backwards : the chain runs in the opposite direction.
+    first_joint : of closed chains, the index of the joint, in the matched direction, that corresponds to the first joint of
+        the earlier chain.
     """
 
     cost: float
     backwards: bool = False
-    start: int = 0
+    first_joint: int = 0
 
 
-NONE = Match(np.inf)
+NO_MATCH = Match(np.inf)
 
 
 @dataclass(frozen=True)
-class LastSeen:
-    """A chain where it was last, and how many frames ago that was: 0 for the last one."""
+class TrackedChain:
+    """A chain at its last known position, and the number of frames since then (0: found in the last frame)."""
 
     chain: Chain
     age: int = 0
 
 
 @dataclass(frozen=True)
-class State:
-    """The chains that are remembered, by their ids, and the next id that is free."""
+class TrackingState:
+    """The chains remembered, in order of their ids, and the next unused id."""
 
-    seen: tuple[LastSeen, ...] = ()
-    free: int = 0
+    tracked: tuple[TrackedChain, ...] = ()
+    next_id: int = 0
 
 
-def follow(state: State, detection: Detection, config: TrackingConfig | None = None) -> tuple[Detection, State]:
-    """The detection with ids, its chains in the directions they had before, and the state for the next frame.
+class Tracker:
+    """Assign ids to the chains of successive frames, and keep the chains' directions.
 
-    Chains are assigned to remembered ones all together, so that what they are nearer by is most in total (the Hungarian
-    method). The order of the chains stays; crossings and connections go with the segments they are at.
+    Frames that failed are left out: the next frame is compared with the one before them.
+
+    Parameters
+    ----------
+    config : the section `tracking` of a Config; None for the defaults.
+    state : where to begin; None for no chains.
+
+    Examples
+    --------
+    >>> tracker = Tracker()
+    >>> detections = [tracker.update(detection) for detection in detections]  # doctest: +SKIP
+    """
+
+    def __init__(self, config: TrackingConfig | None = None, state: TrackingState | None = None) -> None:
+        self._config = config or TrackingConfig()
+        self._state = state or TrackingState()
+
+    @property
+    def state(self) -> TrackingState:
+        """Return the chains remembered."""
+        return self._state
+
+    def update(self, detection: Detection) -> Detection:
+        """Return the next frame's detection with ids, its chains in the directions of the frames before.
+
+        The order of the chains stays; crossings and connections refer to the same segments as before, by their new numbers.
+        """
+        detection, self._state = assign_ids(self._state, detection, self._config)
+        return detection
+
+    @staticmethod
+    def resumed(documents: Iterable[Mapping[str, Any]], config: TrackingConfig | None = None) -> Tracker:
+        """Return a tracker in its state after the frames of some documents.
+
+        Parameters
+        ----------
+        documents : the JSON results (`Detection.to_dict`) of all frames so far, in order. All, since ids are never used twice;
+            positions are read of the last `MAX_AGE` + 1 only. Chains without an id are ignored.
+        config : as of Tracker.
+
+        Raises
+        ------
+        InputError : a document is not a result of detection.
+        """
+        config = config or TrackingConfig()
+        last: deque[Mapping[str, Any]] = deque(maxlen=MAX_AGE + 1)
+        next_id = 0
+        try:
+            for document in documents:
+                last.append(document)
+                next_id = max([next_id, *(chain["id"] + 1 for chain in document["chains"] if chain.get("id") is not None)])
+            state = TrackingState(next_id=next_id)
+            for document in last:
+                state = _after_frame(state, [_parse_chain(chain) for chain in document["chains"]])
+        except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
+            raise InputError(
+                f"the results so far are damaged ({error!r}): start over with --restart", code="results-damaged"
+            ) from None
+        return Tracker(config, state)
+
+
+def assign_ids(
+    state: TrackingState, detection: Detection, config: TrackingConfig | None = None
+) -> tuple[Detection, TrackingState]:
+    """Assign the chains of a detection to those remembered, and give them their ids and directions.
+
+    Chains are assigned all together by the Hungarian method, at the largest total of 1 - cost. Chains without a counterpart
+    get new ids.
+
+    Parameters
+    ----------
+    state : the chains remembered.
+    detection : of the next frame.
+    config : None for the defaults.
+
+    Returns
+    -------
+    The detection with ids and directions, and the state for the frame after it.
     """
     config = config or TrackingConfig()
-    matches = [[compare(seen.chain, chain, config) for chain in detection.chains] for seen in state.seen]
+    matches = [[match_chains(tracked.chain, chain, config) for chain in detection.chains] for tracked in state.tracked]
     gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(matches), len(detection.chains))
-    pairs = {int(k): int(s) for s, k in zip(*linear_sum_assignment(-gain), strict=True) if gain[s, k] > 0}
-    free = itertools.count(state.free)
-    chains, moved = [], []
+    pairs = {int(k): int(t) for t, k in zip(*linear_sum_assignment(-gain), strict=True) if gain[t, k] > 0}
+    new_ids = itertools.count(state.next_id)
+    chains, segment_maps = [], []
     for k, chain in enumerate(detection.chains):
-        known = k in pairs
-        match = matches[pairs[k]][k] if known else Match(0.0)
-        chain, segments = reversed_chain(chain, match.backwards, match.start)
-        chains.append(replace(chain, id=state.seen[pairs[k]].chain.id if known else next(free)))
-        moved.append(segments)
-    found = replace(detection, chains=tuple(chains), crossings=_carried(detection.crossings, moved))
-    return found, _after(State(state.seen, next(free)), found.chains, MAX_AGE)
+        tracked = state.tracked[pairs[k]] if k in pairs else None
+        match = matches[pairs[k]][k] if k in pairs else Match(0.0)
+        chain, segments = reversed_chain(chain, match.backwards, match.first_joint)
+        chains.append(replace(chain, id=tracked.chain.id if tracked else next(new_ids)))
+        segment_maps.append(segments)
+    crossings = _renumber_crossings(detection.crossings, segment_maps)
+    tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings)
+    return tracked_detection, _after_frame(TrackingState(state.tracked, next(new_ids)), chains)
 
 
-def _after(state: State, chains: Iterable[Chain], keep: int) -> State:
-    """The state when one more frame has shown these chains."""
-    seen = {item.chain.id: LastSeen(item.chain, item.age + 1) for item in state.seen if item.age < keep}
-    seen |= {chain.id: LastSeen(chain) for chain in chains if chain.id is not None}
-    return State(tuple(seen[number] for number in sorted(number for number in seen if number is not None)), state.free)
+def _after_frame(state: TrackingState, chains: Iterable[Chain]) -> TrackingState:
+    """Return the state after a frame that shows these chains; chains not found for `MAX_AGE` frames are forgotten."""
+    tracked = {item.chain.id: TrackedChain(item.chain, item.age + 1) for item in state.tracked if item.age < MAX_AGE}
+    tracked |= {chain.id: TrackedChain(chain) for chain in chains if chain.id is not None}
+    return TrackingState(tuple(tracked[id] for id in sorted(id for id in tracked if id is not None)), state.next_id)
 
 
-def compare(old: Chain, new: Chain, config: TrackingConfig) -> Match:
-    """How `new` lies on `old`: NONE where it is farther away than a chain may move from frame to frame."""
-    radius = float(np.nanmax((old.radius, new.radius, 0.0)))
-    reach = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
-    low, high = (np.array([side(chain.joints, axis=0) for chain in (old, new)]) for side in (np.min, np.max))
-    if (low.max(axis=0) - high.min(axis=0) > reach).any():
-        return NONE
-    way = _rings if old.closed and new.closed else _ring_and_line if old.closed or new.closed else _lines
-    best = min((way(old, new, backwards, reach) for backwards in (False, True)), key=lambda match: match.cost)
-    return best if best.cost < 1 else NONE
+def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
+    """Compare a chain with one of an earlier frame.
 
+    Parameters
+    ----------
+    old, new : the earlier chain and the new one.
+    config : the largest motion allowed.
 
-def _lines(old: Chain, new: Chain, backwards: bool, reach: float) -> Match:
-    """Slid along each other, overlapping by at least half of the shorter; what sticks out counts as far away.
-
-    An end that is hidden in one of the frames so moves nothing.
+    Returns
+    -------
+    The better match of the two directions; NO_MATCH if it is farther than a chain may move from frame to frame.
     """
-    step = max(old.length, new.length) / NODES
-    gap = cdist(_nodes(old, step), _nodes(new, step)[:: -1 if backwards else 1])
-    rows, columns = gap.shape
-    least = -(-min(rows, columns) // 2)
-    slides = np.arange(least - rows, columns - least + 1)
-    total = np.array([np.trace(gap, slide) for slide in slides])
-    both = np.minimum(rows, columns - slides) - np.maximum(0, -slides)
-    out = (rows + columns) / 2 - both
-    return Match(float(((total / reach + out) / (both + out)).min()), backwards)
+    radius = float(np.nanmax((old.radius, new.radius, 0.0)))
+    max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
+    low, high = (np.array([corner(chain.joints, axis=0) for chain in (old, new)]) for corner in (np.min, np.max))
+    if (low.max(axis=0) - high.min(axis=0) > max_motion).any():
+        return NO_MATCH
+    if old.closed and new.closed:
+        match_function = _match_closed
+    elif old.closed or new.closed:
+        match_function = _match_open_with_closed
+    else:
+        match_function = _match_open
+    best = min((match_function(old, new, backwards, max_motion) for backwards in (False, True)), key=lambda match: match.cost)
+    return best if best.cost < 1 else NO_MATCH
 
 
-def _rings(old: Chain, new: Chain, backwards: bool, reach: float) -> Match:
-    """Turned into each other, joint by joint of the new one: its first joint comes to half a segment of where it was."""
+def _match_open(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
+    """Match two open chains by their mean distance at the best relative shift, in one direction.
+
+    The chains overlap by at least half of the shorter. Parts without a counterpart cost the maximum distance, so that a
+    newly hidden end does not shift the match.
+    """
+    step = max(old.length, new.length) / COMPARED_STEPS
+    distances = cdist(_sample(old, step), _sample(new, step)[:: -1 if backwards else 1])
+    rows, columns = distances.shape
+    min_overlap = -(-min(rows, columns) // 2)
+    shifts = np.arange(min_overlap - rows, columns - min_overlap + 1)
+    total = np.array([np.trace(distances, shift) for shift in shifts])
+    overlap = np.minimum(rows, columns - shifts) - np.maximum(0, -shifts)
+    unmatched = (rows + columns) / 2 - overlap
+    return Match(float(((total / max_motion + unmatched) / (overlap + unmatched)).min()), backwards)
+
+
+def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
+    """Match two closed chains by their mean distance at the best rotation of the new one, in one direction.
+
+    Rotations are by whole joints, so that the first joint ends up within half a segment of its old position.
+    """
     count = len(new.joints) - 1
     joints = new.joints[:: -1 if backwards else 1][:-1]
-    gap = cdist(old.nodes(count + 1)[:-1], joints)
+    distances = cdist(old.nodes(count + 1)[:-1], joints)
     index = np.arange(count)
-    mean = gap[index, (index + index[:, None]) % count].mean(axis=1)
-    return Match(float(mean.min()) / reach, backwards, int(mean.argmin()))
+    mean = distances[index, (index + index[:, None]) % count].mean(axis=1)  # (count,), of each rotation
+    return Match(float(mean.min()) / max_motion, backwards, int(mean.argmin()))
 
 
-def _ring_and_line(old: Chain, new: Chain, backwards: bool, reach: float) -> Match:
-    """A ring that is open in the other frame: the line is slid round it."""
-    ring, line = (old, new) if old.closed else (new, old)
-    step = max(old.length, new.length) / NODES
-    round_twice, part = _nodes(ring, step), _nodes(line, step)[:: -1 if backwards else 1]
-    round_twice = np.concatenate((round_twice[:-1], round_twice))
-    if len(part) > len(round_twice):
-        return NONE
-    gap = cdist(part, round_twice)
-    mean = [np.trace(gap, slide) / len(part) for slide in range(len(round_twice) - len(part) + 1)]
-    return Match(float(min(mean)) / reach, backwards)
+def _match_open_with_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
+    """Match a closed chain with one that is open in the other frame, at the best shift along the closed one."""
+    closed, open_chain = (old, new) if old.closed else (new, old)
+    step = max(old.length, new.length) / COMPARED_STEPS
+    once, part = _sample(closed, step), _sample(open_chain, step)[:: -1 if backwards else 1]
+    twice = np.concatenate((once[:-1], once))
+    if len(part) > len(twice):
+        return NO_MATCH
+    distances = cdist(part, twice)
+    mean = [np.trace(distances, shift) / len(part) for shift in range(len(twice) - len(part) + 1)]
+    return Match(float(min(mean)) / max_motion, backwards)
 
 
-def _nodes(chain: Chain, step: float) -> Floats:
+def _sample(chain: Chain, step: float) -> Floats:
+    """Return points (N, D) along a chain, about `step` (m; px in 2-D) apart."""
     return chain.nodes(max(2, round(chain.length / step) + 1))
 
 
-def reversed_chain(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain, Ints]:
-    """The chain from its other end, where backwards, and a ring from the joint `start` (counted after that); and for each of its
-    segments, (N,), the place that it has then.
+def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple[Chain, Ints]:
+    """Return a chain from its other end, and a closed chain from another joint.
+
+    Parameters
+    ----------
+    chain : the chain.
+    backwards : reverse the direction.
+    first_joint : of a closed chain, the joint to begin with, counted in the new direction.
+
+    Returns
+    -------
+    The chain, and for each of its N segments, (N,), the number that the segment has in the new chain.
     """
     count = len(chain.occluded)
     index = np.arange(count)[::-1] if backwards else np.arange(count)
-    index = np.roll(index, -start)
-    if not backwards and not start:
+    index = np.roll(index, -first_joint)
+    if not backwards and not first_joint:
         return chain, index
     segments = np.argsort(index)
     if chain.closed:
@@ -161,64 +270,21 @@ def reversed_chain(chain: Chain, backwards: bool, start: int = 0) -> tuple[Chain
     return replace(chain, joints=chain.joints[joint], radii=radii, occluded=occluded, connections=connections), segments
 
 
-def _carried(crossings: tuple[Crossing, ...], moved: list[Ints]) -> tuple[Crossing, ...]:
-    """Crossings at the places their segments have now, in the order of the chains and along them."""
+def _renumber_crossings(crossings: Sequence[Crossing], segment_maps: Sequence[Ints]) -> tuple[Crossing, ...]:
+    """Return the crossings with the new numbers of their segments, in the order of the chains and along them.
 
-    def now(place: SegmentRef) -> SegmentRef:
-        return SegmentRef(place.chain, int(moved[place.chain][place.segment]))
+    segment_maps : for each chain, (N,), the new number of each segment, as of `reversed_chain`.
+    """
 
-    found = [replace(crossing, upper=now(crossing.upper), lower=now(crossing.lower)) for crossing in crossings]
-    return tuple(sorted(found, key=lambda crossing: sorted((crossing.upper, crossing.lower))))
+    def renumber(segment: SegmentRef) -> SegmentRef:
+        return SegmentRef(segment.chain, int(segment_maps[segment.chain][segment.segment]))
 
-
-class Tracker:
-    """`follow` from frame to frame. A frame that failed is left out: the next one is compared with the one before it."""
-
-    def __init__(self, config: TrackingConfig | None = None, state: State | None = None) -> None:
-        self._config = config or TrackingConfig()
-        self._state = state or State()
-
-    def update(self, detection: Detection) -> Detection:
-        """The next frame's detection, with ids and directions."""
-        detection, self._state = follow(self._state, detection, self._config)
-        return detection
-
-    def state(self) -> State:
-        """What is remembered."""
-        return self._state
-
-    @staticmethod
-    def resumed(documents: Iterable[Mapping[str, Any]], config: TrackingConfig | None = None) -> Tracker:
-        """A tracker as it was after the frames of these documents (schema doo3d/detection/1), given in their order.
-
-        All frames so far, for ids are never used twice; those long ago are only asked for their ids. Chains without an id are
-        left aside.
-
-        Raises
-        ------
-        InputError : a document is not what was written.
-        """
-        config = config or TrackingConfig()
-        last: deque[Mapping[str, Any]] = deque(maxlen=MAX_AGE + 1)
-        free = 0
-        try:
-            for document in documents:
-                last.append(document)
-                free = max([free, *(chain["id"] + 1 for chain in document["chains"] if chain.get("id") is not None)])
-            state = State(free=free)
-            for document in last:
-                state = _after(state, [_chain(chain) for chain in document["chains"]], MAX_AGE)
-        except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
-            raise InputError(
-                f"the results so far are broken ({error!r}): start anew with --restart", code="results-damaged"
-            ) from None
-        return Tracker(config, state)
+    renumbered = [replace(crossing, upper=renumber(crossing.upper), lower=renumber(crossing.lower)) for crossing in crossings]
+    return tuple(sorted(renumbered, key=lambda crossing: sorted((crossing.upper, crossing.lower))))
 
 
-def _chain(values: Mapping[str, Any]) -> Chain:
-    """As much of a chain as `compare` looks at."""
+def _parse_chain(values: Mapping[str, Any]) -> Chain:
+    """Return a chain of a JSON result, without the parts that tracking does not need."""
     radius = float("nan") if values["radius"] is None else float(values["radius"])
-    number = values.get("id")
-    return Chain(
-        np.array(values["joints"], dtype=float), float(values["segment_length"]), radius, closed=bool(values["closed"]), id=number
-    )
+    joints, segment_length = np.array(values["joints"], dtype=float), float(values["segment_length"])
+    return Chain(joints, segment_length, radius, closed=bool(values["closed"]), id=values.get("id"))

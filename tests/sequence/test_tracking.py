@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
-from doo3d.config import TrackingConfig
 from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import densify
 from doo3d.outputs.detection_json import dumps
-from doo3d.sequence.tracking import State, Tracker, follow, reversed_chain
+from doo3d.sequence import tracking
+from doo3d.sequence.tracking import Tracker, TrackingState, assign_ids, reversed_chain
 from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
 from doo3d.viz import draw
 from doo3d.viz.palette import chain_color
@@ -106,17 +106,17 @@ def test_of_two_pieces_the_longer_keeps_the_id(dim):
 
 
 def test_what_was_lost_comes_back_where_it_was_and_only_so_long():
-    tracker, config = Tracker(), TrackingConfig()
+    tracker = Tracker()
     tracker.update(found(wave(3), wave(3, (0, 0.6))))
-    for _ in range(config.keep - 1):
+    for _ in range(tracking.MAX_AGE - 1):
         assert ids(tracker.update(found(wave(3)))) == [0]
-    state = tracker.state()
+    state = tracker.state
     assert ids(tracker.update(found(wave(3), wave(3, (0, 0.62))))) == [0, 1]
-    assert ids(follow(state, found(wave(3), wave(3, (0, 1.6))))[0]) == [0, 2], "elsewhere it is another"
-    _, later = follow(state, found(wave(3)))
-    assert ids(follow(later, found(wave(3), wave(3, (0, 0.6))))[0]) == [0, 1]
-    _, latest = follow(later, found(wave(3)))
-    assert ids(follow(latest, found(wave(3), wave(3, (0, 0.6))))[0]) == [0, 2], "forgotten, and 1 is not used again"
+    assert ids(assign_ids(state, found(wave(3), wave(3, (0, 1.6))))[0]) == [0, 2], "elsewhere it is another"
+    _, later = assign_ids(state, found(wave(3)))
+    assert ids(assign_ids(later, found(wave(3), wave(3, (0, 0.6))))[0]) == [0, 1]
+    _, latest = assign_ids(later, found(wave(3)))
+    assert ids(assign_ids(latest, found(wave(3), wave(3, (0, 0.6))))[0]) == [0, 2], "forgotten, and 1 is not used again"
 
 
 def test_nothing_found_and_then_again():
@@ -202,14 +202,14 @@ def test_the_same_from_a_run_that_was_broken_off():
         assert [dumps(tracker.update(frame).to_dict()) for frame in frames[stop:]] == texts[stop:]
 
 
-def test_ids_of_long_ago_are_not_used_again():
-    config = TrackingConfig().model_copy(update={"keep": 1})
-    whole = Tracker(config)
+def test_ids_of_long_ago_are_not_used_again(monkeypatch):
+    monkeypatch.setattr(tracking, "MAX_AGE", 1)
+    whole = Tracker()
     frames = [found(wave(3, (0, 0.9 * step))) for step in range(4)] + [found()] * 3
     texts = [dumps(whole.update(frame).to_dict()) for frame in frames]
-    assert whole.state().seen == ()
-    tracker = Tracker.resumed(map(json.loads, texts), config)
-    assert tracker.state() == State((), 4)
+    assert whole.state.tracked == ()
+    tracker = Tracker.resumed(map(json.loads, texts))
+    assert tracker.state == TrackingState((), 4)
     assert ids(tracker.update(found(wave(3)))) == [4]
 
 
@@ -217,15 +217,15 @@ def test_results_that_are_broken():
     with refuses("results-damaged", "--restart"):
         Tracker.resumed([{"chains": [{"id": 0, "joints": []}]}])
     with refuses("results-damaged", "--restart"):
-        Tracker.resumed([{"schema": "doo3d/detection/1"}])
+        Tracker.resumed([{"schema": "doo3d/detection/2"}])
 
 
-def test_follow_leaves_what_it_is_given_alone():
-    first, state = follow(State(), found(wave(3)))
-    again = [follow(state, found(reversed_chain(wave(3), True)[0]))[0] for _ in range(2)]
+def test_assign_ids_leaves_its_arguments_alone():
+    first, state = assign_ids(TrackingState(), found(wave(3)))
+    again = [assign_ids(state, found(reversed_chain(wave(3), True)[0]))[0] for _ in range(2)]
     assert dumps(again[0].to_dict()) == dumps(again[1].to_dict())
     assert ids(first) == [0]
-    assert state.free == 1
+    assert state.next_id == 1
 
 
 def test_the_colour_is_that_of_the_id():

@@ -1,0 +1,60 @@
+"""Sparse voxels that accumulate the points of many frames in constant memory per occupied voxel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry.sparse_grid import sorted_unique
+from ..types import Floats, Ints
+
+GRID_HALF_VOXELS = 1 << 20
+"""Voxels from the world's origin to the border of the grid on either side; three such coordinates fit 64 bits."""
+
+
+@dataclass
+class VoxelSums:
+    """Occupied voxels with sums of the values in them.
+
+    Attributes
+    ----------
+    size : edge of a voxel, m.
+    keys : (M,) int64, ascending; the coordinates of each voxel as one number.
+    sums : (M, C) sums of the values added to each voxel.
+    frames : (M,) number of frames that added points to each voxel.
+    """
+
+    size: float
+    keys: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    sums: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    frames: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def keys_of(self, points: Floats) -> Ints:
+        """Return the keys (N,) of the voxels of points (N, 3) m.
+
+        Raises
+        ------
+        InputError : a point lies beyond the border of the grid.
+        """
+        coords = np.floor(points / self.size).astype(np.int64) + GRID_HALF_VOXELS
+        if (coords < 0).any() or (coords >= 2 * GRID_HALF_VOXELS).any():
+            raise InputError(
+                f"it lies over {GRID_HALF_VOXELS * self.size:.3g} m from the world's origin: give poses in metres from an origin "
+                "nearby",
+                code="voxels-too-many",
+            )
+        return np.asarray((coords[:, 0] * 2 * GRID_HALF_VOXELS + coords[:, 1]) * 2 * GRID_HALF_VOXELS + coords[:, 2])
+
+    def add_frame(self, points: Floats, values: Floats) -> None:
+        """Add the points (N, 3) m of one frame with their values (N, C)."""
+        keys = self.keys_of(points)
+        merged = sorted_unique(np.concatenate((self.keys, keys)))
+        old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
+        sums: Floats = np.column_stack([np.bincount(new, weights=column, minlength=len(merged)) for column in values.T])
+        frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)
+        if len(self.keys):
+            sums[old] += self.sums
+            frames[old] += self.frames
+        self.keys, self.sums, self.frames = merged, sums, frames
