@@ -135,7 +135,7 @@ def png(image: np.ndarray) -> bytes:
 
 
 def packed_depth(image: np.ndarray, a: float = 0.0, b: float = 0.0) -> bytes:
-    """As compressed_depth_image_transport: whole numbers as they are; metres as a / z + b, 0 for none."""
+    """Return a message of compressed_depth_image_transport: integers as stored; metres as a / z + b, 0 for none."""
     if image.dtype != np.uint16:
         with np.errstate(divide="ignore", invalid="ignore"):
             image = np.where(np.isfinite(image) & (image > 0), a / image + b, 0).astype(np.uint16)

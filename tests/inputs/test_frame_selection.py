@@ -1,4 +1,4 @@
-"""Some of a capture's frames."""
+"""Selection of a capture's frames."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from doo3d.inputs.frame_selection import Selection, select_frames
 
 
 class Recording:
-    """Ten frames, a tenth of a second apart, in the time of a recorder's clock."""
+    """Return a capture of ten frames, 0.1 s apart, with times of a recorder's clock."""
 
     format = "folder"
     path = Path("recording")
@@ -51,22 +51,22 @@ def chosen(count=10, **selection) -> list[int]:
         ({"frames": "1-8", "start": "4", "every": 2}, [4, 6, 8]),
     ],
 )
-def test_what_is_left(selection, expected):
+def test_selected_frames(selection, expected):
     assert chosen(**selection) == expected
 
 
-def test_the_whole_is_the_capture_itself():
+def test_empty_selection_returns_the_capture_itself():
     capture = Recording()
     assert select_frames(capture, Selection()) is capture
 
 
-def test_the_selection_in_words():
+def test_selection_as_text():
     capture = select_frames(Recording(), Selection(every=2, start="1", end="0.6s", frames="0-3, 7"))
     assert capture.selection == "--frames 0-3,7 --start 1 --end 0.6s --every 2"
     assert (capture.path, capture.format) == (Path("recording"), "folder")
 
 
-def test_masks_stay(capture, tmp_path):
+def test_masks_are_kept(capture, tmp_path):
     folder = capture(frames=3, mask=True)
     opened = open_capture(folder, masks=folder / "mask")
     picked = select_frames(opened, Selection(frames="1"))
@@ -92,7 +92,7 @@ def test_masks_stay(capture, tmp_path):
         ({"every": 0}, "selection-invalid", ["--every 0"]),
     ],
 )
-def test_what_cannot_be(selection, code, parts):
+def test_invalid_selections(selection, code, parts):
     with refuses(code, *parts):
         chosen(**selection)
 

@@ -27,6 +27,6 @@ def test_values_are_yaml():
         ("camera=[1, 2", "yaml-invalid", "camera=[1, 2"),
     ],
 )
-def test_what_cannot_be_is_said(pair, code, part):
+def test_invalid_options(pair, code, part):
     with refuses(code, part):
         ReadOptions.from_pairs([pair])

@@ -1,4 +1,4 @@
-"""Which format a path is, and what is said when it is none."""
+"""Detection of the format of a path, and the errors for unknown ones."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from builders.errors import refuses
 from doo3d.inputs import FORMATS, IMAGE_FORMATS, open_capture
 
 
-def test_every_registered_class_is_there():
+def test_every_registered_class_can_be_imported():
     from doo3d.inputs import format_class
 
     for name in FORMATS:
         assert callable(format_class(name).can_read)
 
 
-def test_a_path_that_is_not_there(tmp_path):
+def test_missing_path(tmp_path):
     with refuses("file-missing", "nowhere"):
         open_capture(tmp_path / "nowhere")
 
@@ -32,13 +32,13 @@ def test_folder_of_captures_names_them(capture):
         open_capture(inside.parent)
 
 
-def test_one_depth_image_is_but_an_image(capture):
-    """What it lacks for 3-D, the run says."""
+def test_single_depth_image_is_a_photo(capture):
+    """The run reports that 3-D needs more."""
     assert open_capture(capture() / "depth" / "000000.png").format in IMAGE_FORMATS
 
 
 @pytest.mark.parametrize("flat", [False, True])
-def test_clouds_are_clouds_in_either_mode(tmp_path, flat):
+def test_clouds_are_clouds_in_both_modes(tmp_path, flat):
     np.savez(tmp_path / "a.npz", points=np.ones((3, 3)))
     assert open_capture(tmp_path / "a.npz", flat).format == "cloud"
 
@@ -51,7 +51,7 @@ def test_unknown_file_lists_the_formats(tmp_path, content):
         open_capture(path)
 
 
-def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
+def test_unreadable_file(tmp_path, monkeypatch):
     path = tmp_path / "a.npz"
     np.savez(path, points=np.ones((3, 3)))
 

@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, load_files, pinhole_of, pose_of, read_json
+from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, check_depth_scale, load_files, pinhole_of, pose_of, read_json
 from ..support.listing import images_in
 
 CAMERAS = "scene_camera.json"
@@ -106,12 +106,7 @@ def _scale(camera: dict[str, Any], options: ReadOptions, where: str) -> float:
     if options.depth_scale is not None:
         return options.depth_scale
     scale = camera.get("depth_scale")
-    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
-        raise InputError(
-            f"{where}: depth_scale is {scale!r}, expected millimetres per unit, above zero (1 for millimetres)",
-            code="depth-scale-invalid",
-        )
-    return _MM_PER_M / scale
+    return _MM_PER_M / check_depth_scale(scale, where, "millimetres per unit, above zero (1 for millimetres)")
 
 
 def _pose(camera: dict[str, Any], where: str) -> Floats | None:

@@ -17,7 +17,7 @@ from ...errors import InputError
 from ...types import Array, Floats, Frame, check_mask
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Pinhole, camera_for, check_pose, check_unit, pinhole_of
+from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
 from .open3d_folder import DEFAULT_DEPTH_SCALE
 
 _STACKS = {"depth": 2, "color": 3, "mask": 2}  # arrays read frame by frame; dimensions of one frame's part
@@ -287,11 +287,9 @@ def _load(
 
 
 def _metres(depth: Array, scale: float | None, where: str) -> Array:
-    if scale is not None and not 0 < scale < float("inf"):
-        raise InputError(
-            f"{where}: depth_scale is {scale}, expected units per metre above zero (1000 for millimetres)",
-            code="depth-scale-invalid",
-        )
+    """Return depth as float32 metres; `scale` is the units per metre, None for the default of its type."""
+    if scale is not None:
+        check_depth_scale(scale, where, "units per metre above zero (1000 for millimetres)")
     if np.issubdtype(depth.dtype, np.integer):
         return np.asarray(depth / np.float32(scale or DEFAULT_DEPTH_SCALE), dtype=np.float32)
     if not np.issubdtype(depth.dtype, np.floating):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -10,11 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
 from ...types import Camera, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Pinhole, camera_for
+from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, read_json
 from ..support.images import SUFFIXES, read_color, read_depth, read_mask
 from ..support.listing import images_in, match_images, natural_key, with_file
 
@@ -101,23 +100,13 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
     ------
     InputError : the file is missing or not JSON, or a value is missing or impossible; the message names file and key.
     """
-    try:
-        values = json.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
+    if not path.exists():
         raise InputError(
             f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
             "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or give --input-option 'camera=[fx, fy, cx, cy]'",
             code="intrinsics-missing",
-        ) from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
-    if not isinstance(values, dict):
-        raise InputError(
-            f"{path}: expected an object with width, height and intrinsic_matrix, got {type(values).__name__}",
-            code="json-invalid",
         )
+    values = read_json(path)
     for key in ("width", "height", "intrinsic_matrix"):
         if key not in values:
             raise InputError(f"{path}: has no {key}", code="intrinsics-missing")
@@ -128,12 +117,7 @@ def read_intrinsics(path: Path) -> tuple[Camera, float]:
     except InputError as error:
         raise InputError(f"{path}: {error}", code=error.code) from None
     scale = values.get("depth_scale", DEFAULT_DEPTH_SCALE)
-    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale < float("inf"):
-        raise InputError(
-            f"{path}: depth_scale is {scale!r}, expected units per metre above zero (1000 for millimetres)",
-            code="depth-scale-invalid",
-        )
-    return camera, float(scale)
+    return camera, check_depth_scale(scale, str(path), "units per metre above zero (1000 for millimetres)")
 
 
 def _matrix(path: Path, given: Any) -> Any:

@@ -5,7 +5,6 @@ The format as its author describes it: github.com/marek-simonik/record3d, issues
 
 from __future__ import annotations
 
-import re
 import stat
 import struct
 import zipfile
@@ -26,12 +25,12 @@ from ..support.images import read_color
 from ..support.listing import natural_key
 from .trajectory import pose_from
 
-_OUTSIDE = re.compile(r"/|[A-Za-z]:")
 METADATA, FOLDER = "metadata", "rgbd/"
 _FROM_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # from x right, y up, z backward (OpenGL) to the optical frame
 _MAX_METADATA_BYTES, _MAX_IMAGE_BYTES = 1 << 28, 1 << 26  # unpacked: an hour of frames; a photograph
 _MAX_PIXELS = 1 << 24  # of a depth image
-_BLOCK, _SPARE = 10_000, 64  # bytes that a block of LZFSE stands for at least, but for the last (most: 30000); its head
+_MIN_BLOCK_BYTES = 10_000  # decompressed size of an LZFSE block, but for the last one (most have 30 000)
+_MAX_OVERHEAD_BYTES = 64  # of LZFSE data longer than its content: headers of blocks
 _MAX_ASPECT_ERROR = 1e-2  # relative difference of the aspect ratios of colour and depth
 
 
@@ -142,11 +141,11 @@ def _load(
 def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
     """Read the depth of a frame, (H, W) float32 m; `size` is (W, H)."""
     where, length = f"{path}: {FOLDER}{stem}.depth", 4 * size[0] * size[1]
-    data = _member(path, opened, f"{FOLDER}{stem}.depth", length + _SPARE)
-    announced, blocks = _announced(data)
-    # a block that lies about itself still unpacks to 24 MB at most, so not more of them than this image needs
-    if announced > length or blocks > length // _BLOCK + 2:
-        raise InputError(f"{where}: unpacks to more than an image of {size[0]}x{size[1]}", code="size-too-large")
+    data = _member(path, opened, f"{FOLDER}{stem}.depth", length + _MAX_OVERHEAD_BYTES)
+    declared, blocks = _declared_size(data)
+    # a block with a false header can decompress to 24 MB, so no more blocks than this image needs are accepted
+    if declared > length or blocks > length // _MIN_BLOCK_BYTES + 2:
+        raise InputError(f"{where}: decompresses to more than an image of {size[0]}x{size[1]}", code="size-too-large")
     lzfse = require("lzfse", "record3d")
     try:
         raw = lzfse.decompress(data)
@@ -159,12 +158,13 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     return np.frombuffer(raw, "<f4").reshape(size[1], size[0])
 
 
-def _announced(data: bytes) -> tuple[int, int]:
-    """The bytes that LZFSE data says it unpacks to, and how many blocks it has, by the heads of the blocks.
+def _declared_size(data: bytes) -> tuple[int, int]:
+    """Return the decompressed size, bytes, and the number of blocks of LZFSE data, from the headers of its blocks.
 
-    LZFSE data holds no total to check, and lzfse.decompress knows no limit: a small file could otherwise fill the memory.
+    LZFSE data has no total size, and lzfse.decompress no limit: without this check a small file could fill the memory.
 
-    github.com/lzfse/lzfse, src/lzfse_internal.h: each head is a mark and the unpacked length; then what its payload needs.
+    Source: github.com/lzfse/lzfse, src/lzfse_internal.h. Each header has a magic number and the decompressed size, then fields
+    about its payload.
     """
     total, blocks, at = 0, 0, 0
     while at + 32 <= len(data) or data[at : at + 4] in (b"bvx-", b"bvxn"):

@@ -124,6 +124,24 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
         )
 
 
+def check_depth_scale(value: Any, where: str, meaning: str) -> float:
+    """Return the unit of a depth image as a float.
+
+    Parameters
+    ----------
+    value : as in the file.
+    where : file and key, for the error.
+    meaning : the quantity and its unit in words, for the error.
+
+    Raises
+    ------
+    InputError : the value is not a number above zero.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
+        raise InputError(f"{where}: depth_scale is {value!r}, expected {meaning}", code="depth-scale-invalid")
+    return float(value)
+
+
 def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
     """Return fx, fy, cx, cy of a camera matrix.
 

@@ -1,4 +1,4 @@
-"""Bags: every storage, every encoding, which topics are taken, and which images belong together."""
+"""Bags: every storage, choice of topics, pairing of images."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FRAME = SECOND // 30
 
 
 def slope(offset: int = 0) -> np.ndarray:
-    """(H, W) uint16 mm, all different, with a hole."""
+    """Return depth (H, W) uint16 mm, all values different, with a hole."""
     values = 500 + offset + np.arange(WIDTH * HEIGHT, dtype=np.uint16).reshape(HEIGHT, WIDTH)
     values[0, 0] = 0
     return values
@@ -84,7 +84,7 @@ def test_storages(tmp_path, kind, packing):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_topics_are_told(tmp_path, kind):
+def test_topics_are_listed(tmp_path, kind):
     path = script(kind).write(tmp_path / named(kind))
     assert open_capture(path).topics == [
         f"{COLOR} (sensor_msgs/msg/Image, 3 messages), read as colour",
@@ -93,7 +93,7 @@ def test_topics_are_told(tmp_path, kind):
     ]
 
 
-def test_the_bare_files_of_a_ros_2_bag(tmp_path):
+def test_files_of_a_ros_2_bag_without_its_folder(tmp_path):
     for kind, suffix in (("sqlite3", "db3"), ("mcap", "mcap")):
         (file,) = script(kind).write(tmp_path / kind).glob(f"*.{suffix}")
         assert len(frames(file)) == 3
@@ -101,13 +101,13 @@ def test_the_bare_files_of_a_ros_2_bag(tmp_path):
         assert len(frames(bare)) == 3
 
 
-def test_a_folder_whose_recorder_was_killed_has_no_metadata(tmp_path):
+def test_folder_without_metadata_after_a_killed_recorder(tmp_path):
     path = script("sqlite3").write(tmp_path / "bag")
     (path / "metadata.yaml").unlink()
     assert len(frames(path)) == 3
 
 
-def test_rows_that_a_killed_recorder_left_in_the_journal(tmp_path):
+def test_rows_in_the_journal_of_a_killed_recorder(tmp_path):
     (file,) = script("sqlite3").write(tmp_path / "bag").glob("*.db3")
     database = sqlite3.connect(file)
     database.execute("PRAGMA journal_mode = WAL")
@@ -130,7 +130,7 @@ def test_a_bag_in_several_files(tmp_path):
     assert len(frames(first)) == 6
 
 
-def test_the_unit_and_the_camera_that_the_user_gives(tmp_path):
+def test_unit_and_camera_from_options(tmp_path):
     path = script(info=False).write(tmp_path / "a.bag")
     frame = frames(path, depth_scale=5000, camera=(30, 31, 7, 5), color_topic="none")[0]
     assert frame.depth[0, 1] == pytest.approx(501 / 5000)
@@ -138,7 +138,7 @@ def test_the_unit_and_the_camera_that_the_user_gives(tmp_path):
     assert frame.color is None
 
 
-def test_headers_of_one_topic_alone_have_stamps(tmp_path):
+def test_only_one_topic_has_header_stamps(tmp_path):
     made = script(frames=0)
     made.image(DEPTH, 50 * SECOND, slope(), "16UC1", time=SECOND)
     made.image(COLOR, 0, tint(4), "rgb8", time=SECOND + 1000)
@@ -147,14 +147,14 @@ def test_headers_of_one_topic_alone_have_stamps(tmp_path):
     assert frame.timestamp == 50
 
 
-def test_messages_of_another_kind_are_passed_over_and_named(tmp_path):
+def test_messages_of_other_types_are_skipped(tmp_path):
     (file,) = script("mcap").write(tmp_path / "bag").glob("*.mcap")
     file.write_bytes(file.read_bytes().replace(b"\x03\0\0\0cdr", b"\x03\0\0\0pro"))
     with refuses("frames-missing", "/camera/depth/image_raw (sensor_msgs/msg/Image, pro)"):
         open_capture(file)
 
 
-def test_the_depth_that_is_aligned_to_colour_goes_first(tmp_path):
+def test_depth_aligned_to_colour_is_preferred(tmp_path):
     made = script()
     made.image("/camera/aligned_depth_to_color/image_raw", SECOND, slope(100), "16UC1", frame="color_optical")
     made.info("/camera/aligned_depth_to_color/camera_info", SIZE, (22, 22, 8, 6), frame="color_optical")
@@ -168,7 +168,7 @@ def test_the_depth_that_is_aligned_to_colour_goes_first(tmp_path):
     assert len(frames(path, depth_topic=DEPTH[1:], color_topic=COLOR)) == 3
 
 
-def test_two_cameras_have_to_be_told_apart(tmp_path):
+def test_two_equal_cameras_are_ambiguous(tmp_path):
     made = BagScript("ros1")
     for name in ("left", "right"):
         made.image(f"/{name}/depth/image_raw", SECOND, slope(), "16UC1")
@@ -179,7 +179,7 @@ def test_two_cameras_have_to_be_told_apart(tmp_path):
     assert len(frames(path, depth_topic="/right/depth/image_raw")) == 1
 
 
-def test_the_nearest_colour_belongs_to_each_depth_and_none_is_no_reason_to_lose_it(tmp_path):
+def test_depth_is_paired_with_the_nearest_colour_or_kept_alone(tmp_path):
     made = script(frames=0)
     for i in range(6):
         made.image(DEPTH, SECOND + i * FRAME, slope(i), "16UC1")
@@ -189,7 +189,7 @@ def test_the_nearest_colour_belongs_to_each_depth_and_none_is_no_reason_to_lose_
     assert [None if frame.color is None else int(frame.color[0, 0, 2]) for frame in read] == [0, None, 2, 3, None, None]
 
 
-def test_frames_in_the_order_of_their_stamps_though_recorded_in_another(tmp_path):
+def test_frames_are_in_the_order_of_their_stamps(tmp_path):
     made = script(frames=0)
     for i in (2, 0, 1):
         made.image(DEPTH, SECOND + i * FRAME, slope(i), "16UC1", time=9 * SECOND - i)
@@ -235,7 +235,7 @@ def test_clouds(tmp_path, kind, height):
     assert read[1].timestamp == 2
 
 
-def test_clouds_of_doubles_in_another_frame_beside_images_only_when_asked_for(tmp_path):
+def test_clouds_beside_images_are_read_on_request(tmp_path):
     made = script()
     cells = np.zeros(4, [("x", "f8"), ("y", "f8"), ("z", "f8")])
     cells["z"] = 0.7
@@ -248,7 +248,7 @@ def test_clouds_of_doubles_in_another_frame_beside_images_only_when_asked_for(tm
     assert cloud.viewpoint is None
 
 
-def test_a_bag_of_colour_alone_gives_images(tmp_path):
+def test_bag_with_colour_only_has_images(tmp_path):
     made = BagScript("mcap")
     made.image(COLOR, SECOND, tint(), "bgr8")
     (image,) = frames(made.write(tmp_path / "bag"))

@@ -1,4 +1,4 @@
-"""Colour beside the depth: other sizes, other places, lenses; and where the camera is, by the transforms of the bag."""
+"""Colour from another camera than the depth: size, position, distortion; camera poses from the transforms of the bag."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ MOVE = (0.05, 0.0, 0.0)  # of the colour camera, in the depth camera's frame
 
 
 def stripes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(..., 3) uint8: the colour of the wall at (x, y) m, smooth, so that half a pixel matters little."""
+    """Return the colour (..., 3) uint8 of the wall at (x, y) m; smooth, so that half a pixel changes little."""
     return np.stack([128 + 100 * np.sin(9 * x), 128 + 100 * np.sin(7 * y), 60 + 0 * x], axis=-1).astype(np.uint8)
 
 
 def wall(size, numbers, eye=(0.0, 0.0, 0.0), distance: float = 0.8) -> np.ndarray:
-    """(H, W, 3) RGB of the wall, which stands square to the cameras, seen from `eye`."""
+    """Return the view (H, W, 3) RGB from `eye` of the wall, which is perpendicular to the optical axes."""
     fx, fy, cx, cy = numbers
     u, v = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
     return stripes(eye[0] + (u - cx) * distance / fx, eye[1] + (v - cy) * distance / fy)
@@ -51,7 +51,7 @@ def only(path: Path, **said):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_colour_of_another_size_and_place_is_aligned_to_the_depth(tmp_path, kind):
+def test_colour_of_another_camera_is_aligned_to_the_depth(tmp_path, kind):
     frame = only(scene(kind).write(tmp_path / ("a.bag" if kind == "ros1" else "a"))).data
     assert frame.camera.fx == D_NUMBERS[0]
     expected = wall(D_SIZE, D_NUMBERS).astype(int)
@@ -60,7 +60,7 @@ def test_colour_of_another_size_and_place_is_aligned_to_the_depth(tmp_path, kind
     assert np.abs(wall(D_SIZE, D_NUMBERS, MOVE).astype(int)[inner] - expected[inner]).max() > 30  # unaligned
 
 
-def test_a_turned_colour_camera(tmp_path):
+def test_rotated_colour_camera(tmp_path):
     made = scene(color=np.rot90(wall(C_SIZE[::-1], (190, 190, 74.5, 99.5), (0, 0, 0)), 1))
     made.messages = made.messages[:4]
     made.tf("camera_link", "depth_optical", (0, 0, 0), static=True)
@@ -72,7 +72,7 @@ def test_a_turned_colour_camera(tmp_path):
     assert np.abs(frame.color[inner] - expected[inner]).max() <= 6
 
 
-def test_what_the_colour_camera_does_not_see_is_black_and_not_the_colour_of_what_hides_it(tmp_path):
+def test_surfaces_occluded_from_the_colour_camera_are_black(tmp_path):
     depth = np.full(D_SIZE[::-1], 800, np.uint16)
     depth[:, 50:60] = 400  # a post before the wall
     fx, _, cx, _ = D_NUMBERS
@@ -100,7 +100,7 @@ def test_pixels_without_depth_keep_their_colour(tmp_path):
     assert not nothing.color.any()
 
 
-def test_without_a_transform_between_the_two_it_is_said(tmp_path):
+def test_missing_transform_between_the_cameras(tmp_path):
     made = scene()
     made.messages = made.messages[:4]
     with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
@@ -108,7 +108,7 @@ def test_without_a_transform_between_the_two_it_is_said(tmp_path):
 
 
 def bent(numbers, size, d, model) -> tuple[np.ndarray, np.ndarray]:
-    """Where a pinhole camera has what each pixel of the bent image shows: columns, rows."""
+    """Return the position in the pinhole image of each pixel of the distorted image: columns, rows."""
     fx, fy, cx, cy = numbers
     inner = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
     grid = np.stack(np.meshgrid(np.arange(size[0]), np.arange(size[1])), axis=-1).reshape(-1, 1, 2).astype(float)
@@ -128,7 +128,7 @@ def bent(numbers, size, d, model) -> tuple[np.ndarray, np.ndarray]:
         ("Inverse Brown Conrady", (-0.15, 0.05, 0.002, -0.001, 0.0)),
     ],
 )
-def test_lenses_are_undone_in_colour_and_depth(tmp_path, model, d):
+def test_colour_and_depth_are_undistorted(tmp_path, model, d):
     u, v = bent(D_NUMBERS, D_SIZE, d, model)
     fx, fy, cx, cy = D_NUMBERS
     color = stripes((u - cx) * 0.8 / fx, (v - cy) * 0.8 / fy)
@@ -148,7 +148,7 @@ def test_lenses_are_undone_in_colour_and_depth(tmp_path, model, d):
     assert np.array_equal(frame.depth[15:-15, columns], np.tile(straight[columns], (60, 1)))
 
 
-def test_a_rectified_topic_has_the_projection_matrix_and_no_lens(tmp_path):
+def test_rectified_topic_uses_the_projection_matrix_without_distortion(tmp_path):
     made = BagScript("ros1")
     made.image("/camera/depth/image_rect", SECOND, np.full(D_SIZE[::-1], 800, np.uint16), "16UC1")
     made.info("/camera/depth/camera_info", D_SIZE, D_NUMBERS, d=(-0.3, 0.1, 0, 0, 0), p=(100, 101, 60, 45))
@@ -160,7 +160,7 @@ def test_a_rectified_topic_has_the_projection_matrix_and_no_lens(tmp_path):
 
 
 def moving(kind: str, world: str = "map") -> BagScript:
-    """A camera that goes along x at 1 m/s and turns about z at 1 rad/s, told 20 times a second, seen 30 times."""
+    """A camera moves along x at 1 m/s and rotates about z at 1 rad/s; transforms at 20 Hz, images at 30 Hz."""
     made = BagScript(kind)
     made.info("/camera/depth/camera_info", D_SIZE, D_NUMBERS)
     made.tf("/base", "camera_optical", (0, 0, 0.5), static=True)
@@ -173,7 +173,7 @@ def moving(kind: str, world: str = "map") -> BagScript:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_moving_camera(tmp_path, kind):
+def test_poses_of_a_moving_camera(tmp_path, kind):
     frame_refs = open_capture(moving(kind).write(tmp_path / ("a.bag" if kind == "ros1" else "a"))).frames
     assert len(frame_refs) == 31
     for i, frame_ref in enumerate(frame_refs):
@@ -182,14 +182,14 @@ def test_a_moving_camera(tmp_path, kind):
         assert np.abs(pose - expected).max() < 1e-6
 
 
-def test_no_pose_without_a_frame_that_stands_still_and_none_where_it_is_not_known(tmp_path):
+def test_no_pose_without_fixed_frame_or_in_a_gap(tmp_path):
     assert only_poses(moving("mcap", world="robot").write(tmp_path / "a")) == 0
     gap = moving("mcap")
     gap.messages = [line for line in gap.messages if line[0] != "/tf" or line[2] < 1.3 * SECOND]
     assert 9 <= only_poses(gap.write(tmp_path / "b")) <= 12
 
 
-def test_a_circle_of_frames_does_not_hang(tmp_path):
+def test_cycle_of_frames_ends(tmp_path):
     made = moving("ros1", world="camera_optical")
     assert only_poses(made.write(tmp_path / "a.bag")) == 0
 

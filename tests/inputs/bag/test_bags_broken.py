@@ -1,4 +1,4 @@
-"""Bags that are cut off, damaged, or do not say enough: what is whole is used, and a sentence says the rest."""
+"""Bags that are truncated, damaged or incomplete: complete messages are read, the damage is reported."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LARGE = (160, 120)
 
 
 def recording(kind: str, frames: int = 40) -> BagScript:
-    """Large enough for several chunks of a megabyte."""
+    """Return an image large enough for several chunks of a megabyte."""
     made = BagScript(kind)
     made.info("/camera/depth/camera_info", LARGE, (200, 200, 80, 60))
     noise = np.random.default_rng(0).integers(300, 900, (frames, LARGE[1], LARGE[0]), dtype=np.uint16)
@@ -45,7 +45,7 @@ def refused(path: Path, code: str, *parts: str, **said) -> None:
     [("ros1", None), ("ros1", "lz4"), ("sqlite3", None), ("mcap", None), ("mcap", "storage")],
 )
 @pytest.mark.parametrize("kept", [0.5, 0.97])
-def test_cut_off_in_the_middle(tmp_path, kind, packing, kept):
+def test_truncated_in_the_middle(tmp_path, kind, packing, kept):
     path = recording(kind).write(tmp_path / named(kind), packing)
     whole = [frame_ref.load().data.depth for frame_ref in open_capture(path).frames]
     assert len(whole) == 40
@@ -61,7 +61,7 @@ def test_cut_off_in_the_middle(tmp_path, kind, packing, kept):
 
 
 @pytest.mark.parametrize(("kind", "packing"), [("ros1", "lz4"), ("ros1", "bz2"), ("mcap", "storage")])
-def test_a_corrupt_chunk_costs_its_own_frames_only(tmp_path, kind, packing):
+def test_corrupt_chunk_loses_its_own_frames_only(tmp_path, kind, packing):
     path = recording(kind).write(tmp_path / named(kind), packing)
     file = file_of(path)
     data = bytearray(file.read_bytes())
@@ -79,7 +79,7 @@ def test_a_corrupt_chunk_costs_its_own_frames_only(tmp_path, kind, packing):
 
 @pytest.mark.parametrize("suffix", [".bag", ".mcap", ".db3"])
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", b"#ROSBAG V1.2\n"])
-def test_files_that_are_called_so_only(tmp_path, suffix, content):
+def test_files_with_only_the_suffix_of_a_bag(tmp_path, suffix, content):
     path = tmp_path / f"a{suffix}"
     path.write_bytes(content)
     refused(path, "file-damaged" if content else "file-empty", f"a{suffix}")
@@ -87,7 +87,7 @@ def test_files_that_are_called_so_only(tmp_path, suffix, content):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("kept", [20, 100, 600])
-def test_little_more_than_the_first_bytes(tmp_path, kind, kept):
+def test_truncated_after_the_signature(tmp_path, kind, kept):
     path = script(kind).write(tmp_path / named(kind))
     file = file_of(path)
     file.write_bytes(file.read_bytes()[:kept])
@@ -95,7 +95,7 @@ def test_little_more_than_the_first_bytes(tmp_path, kind, kept):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_flipped_bytes_anywhere_are_said_or_do_not_matter(tmp_path, kind):
+def test_flipped_bytes_are_reported_or_harmless(tmp_path, kind):
     path = script(kind, frames=2).write(tmp_path / named(kind))
     file, random = file_of(path), np.random.default_rng(0)
     whole = file.read_bytes()
@@ -116,7 +116,7 @@ def test_missing_camera_info(tmp_path):
     refused(path, "intrinsics-missing", DEPTH, "/camera/depth/camera_info", "info_topic", "camera=[fx")
 
 
-def test_camera_info_of_another_size_and_one_that_cannot_be(tmp_path):
+def test_camera_info_of_another_size_or_invalid(tmp_path):
     made = script(info=False)
     made.info("/camera/depth/camera_info", (640, 480), NUMBERS)
     refused(made.write(tmp_path / "a.bag"), "intrinsics-size", "/camera/depth/camera_info", "640x480", "16x12")
@@ -128,7 +128,7 @@ def test_camera_info_of_another_size_and_one_that_cannot_be(tmp_path):
     refused(made.write(tmp_path / "c.bag"), "lens-unknown", "thin prism", "plumb_bob")
 
 
-def test_the_camera_info_of_the_colour_is_of_another_size(tmp_path):
+def test_camera_info_of_colour_of_another_size(tmp_path):
     made = script()
     made.info("/camera/color/camera_info", (640, 480), NUMBERS)
     path = made.write(tmp_path / "a.bag")
@@ -136,7 +136,7 @@ def test_the_camera_info_of_the_colour_is_of_another_size(tmp_path):
 
 
 @pytest.mark.parametrize("d", [(0.1, 0.2), (0.1, float("nan"), 0, 0, 0)])
-def test_coefficients_that_cannot_be(tmp_path, d):
+def test_invalid_distortion_coefficients(tmp_path, d):
     made = script(info=False)
     made.info("/camera/depth/camera_info", SIZE, NUMBERS, d=d)
     refused(made.write(tmp_path / "a.bag"), "lens-invalid", "/camera/depth/camera_info", "plumb_bob")
@@ -151,7 +151,7 @@ def test_coefficients_that_cannot_be(tmp_path, d):
         ({"fields": []}, "points-missing", []),
     ],
 )
-def test_clouds_that_make_no_sense(tmp_path, change, code, parts):
+def test_invalid_clouds(tmp_path, change, code, parts):
     made = BagScript("mcap")
     made.cloud("/points", SECOND, points())
     for name, value in change.items():
@@ -179,19 +179,19 @@ def test_camera_info_under_another_name(tmp_path):
 
 
 @pytest.mark.parametrize("key", ["depth_topic", "color_topic", "info_topic", "cloud_topic"])
-def test_topics_that_are_not_there_with_those_that_are(tmp_path, key):
+def test_missing_topics_with_the_existing_ones(tmp_path, key):
     path = script().write(tmp_path / "a.bag")
     there = {"info_topic": "/camera/depth/camera_info", "cloud_topic": ""}.get(key, f"{COLOR}, {DEPTH}")
     refused(path, "topic-missing", "/nowhere", key, there, **{key: "/nowhere"})
 
 
-def test_a_bag_of_other_things(tmp_path):
+def test_bag_of_other_message_types(tmp_path):
     made = BagScript("mcap")
     made.tf("map", "camera", (0, 0, 0))
     refused(made.write(tmp_path / "bag"), "frames-missing", "/tf (tf2_msgs/msg/TFMessage)")
 
 
-def test_clocks_that_have_nothing_in_common(tmp_path):
+def test_clocks_without_overlap(tmp_path):
     made = script(color=False)
     made.image(COLOR, 500 * SECOND, tint(), "rgb8")
     path = made.write(tmp_path / "a.bag")
@@ -199,7 +199,7 @@ def test_clocks_that_have_nothing_in_common(tmp_path):
     assert open_capture(path, options=ReadOptions(color_topic="none")).frames[0].load().data.color is None
 
 
-def test_colour_of_another_camera_of_which_nothing_is_known(tmp_path):
+def test_colour_of_another_camera_without_intrinsics(tmp_path):
     made = script(color=False)
     made.image(COLOR, SECOND, np.zeros((30, 40, 3), np.uint8), "rgb8", frame="color_optical")
     path = made.write(tmp_path / "a.bag")
@@ -207,7 +207,7 @@ def test_colour_of_another_camera_of_which_nothing_is_known(tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_one_image_that_is_not_whole_fails_alone(tmp_path, kind):
+def test_incomplete_image_fails_alone(tmp_path, kind):
     made = script(kind, frames=0)
     for i in range(3):
         made.image(DEPTH, SECOND + i * FRAME, slope(i), "16UC1")
@@ -218,7 +218,7 @@ def test_one_image_that_is_not_whole_fails_alone(tmp_path, kind):
         second.load()
 
 
-def test_a_compressed_image_that_is_damaged_fails_alone(tmp_path):
+def test_damaged_compressed_image_fails_alone(tmp_path):
     made = script(frames=0)
     for i in range(3):
         data = packed_depth(slope(i))
@@ -229,7 +229,7 @@ def test_a_compressed_image_that_is_damaged_fails_alone(tmp_path):
         first.load()
 
 
-def test_a_size_that_changes_in_the_middle(tmp_path):
+def test_image_size_changes_in_the_middle(tmp_path):
     made = script(frames=2, color=False)
     made.image(DEPTH, 2 * SECOND, np.ones((6, 8), np.uint16), "16UC1")
     *_, last = open_capture(made.write(tmp_path / "a.bag")).frames
@@ -237,7 +237,7 @@ def test_a_size_that_changes_in_the_middle(tmp_path):
         last.load()
 
 
-def test_metadata_that_makes_no_sense(tmp_path):
+def test_invalid_metadata(tmp_path):
     path = script("sqlite3").write(tmp_path / "bag")
     (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
     refused(path, "yaml-invalid", "metadata.yaml")
@@ -249,7 +249,7 @@ def test_metadata_that_makes_no_sense(tmp_path):
     refused(path, "bag-compressed")
 
 
-def test_the_package_is_missing(tmp_path):
+def test_missing_package(tmp_path):
     path = script().write(tmp_path / "a.bag")
     code = (
         "import sys; sys.modules['rosbags'] = None\nfrom doo3d.inputs import open_capture\n"

@@ -1,4 +1,4 @@
-"""The command line on a bag: the cable of a rendered scene, as from the folder."""
+"""The command line on a bag: detection as in the folder of the same scene."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from doo3d.inputs import open_capture
 CROSSING = SAMPLES / "crossing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_cable_of_a_rendered_scene_is_found_as_from_the_folder(doo3d, tmp_path, kind):
+def test_detection_in_a_bag_equals_that_in_the_folder(doo3d, tmp_path, kind):
     made = BagScript(kind)
     frame_ref = open_capture(CROSSING).frames[0]
     frame = frame_ref.load().data
@@ -40,7 +41,7 @@ def test_the_cable_of_a_rendered_scene_is_found_as_from_the_folder(doo3d, tmp_pa
     assert np.abs(ends[0] - ends[1]).max() < 0.01
 
 
-def test_what_is_said_of_a_bag_that_is_cut_off(doo3d, tmp_path, capture):
+def test_truncated_bag_from_the_shell(doo3d, tmp_path, capture):
     frame = open_capture(capture()).frames[0].load().data
     made = BagScript("ros1")
     camera = frame.camera
@@ -55,14 +56,14 @@ def test_what_is_said_of_a_bag_that_is_cut_off(doo3d, tmp_path, capture):
     assert len(list((tmp_path / "out").glob("0*.json"))) in (3, 4)
 
 
-def test_a_topic_that_is_not_there(refused, tmp_path):
+def test_missing_topic_from_the_shell(refused, tmp_path):
     made = BagScript("mcap")
     made.image("/depth/image", SECOND, np.ones((4, 4), np.uint16), "16UC1")
     path = made.write(tmp_path / "bag")
     assert "/depth/image" in refused(path, "--input-option", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
 
 
-def test_in_the_image_mode_the_colour_is_taken(doo3d, tmp_path):
+def test_image_mode_reads_the_colour(doo3d, tmp_path):
     photo = open_capture(CROSSING.parent / "photos" / "loop.jpg").frames[0].load()
     made = BagScript("ros1")
     made.image("/camera/image_raw", SECOND, photo.data.color, "rgb8")

@@ -1,4 +1,4 @@
-"""Images in bags: every encoding of depth and colour, as they are and compressed."""
+"""Images in bags: every encoding of depth and colour, raw and compressed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from test_bags import COLOR, DEPTH, HEIGHT, WIDTH, frames, named, script, slope,
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("big", [0, 1])
-def test_metres_in_floats_with_nan_and_filled_up_rows(tmp_path, kind, big):
+def test_float_metres_with_nan_and_padded_rows(tmp_path, kind, big):
     depth = slope().astype(np.float32) / 1000
     depth[2, 3] = np.nan
     made = script(kind, frames=0)
@@ -32,7 +32,7 @@ def test_big_endian_millimetres(tmp_path):
 
 
 def bayer(image: np.ndarray, pattern: str) -> np.ndarray:
-    """(H, W) of (H, W, 3) RGB, each pixel one of its colours; `pattern` row by row."""
+    """Return a Bayer image (H, W) of an image (H, W, 3) RGB; `pattern` has the colours of 2x2 pixels row by row."""
     channels = np.array(["rgb".index(letter) for letter in pattern]).reshape(2, 2)
     where = np.tile(channels, (HEIGHT // 2, WIDTH // 2))
     return np.take_along_axis(image, where[..., None], axis=2)[..., 0]
@@ -77,7 +77,7 @@ def test_compressed_colour_and_depth(tmp_path, kind):
     assert np.array_equal(frame.color, tint(3))
 
 
-def test_depth_as_a_png_of_16_bits_and_a_picture_of_depth(tmp_path):
+def test_depth_as_16_bit_png_and_preview_of_depth(tmp_path):
     made = script(frames=0, color=False)
     made.packed(f"{DEPTH}/compressed", SECOND, png(slope()), "16UC1; png compressed")
     assert np.array_equal(frames(made.write(tmp_path / "a.bag"))[0].depth, (slope() / np.float32(1000)).astype(np.float32))
@@ -93,8 +93,8 @@ def test_compressed_colour_as_jpeg(tmp_path):
     assert np.abs(frames(made.write(tmp_path / "a.bag"))[0].color.astype(int) - (200, 60, 30)).max() <= 4
 
 
-def test_inverse_depth_is_exact_to_its_step(tmp_path):
-    """By the transport's own numbers: depth_quantization 100, depth_max 10 m."""
+def test_inverse_depth_is_exact_to_its_quantization(tmp_path):
+    """Parameters as in the transport's defaults: depth_quantization 100, depth_max 10 m."""
     depth = slope().astype(np.float32) / 1000
     depth[0, 0] = np.nan
     a = 100 * (100 + 1.0)

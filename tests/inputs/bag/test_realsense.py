@@ -1,4 +1,4 @@
-"""Bags as RealSense's SDK writes them: its topics, its unit of depth, its extrinsics, and the four bytes behind its images."""
+"""Bags as RealSense's SDK writes them: its topics, its unit of depth, its extrinsics, and the four bytes after its images."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def write(made: BagScript, path: Path) -> Path:
     return made.write(path, extra=struct.pack("<f", UNIT))
 
 
-def test_depth_in_the_unit_of_the_file_and_colour_aligned_by_its_extrinsics(tmp_path):
+def test_depth_unit_and_colour_extrinsics_of_the_file(tmp_path):
     opened = open_capture(write(recording(), tmp_path / "20240101_120000.bag"))
     assert opened.format == "bag"
     assert len(opened.frames) == 3
@@ -62,16 +62,16 @@ def test_depth_in_the_unit_of_the_file_and_colour_aligned_by_its_extrinsics(tmp_
     assert np.abs(frame.color[inner] - expected[inner]).max() <= 6
 
 
-def test_files_of_before_the_bytes_behind_the_images(tmp_path):
+def test_files_without_bytes_after_the_images(tmp_path):
     assert len(open_capture(recording().write(tmp_path / "a.bag", "lz4")).frames) == 3
 
 
-def test_a_unit_of_a_millimetre(tmp_path):
+def test_unit_of_one_millimetre(tmp_path):
     frame = open_capture(write(recording(unit=0.001), tmp_path / "a.bag")).frames[0].load().data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
 
 
-def test_without_a_unit_it_is_asked_for(tmp_path):
+def test_missing_unit(tmp_path):
     path = write(recording(unit=None), tmp_path / "a.bag")
     with refuses("depth-unit", OPTION, "depth_scale"):
         open_capture(path)
@@ -80,14 +80,14 @@ def test_without_a_unit_it_is_asked_for(tmp_path):
 
 
 @pytest.mark.parametrize("unit", [0.0, -0.001, float("nan"), 5.0])
-def test_a_unit_that_cannot_be(tmp_path, unit):
+def test_impossible_unit(tmp_path, unit):
     made = recording()
     made.messages[0] = (*made.messages[0][:3], made.make("std_msgs/msg/Float32", data=unit))
     with refuses("depth-unit", OPTION, f"{np.float32(unit):.4}"):
         open_capture(write(made, tmp_path / "a.bag"))
 
 
-def test_without_extrinsics_it_is_said(tmp_path):
+def test_missing_extrinsics(tmp_path):
     path = write(recording(extrinsics=False), tmp_path / "a.bag")
     with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
         open_capture(path)

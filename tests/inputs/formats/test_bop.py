@@ -28,7 +28,7 @@ def frame_ref(**changes):
 
 @pytest.fixture
 def make(tmp_path):
-    """A function that writes a scene of three images with these changes to the camera of the second."""
+    """Return a function that writes a scene of three images with changes to the camera of the second."""
 
     def write(**changes):
         folder = tmp_path / "test" / "000002"
@@ -82,14 +82,14 @@ def test_a_scene_without_poses(make):
     assert open_capture(make(cam_R_w2c=None)).frames[1].load().pose is None
 
 
-def test_what_the_user_says_goes_first(make):
+def test_options_take_precedence(make):
     loaded = open_capture(make(cam_K=None, depth_scale=None), options=ReadOptions(camera=(500, 501, 300, 200), depth_scale=5000))
     camera = loaded.frames[1].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (500, 501, 300, 200)
     assert loaded.frames[1].load().data.depth.max() == pytest.approx(2 * scene().depth.max(), abs=1e-3)
 
 
-def test_a_data_set_of_scenes_names_them(make):
+def test_data_set_of_scenes_lists_them(make):
     with refuses("folder-of-captures", "000002"):
         open_capture(make().parent)
 
@@ -115,7 +115,7 @@ def test_a_data_set_of_scenes_names_them(make):
         ({"cam_t_w2c": [1, 2]}, "pose-invalid", "cam_t_w2c"),
     ],
 )
-def test_a_camera_that_cannot_be(make, changes, code, part):
+def test_invalid_camera(make, changes, code, part):
     folder = make(**changes)
     refused(folder, code, part, *([] if code == "depth-unit" else ["image 1"]), index=1)
     assert open_capture(folder).frames[0].load().data.depth.any()
@@ -132,7 +132,7 @@ def test_images_without_a_partner_or_a_camera(make):
     refused(folder, "intrinsics-missing", "scene_camera.json: image 99", index=3)
 
 
-def test_files_of_another_size_and_cut_off(make):
+def test_files_of_another_size_and_truncated(make):
     folder = make()
     put(folder / "mask_visib" / "000000_000000.png", scene().mask[::2, ::2])
     put(folder / "rgb" / "000001.png", scene().color[::2])

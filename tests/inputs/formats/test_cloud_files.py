@@ -1,4 +1,4 @@
-"""Cloud files: what is read, and what is said when it cannot be."""
+"""Cloud files: content and errors."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_xyz_separators(tmp_path, points, line):
     assert cloud.colors is None
 
 
-def test_a_comment_of_many_marks_takes_no_time(tmp_path):
+def test_long_comment_is_skipped_quickly(tmp_path):
     path = tmp_path / "a.xyz"
     path.write_text("#" + " #" * 1500 + "\n0.1 0.2 0.3\n")
     assert read(path).points.tolist() == [[0.1, 0.2, 0.3]]
@@ -105,19 +105,19 @@ def test_npz(tmp_path, points, colors):
     assert np.array_equal(read(tmp_path / "b.npz").colors, colors)
 
 
-def test_content_counts_and_not_the_name(tmp_path, points):
+def test_format_is_detected_by_content_not_by_name(tmp_path, points):
     path = write(tmp_path / "a.ply", points).rename(tmp_path / "scan")
     assert len(read(path).points) == COUNT
 
 
-def test_names_with_spaces_and_other_letters(tmp_path, points):
+def test_names_with_spaces_and_non_ascii_letters(tmp_path, points):
     for suffix in ("ply", "pcd"):
         cloud = read(write(tmp_path / f"Kabel über 電線 1.{suffix}", points))
         assert cloud.name == "Kabel über 電線 1"
         assert len(cloud.points) == COUNT
 
 
-def test_points_that_are_not_finite_are_dropped(tmp_path, points):
+def test_non_finite_points_are_dropped(tmp_path, points):
     points[7] = np.nan
     assert len(read(write(tmp_path / "a.pcd", points)).points) == COUNT - 1
 

@@ -1,4 +1,4 @@
-"""Single depth images with their camera beside them, or in what the user says."""
+"""Single depth images with their camera in a YAML file or in the options."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SAID = ReadOptions(camera=scene().pinhole, depth_scale=4000)
 
 @pytest.fixture
 def make(tmp_path):
-    """A function that writes `cable.png`, `photo.png` and `cable.yaml` with these changes; the depth image."""
+    """Return a function that writes `cable.png`, `photo.png` and `cable.yaml` with changes, and returns the depth image."""
 
     def write(name="cable", **changes):
         values = {"camera": list(map(float, scene().pinhole)), "depth_scale": 4000, "color": "photo.png"} | changes
@@ -37,7 +37,7 @@ def test_a_depth_image_and_its_yaml(make):
     assert_detected(frame_ref.load())
 
 
-def test_a_folder_of_them(make, tmp_path):
+def test_folder_of_depth_images(make, tmp_path):
     for name in ("2", "10"):
         make(name, timestamp=float(name))
     put(tmp_path / "masks" / "m.png", scene().mask)
@@ -58,7 +58,7 @@ def test_a_tiff_of_metres(make, tmp_path):
     check(open_capture(path).frames[0].load(), 0)
 
 
-def test_what_the_user_says(tmp_path, monkeypatch):
+def test_camera_from_options(tmp_path, monkeypatch):
     depth, photo = put(tmp_path / "d.png", units(4000)), put(tmp_path / "photos" / "c.png", scene().color)
     check(open_capture(depth, options=SAID.model_copy(update={"color": photo})).frames[0].load(), 1 / 4000)
     assert open_capture(depth, options=SAID).frames[0].load().data.color is None
@@ -67,7 +67,7 @@ def test_what_the_user_says(tmp_path, monkeypatch):
     check(open_capture("d.png", options=said).frames[0].load(), 1 / 4000)
 
 
-def test_what_the_user_says_goes_first(make):
+def test_options_take_precedence(make):
     path = make(camera=[1.0, 2.0, 3.0, 4.0], depth_scale=1)
     check(open_capture(path, options=SAID).frames[0].load(), 1 / 4000)
 
@@ -82,7 +82,7 @@ def test_from_the_command_line(make, doo3d, tmp_path):
     assert "1 chain   1.080 m" in out
 
 
-def test_photographs_and_results_stay_what_they_are(make, tmp_path):
+def test_photographs_and_results_are_no_pairs(make, tmp_path):
     make()
     assert open_capture(tmp_path / "photo.png").format == "photos"
     assert open_capture(make(), images_only=True).format == "photos"
@@ -105,7 +105,7 @@ def test_photographs_and_results_stay_what_they_are(make, tmp_path):
         ({"timestamp": "late"}, "value-invalid", "timestamp"),
     ],
 )
-def test_a_yaml_that_cannot_be(make, changes, code, part):
+def test_invalid_yaml_values(make, changes, code, part):
     refused(make(**changes), code, f"cable.yaml: {part}", index=0)
 
 
@@ -117,7 +117,7 @@ def test_broken_yaml(make):
     refused(path, "yaml-invalid", "cable.yaml", index=0)
 
 
-def test_images_missing_cut_off_and_of_another_size(make):
+def test_images_missing_truncated_and_of_another_size(make):
     path = make(color="other.png")
     refused(path, "file-missing", "other.png", index=0)
     put(path.with_name("other.png"), scene().color[:240])
@@ -128,5 +128,5 @@ def test_images_missing_cut_off_and_of_another_size(make):
     refused(path, "depth-shape", "cable.png", "3", index=0)
 
 
-def test_a_unit_that_makes_no_sense(make):
+def test_implausible_unit(make):
     refused(make(depth_scale=1), "depth-unit", "cable.png", index=0)

@@ -1,4 +1,4 @@
-"""LAS, LAZ and E57, folders of clouds, and where the sensor stood."""
+"""LAS, LAZ and E57, folders of clouds, viewpoints."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def write_las(path: Path, points, colors=None, widen=257, step=0.0001, kind=2, v
 
 
 def write_e57(path: Path, *scans) -> Path:
-    """Each scan: (points, colours or None, rotation w x y z, translation)."""
+    """Write scans, each (points, colours or None, rotation w x y z, translation)."""
     with pye57.E57(str(path), mode="w") as file:
         for points, colors, rotation, translation in scans:
             data = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T, strict=True))
@@ -60,7 +60,7 @@ def clouds(path: Path) -> dict:
 
 @pytest.mark.parametrize("suffix", ["las", "laz"])
 @pytest.mark.parametrize(("kind", "version"), [(2, "1.2"), (3, "1.3"), (7, "1.4")])
-def test_las_keeps_large_coordinates_to_its_step(tmp_path, points, colors, suffix, kind, version):
+def test_las_keeps_large_coordinates_to_its_resolution(tmp_path, points, colors, suffix, kind, version):
     (cloud,) = clouds(write_las(tmp_path / f"a.{suffix}", points + UTM, colors, kind=kind, version=version)).values()
     assert np.abs(cloud.points - (points + UTM)).max() < 0.00005 + 1e-8
     assert np.array_equal(cloud.colors, colors)
@@ -100,7 +100,7 @@ def test_e57_with_the_identity_as_pose_has_no_viewpoint(tmp_path, points):
 
 
 def e57_of(path: Path, fields, limits=None) -> Path:
-    """A scan of any fields: name -> (values, node type, arguments of its prototype)."""
+    """Write a scan with any fields: name -> (values, node type, arguments of its prototype)."""
     library = pye57.libe57
     file = pye57.E57(str(path), mode="w")
     image = file.image_file
@@ -161,7 +161,7 @@ def test_e57_without_coordinates(tmp_path):
 # --- a folder of clouds ------------------------------------------------------------------------------------------------
 
 
-def test_a_folder_of_every_kind(tmp_path, points, colors):
+def test_folder_of_all_formats(tmp_path, points, colors):
     np.savez(tmp_path / "scan10.npz", points=points, colors=colors)
     np.savetxt(tmp_path / "scan9.xyz", points)
     write_las(tmp_path / "scan2.laz", points)
@@ -174,7 +174,7 @@ def test_a_folder_of_every_kind(tmp_path, points, colors):
     assert [cloud.name for cloud in found.values()] == list(found)
 
 
-def test_one_bad_file_of_a_folder_fails_alone(tmp_path, points):
+def test_damaged_file_of_a_folder_fails_alone(tmp_path, points):
     np.savetxt(tmp_path / "1.xyz", points)
     (tmp_path / "2.e57").write_bytes(b"ASTM-E57 and no more")
     (tmp_path / "3.las").write_bytes(b"")
@@ -234,7 +234,7 @@ def test_viewpoint_of_a_pcd(tmp_path, line, viewpoint):
 
 
 @pytest.mark.parametrize("values", ["1 2 3", "a b c d e f g", "nan 0 0 1 0 0 0"])
-def test_a_viewpoint_that_cannot_be(tmp_path, values):
+def test_invalid_viewpoint(tmp_path, values):
     path = tmp_path / "a.pcd"
     path.write_text(PCD.format(f"VIEWPOINT {values}\n"))
     with refuses("viewpoint-invalid", "a.pcd", repr(values)):
@@ -246,7 +246,7 @@ def test_a_viewpoint_that_cannot_be(tmp_path, values):
 
 @pytest.mark.parametrize("kept", [0.0, 0.001, 0.02, 0.1, 0.5, 0.9, 0.998])
 @pytest.mark.parametrize("suffix", ["las", "laz", "e57"])
-def test_cut_off(tmp_path, points, colors, suffix, kept, capfd):
+def test_truncated(tmp_path, points, colors, suffix, kept, capfd):
     path = tmp_path / f"a.{suffix}"
     if suffix == "e57":
         write_e57(path, (points, colors, TURN, UTM))
@@ -264,7 +264,7 @@ def test_cut_off(tmp_path, points, colors, suffix, kept, capfd):
     assert said.err == said.out == ""
 
 
-def test_las_cut_off_between_two_points(tmp_path, points):
+def test_las_truncated_between_two_points(tmp_path, points):
     path = write_las(tmp_path / "a.las", points)
     path.write_bytes(path.read_bytes()[: -10 * 26])
     with refuses("file-damaged", "a.las", f"{COUNT} points", str(COUNT - 10)):
@@ -273,7 +273,7 @@ def test_las_cut_off_between_two_points(tmp_path, points):
 
 @pytest.mark.parametrize(("version", "kind", "at"), [("1.2", 2, 100), ("1.4", 7, 100), ("1.4", 7, 243)])
 @pytest.mark.parametrize("suffix", ["las", "laz"])
-def test_a_las_that_announces_billions_of_records(tmp_path, points, suffix, version, kind, at):
+def test_las_that_declares_billions_of_records(tmp_path, points, suffix, version, kind, at):
     path = write_las(tmp_path / f"a.{suffix}", points, kind=kind, version=version)
     data = bytearray(path.read_bytes())
     data[at : at + 4] = b"\xff" * 4
@@ -300,7 +300,7 @@ def test_a_las_without_points(tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "module"), [("las", "laspy"), ("laz", "lazrs"), ("e57", "pye57")])
-def test_without_the_package(tmp_path, points, suffix, module, monkeypatch):
+def test_missing_package(tmp_path, points, suffix, module, monkeypatch):
     path = tmp_path / f"a.{suffix}"
     if suffix == "e57":
         write_e57(path, (points, None, TURN, UTM))

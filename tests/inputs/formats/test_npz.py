@@ -40,7 +40,7 @@ def test_one_frame(tmp_path):
 
 
 @pytest.mark.parametrize("given", [{"depth_scale": 4000}, {"depth_scale": np.array([4000.0])}])
-def test_whole_numbers_have_a_unit(tmp_path, given):
+def test_integer_depth_has_a_unit(tmp_path, given):
     check(open_capture(save(tmp_path / "a.npz", depth=units(4000), **given)).frames[0].load(), 1 / 4000)
     check(open_capture(save(tmp_path / "a.npz", depth=units(1000).astype(np.int64))).frames[0].load(), 1 / 1000)
     check(
@@ -56,7 +56,7 @@ def numbered(count, **given):
 
 
 @pytest.mark.parametrize("compressed", [False, True])
-def test_several_in_any_order_and_in_another_process(tmp_path, compressed):
+def test_frames_load_in_any_order_and_in_another_process(tmp_path, compressed):
     path = save(tmp_path / "a.npz", compressed, **numbered(9, pose=np.broadcast_to(POSE, (9, 4, 4)), timestamps=np.arange(9.0)))
     opened = open_capture(path)
     assert [frame_ref.name for frame_ref in opened.frames[:2]] == ["000000", "000001"]
@@ -69,8 +69,8 @@ def test_several_in_any_order_and_in_another_process(tmp_path, compressed):
         assert np.array_equal(loaded.pose, POSE)
 
 
-def test_only_a_frame_is_in_memory(tmp_path, monkeypatch):
-    """Whatever is read from the file at once is one frame's part."""
+def test_only_one_frame_is_in_memory(tmp_path, monkeypatch):
+    """No single read from the file is larger than one frame's part."""
     path = save(tmp_path / "a.npz", **numbered(30))
     read, largest = arrays._Stack._read, []
 
@@ -85,7 +85,7 @@ def test_only_a_frame_is_in_memory(tmp_path, monkeypatch):
     assert len(largest) == 61  # K, and of each frame depth and colour: nothing twice
 
 
-def test_cameras_for_each_frame_and_a_mask_for_all(tmp_path):
+def test_camera_per_frame_and_one_mask_for_all(tmp_path):
     cameras = np.array([np.diag([50.0 + i, 50, 1]) for i in range(3)])
     mask = np.eye(40, 50, dtype=np.uint8)
     loaded_frames = [
@@ -96,7 +96,7 @@ def test_cameras_for_each_frame_and_a_mask_for_all(tmp_path):
     assert loaded_frames[0].data.color is None
 
 
-def test_one_frame_column_by_column(tmp_path):
+def test_column_major_arrays(tmp_path):
     given = {
         "depth": np.asfortranarray(scene().depth),
         "color": np.asfortranarray(scene().color),
@@ -105,20 +105,20 @@ def test_one_frame_column_by_column(tmp_path):
     check(open_capture(save(tmp_path / "a.npz", **given)).frames[0].load(), 0)
 
 
-def test_a_file_that_was_written_anew(tmp_path):
+def test_rewritten_file_is_read_anew(tmp_path):
     opened = open_capture(save(tmp_path / "a.npz", **numbered(3)))
     opened.frames[0].load()
     again = open_capture(save(tmp_path / "a.npz", **numbered(3, depth=np.full((3, 40, 50), 0.9))))
     assert again.frames[1].load().data.depth[0, 0] == pytest.approx(0.9)
 
 
-def test_the_camera_that_the_user_says(tmp_path):
+def test_camera_from_options(tmp_path):
     path = save(tmp_path / "a.npz", K=None)
     refused(path, "intrinsics-missing", "a.npz", "K")
     check(open_capture(path, options=ReadOptions(camera=scene().pinhole)).frames[0].load(), 0)
 
 
-def test_an_npz_of_points_is_a_cloud(tmp_path):
+def test_npz_of_points_is_a_cloud(tmp_path):
     np.savez(tmp_path / "a.npz", points=np.ones((3, 3)))
     assert open_capture(tmp_path / "a.npz").format == "cloud"
 
@@ -141,7 +141,7 @@ def test_an_npz_of_points_is_a_cloud(tmp_path):
         ({"timestamps": np.array(np.nan)}, "times-not-rising", "timestamps"),
     ],
 )
-def test_arrays_that_cannot_be(tmp_path, given, code, part):
+def test_invalid_arrays(tmp_path, given, code, part):
     refused(save(tmp_path / "a.npz", **given), code, "a.npz", part)
 
 
@@ -162,16 +162,16 @@ def test_arrays_that_cannot_be(tmp_path, given, code, part):
         ({"pose": np.ones((4, 4))}, "pose-invalid", "frame 0: pose"),
     ],
 )
-def test_frames_that_cannot_be(tmp_path, given, code, part):
+def test_invalid_frames(tmp_path, given, code, part):
     refused(save(tmp_path / "a.npz", **given), code, "a.npz", part, index=0)
 
 
-def test_times_backwards(tmp_path):
+def test_decreasing_times(tmp_path):
     refused(save(tmp_path / "a.npz", **numbered(3, timestamps=[1.0, 3.0, 2.0])), "times-not-rising", "a.npz", "timestamps")
 
 
 @pytest.mark.parametrize("kept", [0.01, 0.5, 0.99])
-def test_cut_off(tmp_path, kept):
+def test_truncated(tmp_path, kept):
     path = save(tmp_path / "a.npz")
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
     with refuses("file-damaged", "a.npz"):
@@ -187,7 +187,7 @@ def test_damaged(tmp_path, compressed):
     refused(path, "file-damaged", "a.npz", "depth", index=0)
 
 
-def test_a_head_that_announces_too_much(tmp_path):
+def test_header_that_declares_too_much(tmp_path):
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f4", "fortran_order": False, "shape": (10**12, 4, 5)})
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as file:
@@ -195,7 +195,7 @@ def test_a_head_that_announces_too_much(tmp_path):
     refused(tmp_path / "a.npz", "array-too-large", "depth", "(1000000000000, 4, 5)")
 
 
-def test_a_head_that_announces_more_than_follows(tmp_path):
+def test_header_that_declares_more_than_the_file_holds(tmp_path):
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f4", "fortran_order": False, "shape": (3, 4, 5)})
     np.savez(tmp_path / "k.npz", K=np.diag([5.0, 5, 1]))

@@ -1,4 +1,4 @@
-"""The Open3D recorder's layout: what is read, and what is said when it cannot be."""
+"""The Open3D recorder's layout: content and errors."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_masks_come_with_the_frame(capture):
     assert 1000 < mask.sum() < 10000
 
 
-def test_a_mask_saved_as_colour_picture(capture):
+def test_mask_saved_as_colour_image(capture):
     folder = capture(mask=True)
     path = folder / "mask" / "000000.png"
     grey = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
@@ -87,7 +87,7 @@ def test_a_mask_saved_as_colour_picture(capture):
     assert np.array_equal(mask, grey > 0)
 
 
-def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
+def test_camera_and_unit_from_options_take_precedence(capture):
     folder, said = capture(mask=True), ReadOptions(camera=(410, 420, 150, 110), depth_scale=2000)
     for _ in range(2):
         loaded = open_capture(folder, options=said).frames[0].load()
@@ -99,7 +99,7 @@ def test_what_the_user_says_of_camera_and_unit_goes_first(capture):
         (folder / "camera_intrinsic.json").unlink(missing_ok=True)
 
 
-def test_one_of_the_two_alone(capture):
+def test_only_camera_or_only_unit_from_options(capture):
     folder = capture(intrinsics={"depth_scale": 2000})
     loaded = open_capture(folder, options=ReadOptions(camera=(410, 420, 150, 110))).frames[0].load()
     assert loaded.data.depth[0, 0] == pytest.approx(0.28)
@@ -115,7 +115,7 @@ def test_other_names_for_colour(capture, name):
     assert frame_of(folder).color is not None
 
 
-def test_images_pair_by_order_when_no_stem_fits(capture):
+def test_images_match_by_order_if_no_stem_agrees(capture):
     folder = capture(frames=2)
     for i in range(2):
         (folder / "color" / f"{i:06d}.jpg").rename(folder / "color" / f"rgb-{i}.jpg")
@@ -130,7 +130,7 @@ def test_numbers_without_leading_zeros_sort_as_numbers(capture):
     assert [frame_ref.name for frame_ref in open_capture(folder).frames] == ["9", "10"]
 
 
-def test_names_with_spaces_and_other_letters(capture):
+def test_names_with_spaces_and_non_ascii_letters(capture):
     folder = capture("Seil über dem Tisch 電線")
     for part in ("color", "depth"):
         (old,) = (folder / part).iterdir()
@@ -146,7 +146,7 @@ def test_other_files_in_the_folders_are_no_frames(capture):
     assert len(open_capture(folder).frames) == 1
 
 
-def test_frames_load_when_asked(capture):
+def test_frames_load_lazily(capture):
     folder = capture(frames=2)
     (folder / "depth" / "000000.png").write_bytes(b"")
     opened = open_capture(folder)
@@ -170,7 +170,7 @@ def test_missing_intrinsics(capture):
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", "\x00\x01", '"x"'])
-def test_broken_intrinsics(capture, text):
+def test_invalid_json_of_intrinsics(capture, text):
     folder = capture()
     write_json(folder, text)
     with refuses("json-invalid", "camera_intrinsic.json"):
@@ -224,7 +224,7 @@ def test_folder_without_frames(capture):
         open_capture(capture(frames=0))
 
 
-def test_depth_folder_that_holds_nothing(capture):
+def test_empty_depth_folder(capture):
     folder = capture()
     (folder / "depth" / "000000.png").unlink()
     with refuses("folder-empty", str(folder / "depth")):
@@ -281,7 +281,7 @@ def test_depth_without_its_partner(capture, part):
     refused(folder, f"{part}-missing", "000001", index=1)
 
 
-def test_colour_without_its_depth_is_not_passed_over(capture):
+def test_colour_without_its_depth_fails(capture):
     folder = capture(frames=3)
     (folder / "depth" / "000001.png").unlink()
     opened = open_capture(folder)
@@ -311,7 +311,7 @@ def test_png_with_a_flipped_byte(capture, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_a_png_that_is_something_else(capture, capfd):
+def test_png_with_other_content(capture, capfd):
     folder = capture()
     (folder / "depth" / "000000.png").write_bytes(b"not an image at all")
     refused(folder, "image-unreadable", "000000.png")
@@ -324,7 +324,7 @@ def test_eight_bit_depth(capture):
     refused(folder, "depth-type", "000000.png", "8-bit")
 
 
-def test_colour_picture_as_depth(capture):
+def test_colour_image_as_depth(capture):
     folder = capture()
     put(folder / "depth" / "000000.png", np.zeros((240, 320, 3), np.uint8))
     refused(folder, "depth-shape", "000000.png", "3")

@@ -1,4 +1,4 @@
-"""Photographs: what is read of each kind of image, which mask belongs to which, and what is said of broken ones."""
+"""Photographs: every kind of image, matching of masks, and errors of damaged files."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ COLORS = np.array([[[200, 30, 30], [30, 180, 30]], [[30, 30, 190], [240, 240, 24
 
 
 def picture(height: int = 40, width: int = 60) -> np.ndarray:
-    """(H, W, 3) uint8 RGB: red, green, blue and white quarters."""
+    """Return an image (H, W, 3) uint8 RGB with red, green, blue and white quarters."""
     return cv2.resize(COLORS, (width, height), interpolation=cv2.INTER_NEAREST)
 
 
 def put(path: Path, image: np.ndarray, *options: int) -> Path:
-    """The image, RGB or grey, as a file."""
+    """Write an image, RGB or grey."""
     path.parent.mkdir(parents=True, exist_ok=True)
     bgr = image[:, :, [2, 1, 0, *range(3, image.shape[2])]] if image.ndim == 3 else image
     path.write_bytes(cv2.imencode(path.suffix, bgr, options)[1].tobytes())
@@ -31,7 +31,7 @@ def put(path: Path, image: np.ndarray, *options: int) -> Path:
 
 
 def exif(orientation: int) -> bytes:
-    """TIFF-coded EXIF with nothing but an orientation."""
+    """Return TIFF-coded EXIF data with an orientation only."""
     return b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01" + struct.pack(">HH", orientation, 0) + b"\0\0\0\0"
 
 
@@ -79,7 +79,7 @@ def test_formats(tmp_path, suffix):
     assert np.abs(loaded.data.color[[5, 5, 35, 35], [5, 55, 5, 55]].astype(int) - COLORS.reshape(4, 3)).max() <= 6
 
 
-def test_what_a_file_is_its_first_bytes_tell(tmp_path):
+def test_format_is_detected_by_the_first_bytes(tmp_path):
     path = put(tmp_path / "a.png", picture()).rename(tmp_path / "photo.data")
     assert np.array_equal(color_of(path), picture())
 
@@ -103,7 +103,7 @@ def test_floats_from_0_to_1(tmp_path):
     refused(put(tmp_path / "c.tiff", np.full((4, 4), np.nan, np.float32)), "color-type", "c.tiff", "float32")
 
 
-def test_transparency_is_left_aside(tmp_path):
+def test_alpha_is_ignored(tmp_path):
     clear = np.dstack([picture(), np.zeros((40, 60), np.uint8)])
     assert np.array_equal(color_of(put(tmp_path / "rgba.png", clear)), picture())
 
@@ -123,14 +123,14 @@ def test_one_pixel(tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "turn"), [(".jpg", turn_jpeg), (".png", turn_png)])
-def test_photographs_are_turned_as_their_exif_says(tmp_path, suffix, turn):
+def test_photographs_are_rotated_by_exif(tmp_path, suffix, turn):
     flat = put(tmp_path / f"a{suffix}", picture())
     stored = color_of(flat)
     assert np.array_equal(color_of(turn(flat, 6)), np.rot90(stored, -1))
     assert np.array_equal(color_of(turn(put(flat, picture()), 3)), stored[::-1, ::-1])
 
 
-def test_what_phones_append_to_a_jpeg_does_not_matter(tmp_path):
+def test_data_appended_to_a_jpeg_is_ignored(tmp_path):
     path = put(tmp_path / "a.jpg", picture())
     before = color_of(path)
     path.write_bytes(path.read_bytes() + b"\0\0\0\x18ftypmp42" + bytes(range(256)) * 20)
@@ -146,7 +146,7 @@ def half() -> np.ndarray:
 
 @pytest.fixture
 def album(tmp_path):
-    """A folder with the photographs 2, 9 and 10."""
+    """Return a folder with the photographs 2, 9 and 10."""
     for name in ("10", "9", "2"):
         put(tmp_path / "album" / f"{name}.png", picture())
     return tmp_path / "album"
@@ -169,7 +169,7 @@ def test_masks_beside_the_photographs(album, folder):
     assert np.array_equal(load(album / "9.png").mask, half() > 0)
 
 
-def test_masks_of_other_names_pair_by_order(album):
+def test_masks_with_other_names_match_by_order(album):
     for name in ("m1", "m2", "m3"):
         put(album / "mask" / f"{name}.png", half())
     assert all(frame_ref.load().mask is not None for frame_ref in open_capture(album).frames)
@@ -187,7 +187,7 @@ def test_photographs_without_mask_and_masks_without_photograph(album):
     assert load(album / "10.png").mask is None
 
 
-def test_a_mask_is_turned_as_its_own_exif_says(tmp_path):
+def test_mask_is_rotated_by_its_own_exif(tmp_path):
     turn_jpeg(put(tmp_path / "a.jpg", picture()), 6)
     turn_png(put(tmp_path / "mask" / "a.png", half()), 6)
     assert np.array_equal(load(tmp_path).mask, np.rot90(half(), -1) > 0)
@@ -206,7 +206,7 @@ def test_mask_of_another_size_and_as_jpeg(album):
     assert load(album, 2).mask is not None
 
 
-def test_masks_from_elsewhere(album, tmp_path, capture):
+def test_external_masks(album, tmp_path, capture):
     mask = put(tmp_path / "m.png", half())
     assert np.array_equal(load(album / "2.png", masks=mask).mask, half() > 0)
     refused(album, "frame-count", "m.png", "album has 3", masks=mask)
@@ -228,7 +228,7 @@ def test_masks_from_elsewhere(album, tmp_path, capture):
 # --- folders with depth ------------------------------------------------------------------------------------------------
 
 
-def test_the_colour_of_a_recorded_folder(capture):
+def test_colour_of_a_recorded_folder(capture):
     folder = capture(frames=2, mask=True)
     put(folder / "preview.png", picture())
     assert open_capture(folder).format == "folder"
@@ -241,13 +241,13 @@ def test_the_colour_of_a_recorded_folder(capture):
     assert load(folder / "color" / "000001.jpg").mask.any()
 
 
-def test_the_colour_of_a_recorded_folder_is_not_turned(capture):
+def test_colour_of_a_recorded_folder_is_not_rotated(capture):
     folder = capture(mask=True)
     turn_jpeg(folder / "color" / "000000.jpg", 6)
     assert load(folder).data.color.shape == (240, 320, 3)
 
 
-def test_depth_and_intrinsics_need_not_be_there(capture):
+def test_depth_and_intrinsics_are_not_needed(capture):
     folder = capture(mask=True)
     for path in (folder / "depth" / "000000.png", folder / "camera_intrinsic.json"):
         path.unlink()
@@ -255,7 +255,7 @@ def test_depth_and_intrinsics_need_not_be_there(capture):
     assert load(folder).mask.any()
 
 
-def test_a_recorded_folder_without_colour_is_what_it_was(capture):
+def test_recorded_folder_without_colour_is_still_a_folder(capture):
     assert open_capture(capture(color=False), images_only=True).format == "folder"
 
 
@@ -272,7 +272,7 @@ def test_truncated(tmp_path, suffix, kept, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_thumbnail_is_not_the_end_of_a_jpeg(tmp_path):
+def test_thumbnail_is_not_the_end_of_a_jpeg(tmp_path):
     rng = np.random.default_rng(0)
     path = put(tmp_path / "a.jpg", rng.integers(0, 255, (40, 60, 3), dtype=np.uint8))
     data = path.read_bytes()
@@ -302,6 +302,6 @@ def test_heic(tmp_path):
     refused(tmp_path / "a.heic", "encoding-unsupported", "a.heic", "HEIC")
 
 
-def test_two_photographs_of_one_name(album):
+def test_two_photographs_of_one_stem(album):
     put(album / "9.jpg", picture())
     refused(album, "names-clash", "9.jpg")

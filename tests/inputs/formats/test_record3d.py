@@ -1,4 +1,4 @@
-"""Recordings of the app Record3D, read where they lie."""
+"""Recordings of the app Record3D, read in place."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SMALL = (320, 240)  # of the depth; the colour is twice as large
 
 
 def refused(path, code, *parts, index=None):
-    """Opening is refused with this code; with an index it is the frame that is, and the capture opens."""
+    """Assert that opening fails with this code; or with an index, that opening works and loading that frame fails."""
     if index is None:
         with refuses(code, path.name, *parts):
             open_capture(path)
@@ -58,7 +58,7 @@ def about(size=(640, 480), **changes):
 
 @pytest.fixture
 def make(tmp_path):
-    """A function that writes `cable.r3d` of two frames: `make(members={name: bytes or None to leave out}, size=..., K=...)`."""
+    """Return a function that writes `cable.r3d` of two frames: `make(members={name: bytes or None to omit}, size=..., K=...)`."""
 
     def write(members=None, metadata=None, size=(640, 480), **changes):
         step = 640 // size[0]
@@ -87,8 +87,8 @@ def test_depth_colour_camera_pose_and_time(make):
     assert_detected(second)
 
 
-def test_poses_are_turned_into_the_optical_frame(make):
-    """A point ahead of a camera with y up lies at negative z for the app, at positive z here."""
+def test_poses_are_converted_to_the_optical_frame(make):
+    """A point ahead of the camera has negative z in the app's frame (y up), positive z in the optical frame."""
     pose = open_capture(make()).frames[1].load().pose
     x, y, z = 0.1, 0.2, 0.7  # right, down, forward
     assert np.allclose(pose @ (x, y, z, 1), POSE @ (x, -y, -z, 1))
@@ -114,18 +114,18 @@ def test_intrinsics_and_times_of_each_frame(make):
     assert frame_ref.timestamp == 0.25
 
 
-def test_recordings_without_poses_and_sizes_of_depth(make):
+def test_recordings_without_poses_and_depth_size(make):
     loaded = open_capture(make(poses=None, dw=None, dh=None)).frames[0].load()
     assert loaded.pose is None
     check(loaded, 0, color=2)
 
 
-def test_the_camera_that_the_user_says(make):
+def test_camera_from_options(make):
     camera = open_capture(make(K=None, size=SMALL), options=ReadOptions(camera=(1, 2, 3, 4))).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (1, 2, 3, 4)
 
 
-def test_content_counts_and_not_the_name(make, tmp_path):
+def test_format_is_detected_by_content_not_by_name(make, tmp_path):
     assert open_capture(make().rename(tmp_path / "recording.zip")).format == "record3d"
 
 
@@ -135,7 +135,7 @@ def test_nothing_is_written(make, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["cable.r3d"]
 
 
-def test_the_package_is_named_where_it_is_missing(make, monkeypatch):
+def test_missing_package_is_named(make, monkeypatch):
     path = make()
     monkeypatch.setitem(sys.modules, "lzfse", None)
     with pytest.raises(MissingDependency, match=r"pip install 'doo3d\[record3d\]'"):
@@ -146,11 +146,11 @@ def test_the_package_is_named_where_it_is_missing(make, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["../evil", "rgbd/../../evil", "/etc/evil", "C:/evil", "rgbd\\..\\..\\evil"])
-def test_names_that_lead_out(make, name):
+def test_member_paths_out_of_the_archive(make, name):
     refused(make({name: b"x"}), "archive-unsafe", repr(name))
 
 
-def test_links(make):
+def test_member_links(make):
     link = zipfile.ZipInfo("rgbd/2.jpg")
     link.external_attr = (stat.S_IFLNK | 0o777) << 16
     path = make()
@@ -160,7 +160,7 @@ def test_links(make):
 
 
 @pytest.mark.parametrize("lie", [False, True])
-def test_a_depth_that_unpacks_to_too_much(make, lie, monkeypatch):
+def test_depth_that_decompresses_to_too_much(make, lie, monkeypatch):
     data = bytearray(packing.compress(bytes(8_000_000)))
     assert len(data) < 20_000
     if lie:  # many blocks, each of which says that it is small
@@ -172,20 +172,20 @@ def test_a_depth_that_unpacks_to_too_much(make, lie, monkeypatch):
     refused(path, "size-too-large", "rgbd/0.depth", "640x480", index=0)
 
 
-def test_what_a_depth_says_that_it_unpacks_to():
+def test_declared_size_of_compressed_depth():
     rng = np.random.default_rng(0)
     noise, few = rng.integers(0, 256, 300_000, dtype=np.uint8), rng.integers(0, 9, 700_000, dtype=np.uint8)
     for raw in (b"", b"abc", bytes(3000), noise[:500].tobytes(), noise.tobytes(), few.tobytes(), bytes(5_000_000)):
-        total, blocks = record3d._announced(packing.compress(raw))
+        total, blocks = record3d._declared_size(packing.compress(raw))
         assert total == len(raw)
-        assert blocks <= len(raw) // record3d._BLOCK + 2
+        assert blocks <= len(raw) // record3d._MIN_BLOCK_BYTES + 2
 
 
-def test_a_depth_longer_than_its_image(make):
+def test_depth_longer_than_its_image(make):
     refused(make({"rgbd/0.depth": bytes(2_000_000)}), "size-too-large", "rgbd/0.depth", index=0)
 
 
-def test_a_member_that_unpacks_to_too_much(make, tmp_path):
+def test_member_that_decompresses_to_too_much(make, tmp_path):
     path = make({"rgbd/0.jpg": None})
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
         file.writestr("rgbd/0.jpg", bytes(80_000_000))
@@ -193,7 +193,7 @@ def test_a_member_that_unpacks_to_too_much(make, tmp_path):
     refused(path, "size-too-large", "rgbd/0.jpg", index=0)
 
 
-def test_metadata_with_a_size_out_of_reason(make):
+def test_metadata_with_an_unreasonable_size(make):
     refused(make(dw=1_000_000, dh=1_000_000), "size-too-large", "1000000x1000000")
 
 
@@ -213,7 +213,7 @@ def test_metadata_with_a_size_out_of_reason(make):
         ({"members": {f"rgbd/{i}.{kind}": None for i in (0, 1) for kind in ("jpg", "depth")}}, "frames-missing", []),
     ],
 )
-def test_recordings_that_cannot_be(make, changes, code, parts):
+def test_invalid_recordings(make, changes, code, parts):
     refused(make(**changes), code, *parts)
 
 
@@ -231,14 +231,14 @@ def test_recordings_that_cannot_be(make, changes, code, parts):
         ({"poses": [[0, 0, 1]]}, "pose-invalid", ["poses: frame 0"]),
     ],
 )
-def test_frames_that_cannot_be(make, changes, code, parts):
+def test_invalid_frames(make, changes, code, parts):
     path = make(**changes)
     refused(path, code, *parts, index=0)
     assert open_capture(path).frames[1].load().data.depth.any()
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.2, 0.99])
-def test_cut_off(make, kept):
+def test_truncated(make, kept):
     path = make()
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
     refused(path, "file-damaged")

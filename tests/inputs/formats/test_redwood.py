@@ -1,4 +1,4 @@
-"""Folders of the Redwood data sets and of ICL-NUIM, which come without a file of intrinsics."""
+"""Folders of the Redwood data sets and of ICL-NUIM, which have no file of intrinsics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OTHER = np.array([[0, 0, 1, 5], [0, 1, 0, 6], [-1, 0, 0, 7], [0, 0, 0, 1.0]])
 
 
 def log(path, *poses):
-    """As Redwood writes it: three numbers, the last the image's from 1, then the matrix."""
+    """Return a pose in Redwood's format: three numbers, the last one that of the image from 1, then the matrix."""
     rows = [f"{n - 1}\t{n - 1}\t{n}\n" + "".join(" ".join(f"{x:.10f}" for x in row) + "\n" for row in pose) for n, pose in poses]
     path.write_text("".join(rows))
     return path
@@ -24,7 +24,7 @@ def log(path, *poses):
 
 @pytest.fixture
 def scan(tmp_path):
-    """Names tell number and microseconds; the colour of the second depth image was lost."""
+    """File names have number and microseconds; the colour of the second depth image is missing."""
     folder = tmp_path / "scan"
     for name in ("0000001-000000000000", "0000002-000000033369", "0000003-000000066737"):
         put(folder / "depth" / f"{name}.png", units(1000))
@@ -54,7 +54,7 @@ def icl(tmp_path):
     return folder
 
 
-def test_names_with_times(scan):
+def test_names_with_times_pair_depth_and_colour(scan):
     log(scan / "scan.log", (1, POSE), (3, OTHER))
     opened = open_capture(scan, options=OWN)
     assert opened.format == "redwood"
@@ -67,7 +67,7 @@ def test_names_with_times(scan):
     assert_detected(other)
 
 
-def test_names_alone_and_the_trajectory(indoor):
+def test_names_without_times_and_the_trajectory(indoor):
     opened = open_capture(indoor)
     assert opened.format == "redwood"
     assert [frame_ref.name for frame_ref in opened.frames] == ["000001", "000002"]
@@ -76,7 +76,7 @@ def test_names_alone_and_the_trajectory(indoor):
     assert np.allclose(opened.frames[1].load().pose, OTHER)
 
 
-def test_of_two_logs_the_trajectory(indoor):
+def test_trajectory_is_preferred_among_logs(indoor):
     log(indoor / "odometry.log", (1, np.eye(4)))
     (indoor / "recorder.log").write_text("started\nstopped\n")
     assert np.allclose(open_capture(indoor).frames[0].load().pose, POSE)
@@ -108,14 +108,14 @@ def test_icl(icl):
     assert np.linalg.det(one.pose[:3, :3]) == pytest.approx(1)
 
 
-def test_a_recorded_folder_stays_one(capture):
+def test_folder_with_intrinsics_is_no_redwood(capture):
     folder = capture()
     log(folder / "trajectory.log", (1, POSE))
     (folder / "associations.txt").write_text("0 depth/0.png 0 rgb/0.png\n")
     assert open_capture(folder).format == "folder"
 
 
-def test_a_folder_that_says_nothing_is_not_guessed_at(capture):
+def test_folder_without_camera_is_not_guessed(capture):
     folder = capture()
     (folder / "camera_intrinsic.json").unlink()
     with refuses("intrinsics-missing", "camera_intrinsic.json", "camera="):
@@ -125,7 +125,7 @@ def test_a_folder_that_says_nothing_is_not_guessed_at(capture):
 # --- what cannot be read -----------------------------------------------------------------------------------------------
 
 
-def test_no_colour_for_one(indoor):
+def test_one_colour_image_missing(indoor):
     (indoor / "image" / "000002.png").unlink()
     refused(indoor, "color-missing", "000002", index=1)
 
@@ -137,24 +137,24 @@ def test_no_depth(indoor, icl):
         refused(folder, "folder-empty", str(folder / "depth"))
 
 
-def test_times_in_names_that_never_meet(scan):
+def test_times_in_names_without_overlap(scan):
     for file in (scan / "rgb").iterdir():
         file.rename(file.with_name(file.name.replace("-0000", "-9000")))
     refused(scan, "times-apart", str(scan), "0.03 s")
 
 
 @pytest.mark.parametrize("kept", [0.4, 0.6, 0.95])
-def test_a_trajectory_that_is_cut_off(indoor, kept):
+def test_truncated_trajectory(indoor, kept):
     file = indoor / "trajectory.log"
     file.write_text(file.read_text()[: int(len(file.read_text()) * kept)])
     refused(indoor, "line-invalid", "trajectory.log: line ")
 
 
-def test_a_matrix_that_is_no_pose(indoor):
+def test_invalid_pose_matrix(indoor):
     log(indoor / "trajectory.log", (1, 2 * POSE))
     refused(indoor, "pose-invalid", "trajectory.log: line 1")
 
 
-def test_the_own_camera_is_for_one_size(indoor):
+def test_default_camera_is_for_one_image_size(indoor):
     put(indoor / "depth" / "000001.png", units(1000)[:240])
     refused(indoor, "intrinsics-size", "640x240", "640x480", index=0)

@@ -1,4 +1,4 @@
-"""Poses of a file for captures that have none of their own."""
+"""Poses from a file for captures without poses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_a_pose_is_camera_to_world(tmp_path):
     assert np.allclose(found.poses, POSE, atol=1e-12)
 
 
-def test_between_two_poses(tmp_path):
+def test_interpolation_between_two_poses(tmp_path):
     found = read_trajectory(write(tmp_path / "a.txt", "1.0 0.1 -2.0 3.0 0 0 0 1", f"1.1 {TURNED}"))
     pose = found.at(1.05, 0.06)
     assert np.allclose(pose[:3, 3], (0.2, -2.0, 3.0))
@@ -38,7 +38,7 @@ def test_between_two_poses(tmp_path):
     assert found.at(9, 0.04) is None
 
 
-def test_by_order_where_frames_have_no_times(capture, tmp_path):
+def test_match_by_order_if_frames_have_no_times(capture, tmp_path):
     file = write(tmp_path / "a.txt", f"10 {LINE}", f"20 {TURNED}")
     opened = open_capture(capture(frames=2), options=ReadOptions(trajectory=file))
     frame_refs = pickle.loads(pickle.dumps(opened.frames))
@@ -49,7 +49,7 @@ def test_by_order_where_frames_have_no_times(capture, tmp_path):
         open_capture(capture("capture3", frames=3), options=ReadOptions(trajectory=file))
 
 
-def test_by_time_and_below_masks(tmp_path):
+def test_match_by_time_with_external_masks(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.full((3, 4, 5), 700), K=np.diag([5.0, 5, 1]), timestamps=[1.0, 2.0, 3.0])
     masks = tmp_path / "masks"
     put(masks / "000001.png", np.eye(4, 5, dtype=bool))
@@ -61,7 +61,7 @@ def test_by_time_and_below_masks(tmp_path):
     assert open_capture(tmp_path / "a.npz", options=ReadOptions(trajectory=file)).frames[0].load().pose is None
 
 
-def test_times_that_never_meet(tmp_path):
+def test_times_without_overlap(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.full((3, 4, 5), 700), K=np.diag([5.0, 5, 1]), timestamps=[1.0, 2.0, 3.0])
     file = write(tmp_path / "a.txt", f"1305031453.3 {LINE}")
     with refuses("times-apart", "a.txt", "1305031453.3", "1.0 to 3.0 s", "tolerance"):
@@ -87,7 +87,7 @@ def test_broken(capture, tmp_path, lines, code, parts):
         open_capture(capture(), options=ReadOptions(trajectory=file))
 
 
-def test_no_text_and_no_file(capture, tmp_path):
+def test_binary_and_missing_file(capture, tmp_path):
     (tmp_path / "a.txt").write_bytes(bytes(range(128, 256)))
     with refuses("file-not-text", "a.txt"):
         open_capture(capture(), options=ReadOptions(trajectory=tmp_path / "a.txt"))

@@ -21,7 +21,7 @@ def listed(path: Path, times, folder: str) -> None:
 
 @pytest.fixture
 def sequence(tmp_path):
-    """Four depth images; of the first three a colour image was taken 10 ms after, and one more in between."""
+    """Write four depth images, colour images 10 ms after the first three, and one more in between."""
     folder = tmp_path / "rgbd_dataset_freiburg1_cable"
     depth, color = ("100.000000", "100.033333", "100.066667", "100.2"), ("100.010000", "100.024000", "100.043333", "100.076667")
     listed(folder_of(folder) / "depth.txt", depth, "depth")
@@ -53,7 +53,7 @@ def test_depth_colour_camera_and_pose(sequence):
     assert_detected(third)
 
 
-def test_the_benchmarks_own_camera(sequence):
+def test_default_camera_of_the_benchmark(sequence):
     camera = open_capture(sequence).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525, 525, 319.5, 239.5)
     assert open_capture(sequence, options=ReadOptions(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
@@ -61,21 +61,21 @@ def test_the_benchmarks_own_camera(sequence):
     )
 
 
-def test_which_colour_belongs_to_which_depth(sequence):
+def test_colour_is_paired_with_depth_by_time(sequence):
     for i, file in enumerate(sorted((sequence / "rgb").iterdir())):
         put(file, np.full((480, 640, 3), 10 * i, np.uint8))
     loaded_frames = [frame_ref.load() for frame_ref in open_capture(sequence).frames]
     assert [int(loaded.data.color[0, 0, 0]) for loaded in loaded_frames] == [0, 10, 30]  # 9 ms are nearer than 10
 
 
-def test_each_in_one_pair_the_nearest_first():
+def test_each_image_is_in_one_pair_nearest_first():
     one, other = associate(np.array([0.0, 0.02, 1.0]), np.array([0.015, 0.03, 2.0]), 0.03)
     assert list(zip(one, other, strict=True)) == [(0, 1), (1, 0)]
     assert not len(associate(np.array([0.0]), np.array([1.0]), 0.5)[0])
 
 
-def test_association_as_by_all_pairs():
-    """Against the benchmark's own way: all pairs, sorted by their difference."""
+def test_association_equals_that_of_all_pairs():
+    """Compare with the benchmark's algorithm: all pairs, sorted by their difference."""
     rng = np.random.default_rng(3)
     one, other = np.sort(rng.uniform(0, 5, 150)), np.sort(rng.uniform(0, 5, 140))
     every = sorted((abs(a - b), i, j) for i, a in enumerate(one) for j, b in enumerate(other) if abs(a - b) <= 0.03)
@@ -88,7 +88,7 @@ def test_association_as_by_all_pairs():
     assert list(zip(*(a.tolist() for a in associate(one, other, 0.03)), strict=True)) == sorted(expected)
 
 
-def test_depth_alone(sequence):
+def test_depth_without_colour(sequence):
     (sequence / "rgb.txt").unlink()
     frames = open_capture(sequence).frames
     assert len(frames) == 4
@@ -96,7 +96,7 @@ def test_depth_alone(sequence):
     assert frames[3].load().pose is None
 
 
-def test_results_are_called_after_the_times(sequence, doo3d, tmp_path):
+def test_results_are_named_by_time(sequence, doo3d, tmp_path):
     code, _, err = doo3d(
         "detect", sequence, "-o", tmp_path / "out", "--input-option", f"camera={list(map(float, scene().pinhole))}"
     )
@@ -107,18 +107,18 @@ def test_results_are_called_after_the_times(sequence, doo3d, tmp_path):
 # --- what cannot be read -----------------------------------------------------------------------------------------------
 
 
-def test_lists_that_never_meet(sequence):
+def test_lists_without_overlap(sequence):
     listed(sequence / "rgb.txt", ["200.0", "200.1"], "rgb")
     refused(sequence, "times-apart", "depth.txt", "100.0 to 100.2 s", "rgb.txt", "200.0", "0.03 s", "tolerance")
 
 
-def test_the_list_of_depth_is_missing(sequence):
+def test_missing_list_of_depth(sequence):
     (sequence / "depth.txt").unlink()
     refused(sequence, "file-missing", "depth.txt")
 
 
 @pytest.mark.parametrize("name", ["depth.txt", "rgb.txt"])
-def test_times_backwards(sequence, name):
+def test_decreasing_times(sequence, name):
     listed(sequence / name, ["100.1", "100.0"], name[:-4])
     refused(sequence, "times-not-rising", f"{name}: line 5", "100.0")
 
@@ -130,7 +130,7 @@ def test_broken_lists(sequence):
     refused(sequence, "file-empty", "rgb.txt")
 
 
-def test_images_missing_cut_off_and_of_another_size(sequence):
+def test_images_missing_truncated_and_of_another_size(sequence):
     depth = sequence / "depth" / "100.000000.png"
     depth.write_bytes(depth.read_bytes()[:2000])
     (sequence / "rgb" / "100.024000.png").unlink()
@@ -140,11 +140,11 @@ def test_images_missing_cut_off_and_of_another_size(sequence):
     refused(sequence, "color-size", "640x240", "640x480", index=2)
 
 
-def test_the_own_camera_is_for_one_size(sequence):
+def test_default_camera_is_for_one_image_size(sequence):
     put(sequence / "depth" / "100.000000.png", units(5000)[::2, ::2])
     refused(sequence, "intrinsics-size", "320x240", "640x480", "camera=", index=0)
 
 
 @pytest.mark.parametrize("scale", [2.0, 5e6])
-def test_a_unit_that_makes_no_sense(sequence, scale):
+def test_implausible_unit(sequence, scale):
     refused(sequence, "depth-unit", "100.000000.png", "depth_scale", index=0, options=ReadOptions(depth_scale=scale))

@@ -1,4 +1,4 @@
-"""Video files: every frame once and in order, read without decoding those before it, and used up to where a file breaks off."""
+"""Video files: every frame once and in order, without decoding earlier frames again, up to the end of a truncated file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ KINDS = [("a.avi", "MJPG"), ("b.avi", "XVID"), ("a.mp4", "mp4v"), ("a.mkv", "mp4
 
 
 def film(path: Path, codec: str = "MJPG", frames: int = FRAMES) -> Path:
-    """Frames of growing brightness, with noise so that they take room."""
+    """Write frames of increasing brightness, with noise for a larger file."""
     rng = np.random.default_rng(0)
     writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter_fourcc(*codec), FPS, (160, 120))
     for i in range(frames):
@@ -32,7 +32,7 @@ def film(path: Path, codec: str = "MJPG", frames: int = FRAMES) -> Path:
 
 
 def brightness(data: Image) -> int:
-    """Which frame it is, by its red."""
+    """Return the number of a frame, from its red channel."""
     assert isinstance(data, Image)
     return round(float(data.color[100:, :, 0].mean()) / 20)
 
@@ -53,7 +53,7 @@ def boxes(data: bytes) -> list[tuple[bytes, bytes]]:
 
 
 def index_first(path: Path) -> Path:
-    """The MP4 as it is made for streaming: its index before its frames."""
+    """Return an MP4 rearranged for streaming: its index before its frames."""
     parts = dict(boxes(path.read_bytes()))
     index = bytearray(parts.pop(b"moov"))
     at = index.index(b"stco")
@@ -75,18 +75,18 @@ def test_frames_in_order_with_their_times(tmp_path, name, codec):
     assert (loaded_frames[3].data.name, loaded_frames[3].data.timestamp, loaded_frames[3].mask) == ("000003", 3 / FPS, None)
 
 
-def test_what_a_file_is_its_first_bytes_tell(tmp_path):
+def test_format_is_detected_by_the_first_bytes(tmp_path):
     film(tmp_path / "a.avi").rename(tmp_path / "a.data")
     assert open_capture(tmp_path / "a.data").format == "video"
 
 
-def test_any_order(tmp_path):
+def test_frames_load_in_any_order(tmp_path):
     opened = open_capture(film(tmp_path / "a.avi"))
     order = [5, 2, 2, 11, 0, 11]
     assert [brightness(opened.frames[i].load().data) for i in order] == order
 
 
-def test_the_next_frame_costs_no_decoding_of_those_before(tmp_path, monkeypatch):
+def test_next_frame_needs_no_decoding_of_earlier_frames(tmp_path, monkeypatch):
     opened = open_capture(film(tmp_path / "a.avi"))
     decoded = {"opened": 0, "frames": 0}
 
@@ -111,12 +111,12 @@ def test_the_next_frame_costs_no_decoding_of_those_before(tmp_path, monkeypatch)
     assert decoded == {"opened": 1, "frames": FRAMES}
 
 
-def test_entries_go_to_another_process(tmp_path):
+def test_frame_references_can_be_pickled(tmp_path):
     frame_refs = pickle.loads(pickle.dumps(open_capture(film(tmp_path / "a.avi")).frames))
     assert [brightness(frame_ref.load().data) for frame_ref in frame_refs] == list(range(FRAMES))
 
 
-def test_a_file_that_was_written_anew(tmp_path):
+def test_rewritten_file_is_read_anew(tmp_path):
     first = open_capture(film(tmp_path / "a.avi"))
     first.frames[0].load()
     again = open_capture(film(tmp_path / "a.avi", frames=3))
@@ -130,7 +130,7 @@ def test_a_file_that_was_written_anew(tmp_path):
 
 @pytest.mark.parametrize("share", [0.95, 0.6, 0.3])
 @pytest.mark.parametrize(("name", "codec"), [*KINDS, ("first.mp4", "mp4v")])
-def test_cut_off(tmp_path, name, codec, share, capfd):
+def test_truncated(tmp_path, name, codec, share, capfd):
     path = film(tmp_path / name, codec)
     if name == "first.mp4":
         index_first(path)
@@ -167,7 +167,7 @@ def test_no_video(tmp_path, content, code, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_cut_off_in_the_first_frame(tmp_path):
+def test_truncated_in_the_first_frame(tmp_path):
     path = film(tmp_path / "a.avi")
     path.write_bytes(path.read_bytes()[:7000])
     with refuses("file-damaged", "a.avi"):
