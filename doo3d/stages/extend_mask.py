@@ -1,11 +1,13 @@
-"""Where the mask ends and the image shows the same strand going on, the strand goes on.
+"""Extend the mask of an image along strands that go on beyond it.
 
 A segmentation misses stretches: another light, a shadow, a background like the strand. Each free end of a chain is followed
-by steps of half a radius: the strand ahead has the colours across that it has had so far, and the background on both of its
-sides has others. What is found is added to the mask, and the stages are gone through again.
+in steps of half a radius: across the strand ahead the colors are those that it has had so far, and the background on both of
+its sides has others. The path found is added to the mask, and the stages are run again.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,18 +16,34 @@ from ..config import ExtendMaskConfig
 from ..types import Array, Bools, Chain, Floats
 from . import FrameContext
 
-INSIDE = np.linspace(-0.7, 0.7, 5)  # radii from the middle, where the strand's colours are read
-BESIDE = np.array([-2.2, -1.7, 1.7, 2.2])  # and its background's, clear of soft edges
-STEP, LOOKS = 0.5, 4  # radii, and how many steps ahead every step is judged by
-TURNS = np.linspace(-1, 1, 7) * STEP / 2  # radians a step: no object bends more sharply than two of its radii
-SHIFTS = np.array([-1.0, 0.0, 1.0])  # px aside
-TAIL, COURSE = 10.0, 4.0  # radii before the end from which the colours and the direction are taken
-STRANGE = 25.0  # a difference above which colours are just as strange: a speck must not outweigh the rest
-SUBPIXEL = 4  # bits of cv2's drawing
-CONTRAST_WEIGHT, CONTRAST_ENOUGH, TURN_WEIGHT, SHIFT_WEIGHT = 0.5, 6.0, 0.36, 0.05  # among ways that all look right
+STRAND_OFFSETS_RADII = np.linspace(-0.7, 0.7, 5)
+"""Radii from the middle, across a strand, at which its colors are read."""
 
+BACKGROUND_OFFSETS_RADII = np.array([-2.2, -1.7, 1.7, 2.2])
+"""Radii from the middle at which the colors of the background are read, clear of soft edges."""
 
-MAX_HIDDEN = 8.0
+STEP_RADII = 0.5
+"""Radii; length of a step along a strand."""
+
+LOOKAHEAD_STEPS = 4
+"""Steps ahead that a step is judged by: the mean over them."""
+
+TURNS_RAD = np.linspace(-1, 1, 7) * STEP_RADII / 2
+"""Radians; turns tried at a step: no object bends more sharply than two of its radii."""
+
+SHIFTS_PX = np.array([-1.0, 0.0, 1.0])
+"""px; lateral shifts tried at a step."""
+
+PROFILE_LENGTH_RADII, DIRECTION_LENGTH_RADII = 10.0, 4.0
+"""Radii before the end of a chain over which the colors of its strand, and its direction, are measured."""
+
+END_JOINTS = 6
+"""Joints at the end of a chain whose median radius is that of the end."""
+
+MIN_EXTENSION_RADII = 2.0
+"""Radii; shorter extensions are not worth running the stages again, and end in the mask that they begin in."""
+
+MAX_HIDDEN_RADII = 8.0
 """Radii of the strand that may look different: another strand on top, a print, a glare."""
 
 COLOR_NOISE = 6.0
@@ -34,119 +52,179 @@ COLOR_NOISE = 6.0
 MAX_COLOR_DISTANCE = 2.5
 """Squared color distance of the strand ahead from the strand so far, at most, in variances of the latter."""
 
+SATURATED_COLOR_DISTANCE = 25.0
+"""Squared color distance, in variances, above which colors are equally foreign: a speck must not outweigh the rest."""
+
 MIN_CONTRAST = 1.5
 """Squared color distance by which the background on either side must differ more than that."""
 
 COLOR_ADAPTATION = 0.2
 """Fraction of the colors ahead that a strand takes over at a step of half a radius."""
 
+CONTRAST_WEIGHT, SATURATED_CONTRAST, TURN_WEIGHT, SHIFT_WEIGHT = 0.5, 6.0, 0.36, 0.05
+"""Weights, per squared color distance, that choose among turns and shifts whose colors all fit: contrast up to a limit is good,
+the largest turn and a shift of 1 px are bad."""
+
+SUBPIXEL_BITS = 4
+"""Binary places of the coordinates that OpenCV draws with."""
+
 
 def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
-    """The mask (H, W) of an image with the stretches of strands that it misses; None where there are none.
+    """Return the mask of an image with the stretches of strands that it misses; None where it misses none.
 
-    chains : as found in it, px, radii known. An end at the image's border has nowhere to go on to.
+    Parameters
+    ----------
+    chains : those found in the mask, px, with radii. An end at the border of the image is not followed.
+    context : of the frame; without a mask or a color image, and in 3-D, the result is None.
+    config : section `extend_mask` of the settings.
+
+    Returns
+    -------
+    mask : (H, W) bool, the mask of the foreground and the extensions, each as wide as its strand.
     """
     foreground = context.foreground
     mask, color = foreground.mask, foreground.color
     if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
         return None
-    smooth = cv2.GaussianBlur(color, (3, 3), 0)
-    grown, found = mask.astype(np.uint8), False
+    blurred = cv2.GaussianBlur(color, (3, 3), 0)
+    extended, any_found = mask.astype(np.uint8), False
     for chain in chains:
         for joints, radii in ((chain.joints, chain.radii), (chain.joints[::-1], chain.radii[::-1])):
-            radius = float(np.median(radii[-6:]))
-            if chain.closed or not radius > 0 or not _within(joints[-1], mask, radius * (1 + STEP)):
+            radius = float(np.median(radii[-END_JOINTS:]))
+            if chain.closed or not radius > 0 or not _is_inside(joints[-1], mask, radius * (1 + STEP_RADII)):
                 continue
-            way = follow(smooth, mask, joints, radius, config)
-            if np.linalg.norm(way[-1] - way[0]) > 2 * radius:
-                points = np.round(way * 2**SUBPIXEL).astype(np.int32)
-                cv2.polylines(grown, [points], False, 1, max(1, round(2 * radius)), cv2.LINE_8, SUBPIXEL)
-                found = True
-    return grown > 0 if found else None
+            path = follow_strand(blurred, mask, joints, radius, config)
+            if np.linalg.norm(path[-1] - path[0]) > MIN_EXTENSION_RADII * radius:
+                points = np.round(path * 2**SUBPIXEL_BITS).astype(np.int32)
+                cv2.polylines(extended, [points], False, 1, max(1, round(2 * radius)), cv2.LINE_8, SUBPIXEL_BITS)
+                any_found = True
+    return extended > 0 if any_found else None
 
 
-def follow(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
-    """(P, 2) px, the way on from the last of the joints (N, 2), which comes first; P = 1 where there is none.
+def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
+    """Return the path of a strand beyond the last joint of its chain, (P, 2) px.
 
-    image : (H, W, 3). What hides the strand is jumped, up to `hidden` radii; it ends in what the mask has already.
+    A stretch of up to `MAX_HIDDEN_RADII` that hides the strand is jumped. The path ends in pixels that the mask has already,
+    at the border of the image, after `max_length`, or where the strand is not seen to go on.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB.
+    mask : (H, W) bool.
+    joints : (N, 2) px, of the chain, in the order that ends at the end to follow.
+    radius : px, of the strand at that end.
+    config : section `extend_mask` of the settings.
+
+    Returns
+    -------
+    path : (P, 2) px, beginning with the last joint; P = 1 where the strand does not go on.
     """
-    tail = _tail(joints, TAIL * radius)
-    course = tail[-1] - _tail(tail, COURSE * radius)[0]
-    angle, place = float(np.arctan2(course[1], course[0])), tail[-1]
-    colors, spread = _colors(image, tail, radius, COLOR_NOISE)
-    step, scan = STEP * radius, int(MAX_HIDDEN / STEP) + 1
-    way, gone, blocked = [place], 0.0, True
-    while gone < config.max_length * radius:
-        angles = angle + TURNS[:, None, None]
-        along = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-        aside = np.stack((-along[..., 1], along[..., 0]), axis=-1)
-        for first, count in ((0, 1), (1, scan - 1))[:scan]:  # the next step; where that fails, all beyond what may hide it
-            looks = step * np.arange(first + 1, first + count + LOOKS)[:, None]
-            places = place + along * looks + aside * SHIFTS[:, None, None]  # (turns, shifts, looks, 2)
-            inside = _read(image, places[..., None, :] + aside[..., None, :] * radius * INSIDE[:, None])
-            beside = _read(image, places[..., None, :] + aside[..., None, :] * radius * BESIDE[:, None])
-            difference = _ahead(_strange(inside - colors, spread).mean(axis=-1))
-            other = _strange(beside[..., None, :] - colors, spread).min(axis=-1)
-            contrast = _ahead(other.reshape(*other.shape[:-1], 2, -1).mean(axis=-1), axis=-2).min(axis=-1)
-            cost = difference - CONTRAST_WEIGHT * np.minimum(contrast, CONTRAST_ENOUGH)
-            cost += (TURN_WEIGHT * (TURNS[:, None] / TURNS[-1]) ** 2 + SHIFT_WEIGHT * SHIFTS**2)[..., None]
-            best = cost.reshape(-1, count).argmin(axis=0)
-            each = np.arange(count)
-            strange, clear = difference.reshape(-1, count)[best, each], contrast.reshape(-1, count)[best, each]
-            seen = np.flatnonzero((strange <= MAX_COLOR_DISTANCE) & (clear >= strange + MIN_CONTRAST))
-            blocked = not len(seen)
-            if not blocked:
-                break
-        if blocked:
+    tail = _last_joints(joints, PROFILE_LENGTH_RADII * radius)
+    direction = tail[-1] - _last_joints(tail, DIRECTION_LENGTH_RADII * radius)[0]
+    angle, position = float(np.arctan2(direction[1], direction[0])), tail[-1]
+    colors, variance = _color_profile(image, tail, radius)
+    hidden_steps = int(MAX_HIDDEN_RADII / STEP_RADII)
+    path, length = [position], 0.0
+    while length < config.max_length * radius:
+        step = _find_step(image, position, angle, radius, colors, variance, range(1, 2))
+        if step is None:  # hidden ahead: try all positions beyond
+            step = _find_step(image, position, angle, radius, colors, variance, range(2, hidden_steps + 2))
+        if step is None:
             break
-        turn, shift = np.unravel_index(best[seen[0]], cost.shape[:2])
-        colors = colors + COLOR_ADAPTATION * (inside[turn, shift, seen[0]] - colors)
-        place, angle = places[turn, shift, seen[0]], angle + float(TURNS[turn])
-        way.append(place)
-        gone += float(looks[seen[0], 0])
-        if not _within(place, mask, 0) or (gone > 2 * radius and mask[tuple(np.rint(place[::-1]).astype(int))]):
+        colors = colors + COLOR_ADAPTATION * (step.colors - colors)
+        position, angle = step.position, angle + step.turn
+        path.append(position)
+        length += step.length
+        clear_of_start = length > MIN_EXTENSION_RADII * radius
+        if not _is_inside(position, mask, 0) or (clear_of_start and mask[tuple(np.rint(position[::-1]).astype(int))]):
             break
-    return np.array(way)
+    return np.array(path)
 
 
-def _ahead(values: Floats, axis: int = -1) -> Floats:
-    """The means over LOOKS neighbours along an axis."""
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(values, LOOKS, axis=axis).mean(axis=-1))
+class _Step(NamedTuple):
+    """A step along a strand: its end (2,) px, its turn in radians, its length in px, and the colors (I, 3) across its end."""
+
+    position: Floats
+    turn: float
+    length: float
+    colors: Floats
 
 
-def _within(place: Floats, mask: Bools, margin: float) -> bool:
-    """Whether the place (2,) lies in the image, that far from its border."""
-    return bool((place >= margin).all() and (place <= np.array(mask.shape[::-1]) - 1 - margin).all())
+def _find_step(
+    image: Array, position: Floats, angle: float, radius: float, colors: Floats, variance: Floats, steps: range
+) -> _Step | None:
+    """Return the nearest of the steps at which the strand is seen, in the best direction; None where it is seen at none.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8 RGB.
+    position, angle : (2,) px and radians, where the strand is and where it heads.
+    radius : px.
+    colors, variance : (I, 3) and (3,), as of `_color_profile`.
+    steps : lengths to try, in units of STEP_RADII, consecutive.
+    """
+    angles = angle + TURNS_RAD[:, None, None]
+    forward = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    lateral = np.stack((-forward[..., 1], forward[..., 0]), axis=-1)
+    count = len(steps)
+    distances = STEP_RADII * radius * np.arange(steps.start, steps.start + count - 1 + LOOKAHEAD_STEPS)[:, None]
+    positions = position + forward * distances + lateral * SHIFTS_PX[:, None, None]  # (turns, shifts, distances, 2)
+    strand = _read_colors(image, positions[..., None, :] + lateral[..., None, :] * radius * STRAND_OFFSETS_RADII[:, None])
+    beside = _read_colors(image, positions[..., None, :] + lateral[..., None, :] * radius * BACKGROUND_OFFSETS_RADII[:, None])
+    distance = _lookahead_mean(_color_distance(strand - colors, variance).mean(axis=-1))
+    background = _color_distance(beside[..., None, :] - colors, variance).min(axis=-1)
+    contrast = _lookahead_mean(background.reshape(*background.shape[:-1], 2, -1).mean(axis=-1), axis=-2).min(axis=-1)
+    cost = distance - CONTRAST_WEIGHT * np.minimum(contrast, SATURATED_CONTRAST)
+    cost += (TURN_WEIGHT * (TURNS_RAD[:, None] / TURNS_RAD[-1]) ** 2 + SHIFT_WEIGHT * SHIFTS_PX**2)[..., None]
+    best = cost.reshape(-1, count).argmin(axis=0)
+    each = np.arange(count)
+    best_distance, best_contrast = distance.reshape(-1, count)[best, each], contrast.reshape(-1, count)[best, each]
+    seen = np.flatnonzero((best_distance <= MAX_COLOR_DISTANCE) & (best_contrast >= best_distance + MIN_CONTRAST))
+    if not len(seen):
+        return None
+    at = seen[0]
+    turn, shift = np.unravel_index(best[at], cost.shape[:2])
+    return _Step(positions[turn, shift, at], float(TURNS_RAD[turn]), float(distances[at, 0]), strand[turn, shift, at])
 
 
-def _tail(joints: Floats, length: float) -> Floats:
-    """The last joints over a length, two at least."""
+def _lookahead_mean(values: Floats, axis: int = -1) -> Floats:
+    """Return the means over LOOKAHEAD_STEPS consecutive values along an axis."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(values, LOOKAHEAD_STEPS, axis=axis).mean(axis=-1))
+
+
+def _is_inside(position: Floats, mask: Bools, margin: float) -> bool:
+    """Tell whether a position (2,) px lies in the image, at least the margin from its border."""
+    return bool((position >= margin).all() and (position <= np.array(mask.shape[::-1]) - 1 - margin).all())
+
+
+def _last_joints(joints: Floats, length: float) -> Floats:
+    """Return the last joints (N, 2) over a length in px, two at least."""
     count = int(np.ceil(length / np.linalg.norm(joints[-1] - joints[-2])))
     return joints[-max(1, count) - 1 :]
 
 
-def _colors(image: Array, tail: Floats, radius: float, noise: float) -> tuple[Floats, Floats]:
-    """The mean colours across a strand, (I, 3) for the places INSIDE, and their variance along it, (3,).
+def _color_profile(image: Array, joints: Floats, radius: float) -> tuple[Floats, Floats]:
+    """Return the mean colors across a strand, (I, 3) at STRAND_OFFSETS_RADII, and their variance along it, (3,).
 
     The last radius is left out, where the mask may end slantwise.
     """
-    along = np.diff(tail, axis=0)
-    size = float(np.linalg.norm(along[0]))
-    at = np.arange(0, max(len(along) * size - radius, 1.0), 1.0)
-    segment = np.minimum((at / size).astype(int), len(along) - 1)
-    ahead = along[segment] / size
-    places = tail[segment] + ahead * (at - segment * size)[:, None]
-    aside = np.column_stack((-ahead[:, 1], ahead[:, 0]))
-    seen = _read(image, places[:, None] + aside[:, None] * radius * INSIDE[:, None])
-    return seen.mean(axis=0), seen.var(axis=0).mean(axis=0) + noise**2
+    segments = np.diff(joints, axis=0)
+    size = float(np.linalg.norm(segments[0]))
+    arc_lengths = np.arange(0, max(len(segments) * size - radius, 1.0), 1.0)
+    index = np.minimum((arc_lengths / size).astype(int), len(segments) - 1)
+    forward = segments[index] / size
+    positions = joints[index] + forward * (arc_lengths - index * size)[:, None]
+    lateral = np.column_stack((-forward[:, 1], forward[:, 0]))
+    colors = _read_colors(image, positions[:, None] + lateral[:, None] * radius * STRAND_OFFSETS_RADII[:, None])
+    return colors.mean(axis=0), colors.var(axis=0).mean(axis=0) + COLOR_NOISE**2
 
 
-def _read(image: Array, places: Floats) -> Floats:
-    """(..., 3) the nearest pixels of places (..., 2), those of the border beyond it."""
-    u, v = np.rint(places[..., 0]).astype(int), np.rint(places[..., 1]).astype(int)
+def _read_colors(image: Array, positions: Floats) -> Floats:
+    """Return the colors (..., 3) of the pixels nearest to positions (..., 2) px; beyond the border those of the border."""
+    u, v = np.rint(positions[..., 0]).astype(int), np.rint(positions[..., 1]).astype(int)
     return np.asarray(image[v.clip(0, image.shape[0] - 1), u.clip(0, image.shape[1] - 1)], dtype=float)
 
 
-def _strange(difference: Floats, spread: Floats) -> Floats:
-    """Mean over the channels of squared differences (..., 3) in variances, bounded."""
-    return np.asarray(np.minimum((difference**2 / spread).mean(axis=-1), STRANGE))
+def _color_distance(difference: Floats, variance: Floats) -> Floats:
+    """Return the mean over the channels of squared differences (..., 3), in variances, at most SATURATED_COLOR_DISTANCE."""
+    return np.asarray(np.minimum((difference**2 / variance).mean(axis=-1), SATURATED_COLOR_DISTANCE))

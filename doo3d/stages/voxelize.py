@@ -1,4 +1,4 @@
-"""Points to a sparse voxel grid, holes closed."""
+"""Turn points into a sparse voxel grid, and close the holes in it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,6 @@ from ..kernels.skeleton_graph import connected_components
 from ..kernels.thinning import neighbor_table
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
-LEAST = 3
-"""Voxels of the smallest piece when they are coarse: along a thin object there is one behind the other."""
-
-DEVIATION, SURE = 1.4826, 3.0  # standard deviations per median absolute deviation; so many of them are no noise
-
-
 SIZE_OVER_RADIUS = 0.5
 """Edge of a voxel in radii: finer keeps strands side by side apart, coarser bridges holes."""
 
@@ -36,107 +30,165 @@ MAX_VOXELS = 2_000_000
 """Occupied voxels (pixels in 2-D) at most, for memory: thinning takes about 150 bytes each."""
 
 MIN_COMPONENT = 12
-"""Voxels of half a radius; smaller 26-connected pieces are removed."""
+"""Voxels of half a radius; smaller 26-connected components are removed."""
+
+MIN_COMPONENT_COARSE = 3
+"""Voxels of the smallest component when voxels are coarse: along a thin object there is one behind the other."""
+
+MIN_MASK_RADIUS_PX = 0.5
+"""px; least radius of a mask: a line of single pixels."""
+
+MAD_TO_DEVIATION = 1.4826
+"""Standard deviations per median absolute deviation, for normally distributed noise."""
+
+NOISE_DEVIATIONS = 3.0
+"""Standard deviations of the depth noise that a step in depth must exceed."""
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
-    """The occupied voxels with the centroids of their points; pieces of fewer than `min_component` voxels dropped.
+    """Return the occupied voxels with the centroids of their points, small components removed.
 
-    A point is taken to be at its filtered place, where there is one.
+    Filtered points are used where there are any. In 2-D the pixels of the mask are the voxels.
 
     Raises
     ------
-    InputError : the grid would hold more than `max_voxels`.
+    InputError : the grid would hold more than `MAX_VOXELS`.
     """
-    points = foreground.points
-    if points.shape[1] == 2 and foreground.mask is not None:
-        return _pixels(foreground.mask, foreground, config)
-    if not len(points):
-        zero = np.zeros((0, points.shape[1]))
-        return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(points.shape[1]), 1.0)
-    apart = point_spacing(foreground)
-    radius = config.radius or estimate_radius(foreground, apart)
-    size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * apart)
-    margin = CLOSING_ITERATIONS + 1
-    if foreground.filtered is not None:
-        points = foreground.filtered
-    if config.core_fraction and foreground.pixels is not None and foreground.mask is not None:
-        mask = (
-            foreground.mask & ~behind(foreground, config.split_at_depth_step * radius, radius / apart)
-            if config.split_at_depth_step
-            else foreground.mask
-        )
-        points = points[in_core(mask, foreground.pixels, config.core_fraction, radius / apart, config.core_margin_px)]
-    origin = (np.floor(points.min(axis=0) / size) - margin) * size
-    cells = voxelize_points(points, origin, size, margin)
-    if isinstance(cells, float):
-        raise InputError(_too_large(cells, KEY_LIMIT, size), code="voxels-too-many")
-    if len(cells.keys) > MAX_VOXELS:
-        raise InputError(_too_large(len(cells.keys), MAX_VOXELS, size), code="voxels-too-many")
-    grid = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
-    at = np.searchsorted(grid, cells.keys)
-    coords = unpack_keys(grid, cells.shape)
-    counts = np.zeros(len(grid), dtype=np.int64)
-    counts[at] = np.bincount(cells.cell)
-    centroids = origin + (coords + 0.5) * size
-    centroids[at] = cells.sums(points) / counts[at, None]
-    coarser = min(1.0, SIZE_OVER_RADIUS * radius / size)
-    least = min(MIN_COMPONENT, max(LEAST, math.ceil(MIN_COMPONENT * coarser**2)))
-    return _finish(coords, centroids, counts, size, origin, radius, least)
+    dim = foreground.points.shape[1]
+    if dim == 2 and foreground.mask is not None:
+        return _pixel_grid(foreground, foreground.mask, config)
+    if not len(foreground.points):
+        zero = np.zeros((0, dim))
+        return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
+    spacing = point_spacing(foreground)
+    radius = config.radius or estimate_radius(foreground, spacing)
+    size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing)
+    grid = _closed_grid(_points_to_voxelize(foreground, config, radius, radius / spacing), size, radius)
+    fineness = min(1.0, SIZE_OVER_RADIUS * radius / size)
+    return _finish(grid, min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2))))
 
 
-def in_core(mask: Bools, pixels: Ints, share: float, radius: float, rim: float = math.inf) -> Bools:
-    """Which of the pixels (N, 2) of the mask lie in the middle of their strand: (N,) bool.
+def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
+    """Return which pixels of a mask lie in the core of their strand.
 
-    In the middle is what is at least `share` as far from the edge of the mask as the farthest pixel within about `radius`
-    px, or less than `rim` px nearer. Strands that lie side by side have background between them, if only a pixel of it:
-    their middles are apart by far more.
+    Those at least `core_fraction` as far from the edge of the mask as the farthest pixel within about `radius` do, and those less
+    than `margin` nearer to the edge than it. Strands side by side have background between them, if only a pixel of it: their
+    cores are apart by far more.
+
+    Parameters
+    ----------
+    mask : (H, W) bool, not empty.
+    pixels : (N, 2) int64 (u, v).
+    core_fraction : 0 to 1.
+    radius : px, of the object.
+    margin : px.
+
+    Returns
+    -------
+    in_core : (N,) bool.
     """
     box = bounding_box(mask)
-    inside = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    distance = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     side = 2 * max(1, math.ceil(radius)) + 1
-    most = cv2.dilate(inside, np.ones((side, side), np.uint8))
+    largest = cv2.dilate(distance, np.ones((side, side), np.uint8))
     v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
-    here = (v >= 0) & (v < len(inside)) & (u >= 0) & (u < inside.shape[1])
-    found = np.zeros(len(pixels), dtype=bool)
-    own, highest = inside[v[here], u[here]], most[v[here], u[here]]
-    found[here] = (own > 0) & (own >= np.minimum(share * highest, highest - rim))
-    return found
+    in_box = (v >= 0) & (v < len(distance)) & (u >= 0) & (u < distance.shape[1])
+    in_core = np.zeros(len(pixels), dtype=bool)
+    own, peak = distance[v[in_box], u[in_box]], largest[v[in_box], u[in_box]]
+    in_core[in_box] = (own > 0) & (own >= np.minimum(core_fraction * peak, peak - margin))
+    return in_core
 
 
-def behind(foreground: Foreground, step: float, radius: float) -> Bools:
-    """The pixels of the mask behind which a strand goes on beneath another one: (H, W) bool.
+def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
+    """Return the pixels (H, W) of a mask at occluding edges, on the strand that passes beneath.
 
-    There the surface falls off, from within half of the object's `radius` px, by `step` m more than it goes on falling on
-    either side, and by more than noise: what runs away from the camera falls off all along.
+    At such a pixel the surface lies farther away than the nearest one within half of the object's radius, by `min_step` more than
+    it slopes on either side, and by more than noise: a strand that runs away from the camera slopes all along.
+
+    Parameters
+    ----------
+    foreground : all pixels are False where it has no pixels or no mask.
+    min_step : m.
+    radius : px, of the object.
     """
-    shown = np.zeros(foreground.mask.shape, dtype=bool) if foreground.mask is not None else np.zeros((0, 0), dtype=bool)
-    if foreground.pixels is None or foreground.mask is None or not len(foreground.pixels):
-        return shown
+    if foreground.mask is None:
+        return np.zeros((0, 0), dtype=bool)
+    at_edge = np.zeros(foreground.mask.shape, dtype=bool)
+    if foreground.pixels is None or not len(foreground.pixels):
+        return at_edge
     box = bounding_box(foreground.mask)
     u, v = foreground.pixels[:, 0] - box[1].start, foreground.pixels[:, 1] - box[0].start
     filtered = foreground.points if foreground.filtered is None else foreground.filtered
-    z = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
-    z[v, u] = filtered[:, 2]
-    held = np.isfinite(z)
-    half = max(1, math.ceil(radius / 2))
-    near, nearer, far = (
-        _least(values, reach)[v, u] for values, reach in ((z, half), (z, 2 * half), (np.where(held, -z, z), half))
-    )
-    noise = DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - filtered[:, 2])))
-    own = z[v, u]
-    goes_on = np.maximum(-far - own, near - nearer)
-    shown[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - near > step + SURE * noise + goes_on
-    return shown
+    depth = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
+    depth[v, u] = filtered[:, 2]
+    window = max(1, math.ceil(radius / 2))
+    own = depth[v, u]
+    nearest = _local_minimum(depth, window)[v, u]
+    nearest_wide = _local_minimum(depth, 2 * window)[v, u]
+    farthest = -_local_minimum(np.where(np.isfinite(depth), -depth, depth), window)[v, u]
+    noise = MAD_TO_DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - filtered[:, 2])))
+    slope = np.maximum(farthest - own, nearest - nearest_wide)
+    at_edge[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - nearest > min_step + NOISE_DEVIATIONS * noise + slope
+    return at_edge
 
 
-def _least(values: Array, reach: int) -> Array:
-    """The least of the values (H, W) float32 within `reach` px of each pixel."""
-    return np.asarray(cv2.erode(values, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))))
+def _local_minimum(values: Array, window: int) -> Array:
+    """Return the least of the values (H, W) float32 within `window` px of each pixel."""
+    return np.asarray(cv2.erode(values, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * window + 1, 2 * window + 1))))
 
 
-def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
-    """In 2-D the mask is the grid: the points (N, 2) are all of its pixels, in lexicographic order."""
+def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float) -> Floats:
+    """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand."""
+    points = foreground.points if foreground.filtered is None else foreground.filtered
+    mask, pixels = foreground.mask, foreground.pixels
+    if not config.core_fraction or pixels is None or mask is None:
+        return points
+    if config.split_at_depth_step:
+        mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
+    return points[core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)]
+
+
+def _closed_grid(points: Floats, size: float, radius: float) -> VoxelGrid:
+    """Return the grid of all voxels that points (N, D) m occupy or that closing adds; the latter have their own centers."""
+    margin = CLOSING_ITERATIONS + 1
+    origin = (np.floor(points.min(axis=0) / size) - margin) * size
+    cells = voxelize_points(points, origin, size, margin)
+    if isinstance(cells, float):
+        raise _too_large(cells, KEY_LIMIT, size)
+    if len(cells.keys) > MAX_VOXELS:
+        raise _too_large(len(cells.keys), MAX_VOXELS, size)
+    keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    occupied = np.searchsorted(keys, cells.keys)
+    coords = unpack_keys(keys, cells.shape)
+    counts = np.zeros(len(keys), dtype=np.int64)
+    counts[occupied] = np.bincount(cells.cell)
+    centroids = origin + (coords + 0.5) * size
+    centroids[occupied] = cells.sums(points) / counts[occupied, None]
+    return VoxelGrid(coords, centroids, counts, size, origin, radius)
+
+
+def _finish(grid: VoxelGrid, min_voxels: int) -> VoxelGrid:
+    """Remove small components, and give voxels that closing added the mean centroid of their neighbors that hold points."""
+    table = neighbor_table(_as_3d(grid.coords))
+    label = connected_components(table)
+    kept = np.bincount(label)[label] >= min_voxels
+    added = np.flatnonzero((grid.counts == 0) & kept)
+    near = table[added]
+    holds_points = (near >= 0) & (grid.counts[near] > 0)
+    number = holds_points.sum(axis=1)
+    centroids = grid.centroids.copy()
+    mean = (centroids[near] * holds_points[:, :, None]).sum(axis=1)[number > 0] / number[number > 0, None]
+    centroids[added[number > 0]] = mean
+    return VoxelGrid(grid.coords[kept], centroids[kept], grid.counts[kept], grid.size, grid.origin, grid.radius)
+
+
+def _as_3d(coords: Ints) -> Ints:
+    """Return coords (M, D) as (M, 3), with a third coordinate of 1 where there are two."""
+    return coords if coords.shape[1] == 3 else np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
+
+
+def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> VoxelGrid:
+    """Return the mask of an image as a grid: the points (N, 2) are all of its pixels, in lexicographic order."""
     pixels = foreground.points.astype(np.int64) if foreground.pixels is None else foreground.pixels
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
@@ -144,32 +196,14 @@ def _pixels(mask: Bools, foreground: Foreground, config: VoxelizeConfig) -> Voxe
         raise InputError(
             f"the mask has {len(pixels)} pixels, the limit is {MAX_VOXELS}: scale the image down", code="voxels-too-many"
         )
-    radius = config.radius or max(mask_radius(mask), 0.5)
+    radius = config.radius or max(mask_radius(mask), MIN_MASK_RADIUS_PX)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
     return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 
 
-def _too_large(count: float, limit: float, size: float) -> str:
-    return (
+def _too_large(count: float, limit: float, size: float) -> InputError:
+    return InputError(
         f"the grid would hold {count:.4g} voxels of {size:.3g} m, the limit is {limit:.4g}: "
-        "set a larger voxelize.size, or segment more narrowly"
+        "set a larger voxelize.size, or segment more narrowly",
+        code="voxels-too-many",
     )
-
-
-def _finish(coords: Ints, centroids: Floats, counts: Ints, size: float, origin: Floats, radius: float, least: int) -> VoxelGrid:
-    """Drop small pieces, and give the voxels that closing added the mean centroid of their neighbours that hold points."""
-    table = neighbor_table(_solid(coords))
-    label = connected_components(table)
-    keep = np.bincount(label)[label] >= least
-    added = np.flatnonzero((counts == 0) & keep)
-    near = table[added]
-    holds = (near >= 0) & (counts[near] > 0)
-    weight = holds.sum(axis=1)
-    mean = (centroids[near] * holds[:, :, None]).sum(axis=1)[weight > 0] / weight[weight > 0, None]
-    centroids[added[weight > 0]] = mean
-    return VoxelGrid(coords[keep], centroids[keep], counts[keep], size, origin, radius)
-
-
-def _solid(coords: Ints) -> Ints:
-    """(M, D) -> (M, 3): a third coordinate of 1 where there are two."""
-    return coords if coords.shape[1] == 3 else np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))

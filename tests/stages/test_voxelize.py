@@ -12,7 +12,7 @@ from doo3d.config import SegmentConfig, VoxelizeConfig
 from doo3d.kernels.skeleton_graph import connected_components
 from doo3d.kernels.thinning import neighbor_table
 from doo3d.stages.segment import segment
-from doo3d.stages.voxelize import MAX_VOXELS, behind, voxelize
+from doo3d.stages.voxelize import MAX_VOXELS, occluding_edge_pixels, voxelize
 from doo3d.types import Foreground
 
 dims = pytest.mark.parametrize("dim", [2, 3])
@@ -226,7 +226,7 @@ def strands(below, tilt=0.0):
 def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():
     """Touching, two radii apart: what is behind are two bars across the lower strand, beside the upper one."""
     foreground = strands(0.017)
-    shown = behind(foreground, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
+    shown = occluding_edge_pixels(foreground, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
     assert (foreground.depth[shown] > 0.505).all()
     for side in (-1, 1):
         x = np.round(CAMERA.project(np.array([[side * 0.0095, 0.0, 0.509]]))).astype(int)[0]
@@ -235,4 +235,4 @@ def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():
 
 @pytest.mark.parametrize("slope", [0.0, 1.0, 2.5])
 def test_what_runs_away_steeply_has_no_step(slope):
-    assert not behind(strands(0.0, slope), 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5).any()
+    assert not occluding_edge_pixels(strands(0.0, slope), 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5).any()
