@@ -19,7 +19,7 @@ from .stages.prune import Pruned, prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import Segmentation, segment, segment_extended
 from .stages.thin import thin
-from .stages.traverse import traverse
+from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
 from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton
 from .visibility import Visibility
@@ -35,7 +35,7 @@ class Stages:
     segmentation: Segmentation
     context: FrameContext
     skeleton: Skeleton
-    paths: list[Path]
+    traversal: Traversal
     fitted: list[Chain]
     pruned: Pruned
     merged: Merged
@@ -43,6 +43,11 @@ class Stages:
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def paths(self) -> list[Path]:
+        """The paths along the skeleton, as of `traversal`."""
+        return self.traversal.paths
 
 
 class _Clock:
@@ -88,9 +93,9 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
-    paths = traverse(skeleton, context, config.traverse)
+    traversal = traverse(skeleton, context, config.traverse)
     clock("traverse")
-    fitted = fit(paths, context, config.fit)
+    fitted = fit(traversal.paths, context, config.fit)
     clock("fit")
     pruned = prune(fitted, context, config.prune)
     clock("prune")
@@ -107,7 +112,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("lay_chains")
     crossings = find_crossings(chains, context, config.crossings)
     clock("crossings")
-    return Stages(segmentation, context, skeleton, paths, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
+    return Stages(segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
 
 
 def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:

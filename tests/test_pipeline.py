@@ -273,7 +273,7 @@ def test_empty_in_empty_out():
     foreground = Foreground(np.zeros((0, 3)))
     grid = voxelize(foreground, settings.voxelize)
     context = FrameContext(foreground, grid, None, 0.01)
-    paths = traverse(thin(grid), context, settings.traverse)
+    paths = traverse(thin(grid), context, settings.traverse).paths
     chains = prune(fit(paths, context, settings.fit), context, settings.prune).chains
     filled = fill(merge(chains, context, settings.merge).assemblies, context)
     assert paths == chains == filled == extend_ends(filled, context) == []

@@ -44,7 +44,7 @@ def ring(x=0.0, radius=RING, tilt=0.0):
 
 
 def run(*curves, dim=3, **settings):
-    return traverse(skeleton_of(*curves, dim=dim), CONTEXT, TraverseConfig(**settings))
+    return traverse(skeleton_of(*curves, dim=dim), CONTEXT, TraverseConfig(**settings)).paths
 
 
 def check_ordered(path, curve, skip=0.0):
@@ -184,18 +184,20 @@ def test_a_winding_curve_in_space_is_one_path(seed):
 @both
 def test_empty_in_empty_out(dim):
     empty = np.zeros((0, dim))
-    assert traverse(Skeleton(empty.astype(np.int64), empty), CONTEXT, TraverseConfig()) == []
+    assert traverse(Skeleton(empty.astype(np.int64), empty), CONTEXT, TraverseConfig()).paths == []
 
 
 @both
 def test_one_voxel_is_no_path(dim):
-    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim))), CONTEXT, TraverseConfig()) == []
+    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim))), CONTEXT, TraverseConfig()).paths == []
 
 
 def contours_of(*curves, radius=4.0, **settings):
     """The contours round curves (P, 2) of whole pixels."""
     coords = np.unique(np.concatenate(curves), axis=0)
-    return traverse(Skeleton(coords, coords + 0.5), context_of(radius=radius), TraverseConfig(method="contours", **settings))
+    return traverse(
+        Skeleton(coords, coords + 0.5), context_of(radius=radius), TraverseConfig(method="contours", **settings)
+    ).paths
 
 
 def line(start, step, count):
@@ -233,3 +235,29 @@ def test_contours_are_of_the_plane():
     coords[:, 0] = range(3)
     with refuses("config-mode", kind=ConfigError):
         traverse(Skeleton(coords, coords.astype(float)), context_of(), TraverseConfig(method="contours"))
+
+
+def test_the_record_says_what_is_in_no_path():
+    """The lengths of the paths and of what was dropped are those of the curves drawn: a line, a spur, a hole, a small ring."""
+    spur = np.array([[0.08, 0, 0], [0.08, 1.5 * RADIUS, 0]])
+    hole, dot = ring(x=-0.08, radius=1.2 * RADIUS), ring(x=0, radius=1.5 * RADIUS) + np.array([0, 0.1, 0])
+    left, right = np.array([[-0.15, 0, 0], [-0.08 - 1.2 * RADIUS, 0, 0]]), np.array([[-0.08 + 1.2 * RADIUS, 0, 0], [0.15, 0, 0]])
+    traversal = traverse(skeleton_of(left, right, spur, hole, dot), CONTEXT, TraverseConfig())
+    assert len(traversal.paths) == 1
+    assert traversal.spur_length == pytest.approx(1.5 * RADIUS, abs=1.5 * SIZE)
+    half_hole, whole_dot = np.pi * 1.2 * RADIUS, 2 * np.pi * 1.5 * RADIUS
+    assert traversal.loop_length == pytest.approx(half_hole + whole_dot, abs=6 * SIZE)
+    assert traversal.trimmed_length == pytest.approx(2 * RADIUS)
+    crossing = traverse(skeleton_of(spoke(0), spoke(180), spoke(70), spoke(250)), CONTEXT, TraverseConfig())
+    assert crossing.spur_length == crossing.loop_length == 0
+    kept = sum(steps(path.points).sum() for path in crossing.paths)
+    assert kept + crossing.trimmed_length == pytest.approx(0.4, rel=0.1)
+
+
+def test_the_record_of_contours_counts_the_pixels_of_spurs():
+    straight, corner = line((5, 20), (1, 0), 55), line((14, 21), (-1, 1), 4)
+    coords = np.unique(np.concatenate((straight, corner)), axis=0)
+    config = TraverseConfig(method="contours", min_branch=1.5)
+    traversal = traverse(Skeleton(coords, coords + 0.5), context_of(radius=4.0), config)
+    assert traversal.spur_length == 4
+    assert len(traversal.paths) == 1

@@ -1,0 +1,65 @@
+"""Trace the contours around the skeletons of an image, as the paper does."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...errors import ConfigError
+from ...kernels.skeleton_graph import crossing_numbers, prune_spurs
+from ...types import Floats, Ints, Path, Skeleton
+
+TIP_REACH_PX, JUNCTION_REACH_PX = 1.0, 2.0
+"""px in rows or columns between a contour and the tip, or the junction, that it starts at: it runs around the line, and a
+contour inside a loop around the corner of a junction."""
+
+
+def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], int]:
+    """Return the contour around each piece of a 2-D skeleton, from a tip and back to it, by Suzuki and Abe's border following.
+
+    Spurs are removed first: thinning leaves lines into the corners of an end, and the paper wants one line per branch
+    (section III-B). A contour inside a loop has no tip and starts at a junction.
+
+    Parameters
+    ----------
+    skeleton : in 2-D, not empty.
+    min_branch : px; shorter branches with a free end are spurs.
+
+    Returns
+    -------
+    paths : one per contour, the last point the first again.
+    removed : number of pixels in spurs.
+
+    Raises
+    ------
+    ConfigError : the skeleton is in 3-D.
+    """
+    if skeleton.coords.shape[1] != 2:
+        raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph", code="config-mode")
+    u, v = (skeleton.coords - skeleton.coords.min(axis=0) + 1).T
+    image = np.zeros((v.max() + 2, u.max() + 2), dtype=np.uint8)
+    image[v, u] = 1
+    prune_spurs(image, v, u, min_branch)
+    lines = crossing_numbers(image, v, u)
+    tips, junctions = (np.column_stack((u, v))[kind] for kind in (lines == 1, lines > 2))
+    contours, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    offset = skeleton.points[0] - (u[0], v[0])
+    paths = []
+    for contour in contours:
+        points = contour[:, 0].astype(float)
+        start = _nearest_index(points, tips, TIP_REACH_PX)
+        if start is None:
+            start = _nearest_index(points, junctions, JUNCTION_REACH_PX)
+        points = np.roll(points, -(start or 0), axis=0)
+        paths.append(Path(np.concatenate((points, points[:1])) + offset))
+    return paths, len(u) - int(np.count_nonzero(image))
+
+
+def _nearest_index(points: Floats, targets: Ints, max_distance: float) -> int | None:
+    """Return the first of the points (P, 2) nearest to a target (T, 2); None if it is farther (in rows or columns) than that."""
+    if not len(targets):
+        return None
+    distance = cKDTree(targets).query(points, p=np.inf)[0]
+    nearest = int(np.argmin(distance))
+    return nearest if distance[nearest] <= max_distance else None

@@ -1,0 +1,109 @@
+"""Turn the skeleton into ordered paths.
+
+The paper follows each skeleton along its contour and says (section III-C) that the step can be skipped where ordered points
+are had by other means; in 3-D there is no contour, and the graph of the skeleton gives each branch once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...config import TraverseConfig
+from ...geometry.polyline import arc_length, moving_mean, resample, steps
+from ...kernels.clearance import first_clear
+from ...types import Floats, Path, Skeleton
+from .. import FrameContext
+from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, build_graph
+from .contours import trace_contours
+from .traversal import Traversal
+
+SMOOTHING_RADII = 1.0
+"""Radii; half-width of the moving mean that takes the voxel steps out of a path."""
+
+JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII = 1.0, 15.0
+"""Radii cut at least and at most from a path where it meets a junction, whose pull bends it."""
+
+JUNCTION_CLEARANCE_RADII = 2.2
+"""Radii between paths at a junction up to which both are cut, since there their surfaces still touch."""
+
+TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
+"""Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
+
+_BranchPoints = list[tuple[Branch, Floats]]
+"""Branches with all their points (P, D), those of their nodes too."""
+
+
+def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
+    """Return ordered paths between the tips and junctions of the skeleton, smoothed; closed loops as closed paths.
+
+    Raises
+    ------
+    ConfigError : contours are asked for in 3-D.
+    """
+    if not len(skeleton.coords):
+        return Traversal([])
+    if config.method == "contours":
+        paths, pixels = trace_contours(skeleton, config.min_branch * context.radius)
+        return Traversal(paths, spur_length=float(pixels))
+    return _traverse_graph(skeleton, context, config)
+
+
+def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
+    graph, loops = build_graph(skeleton)
+    spur_length, loop_length = graph.simplify(config.min_branch * context.radius, context.radius)
+    loops += [graph.all_points(branch)[:-1] for branch in graph.branches if graph.is_loop(branch)]
+    window_half = round(SMOOTHING_RADII * context.radius / context.voxel)
+    paths, trimmed_length = [], 0.0
+    for loop in loops:
+        length = steps(loop, True).sum()
+        if length >= MIN_LOOP_RADII * context.radius:
+            paths.append(Path(moving_mean(loop, window_half, closed=True), closed=True))
+        else:
+            loop_length += float(length)
+    branches = [(branch, graph.all_points(branch)) for branch in graph.branches]
+    for branch, points in branches:
+        if not graph.is_loop(branch):
+            trimmed, cut = _trim_branch(branch, points, branches, context.radius)
+            trimmed_length += cut
+            if len(trimmed) > 1:
+                paths.append(Path(moving_mean(trimmed, window_half)))
+    return Traversal(paths, spur_length, loop_length, trimmed_length)
+
+
+def _trim_branch(branch: Branch, points: Floats, branches: _BranchPoints, radius: float) -> tuple[Floats, float]:
+    """Return the points (P, D) of a branch without its ends, and the length cut off; no points where nothing is left.
+
+    A free end is cut by `JUNCTION_TRIM_MIN_RADII`, which thinning draws into a corner of the surface. So is an end at a junction,
+    whose pull bends it, and on until it is `JUNCTION_CLEARANCE_RADII` from every other branch there, where the surfaces of two
+    strands no longer touch.
+    """
+    position = arc_length(points)
+    length = float(position[-1])
+    cut = [0.0, 0.0]
+    for end, node in enumerate((branch.a, branch.b)):
+        if node == FREE_END:
+            cut[end] = min(JUNCTION_TRIM_MIN_RADII * radius, TIP_TRIM_FRACTION * length)
+            continue
+        inward = points if end == 0 else points[::-1]
+        distance = position if end == 0 else position[-1] - position[::-1]
+        count = int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1
+        others = _other_branches(branch, branches, node, end, count)
+        first = first_clear(np.ascontiguousarray(inward[:count]), others, JUNCTION_CLEARANCE_RADII * radius)
+        cut[end] = max(JUNCTION_TRIM_MIN_RADII * radius, min(float(distance[first]), JUNCTION_TRIM_FRACTION * length))
+    if cut[0] + cut[1] >= length:
+        return points[:0], length
+    low, high = cut[0], length - cut[1]
+    ends = resample(points, np.array([low, high]))
+    return np.concatenate((ends[:1], points[(position > low) & (position < high)], ends[1:])), cut[0] + cut[1]
+
+
+def _other_branches(branch: Branch, branches: _BranchPoints, node: int, end: int, count: int) -> Floats:
+    """Return the first `count` points of every branch that leaves a node, except the given end of the given branch, (Q, D) m."""
+    result: list[Floats] = [branch.points[:0]]
+    for other, points in branches:
+        own_count = min(count, len(points) // 2 + 1) if other.a == other.b else count
+        if other.a == node and (other is not branch or end == 1):
+            result.append(points[:own_count])
+        if other.b == node and (other is not branch or end == 0):
+            result.append(points[::-1][:own_count])
+    return np.concatenate(result)
