@@ -1,0 +1,220 @@
+"""What goes in: a camera, an RGB-D frame, an image, a point cloud. Checked on construction, read-only afterwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import InputError
+from .arrays import Array, Bools, Floats, set_sealed
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Pinhole camera without distortion: pixel (u, v) = (fx x / z + cx, fy y / z + cy).
+
+    Attributes
+    ----------
+    fx, fy : focal lengths, px.
+    cx, cy : principal point, px.
+    width, height : of the image, px.
+
+    Raises
+    ------
+    InputError : on construction, when a number is not finite or a focal length or size is not positive."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        numbers = np.array([self.fx, self.fy, self.cx, self.cy], dtype=float)
+        if not np.isfinite(numbers).all() or self.fx <= 0 or self.fy <= 0:
+            raise InputError(
+                f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: expected finite numbers in pixels, "
+                "focal lengths above zero",
+                code="intrinsics-invalid",
+            )
+        if self.width < 1 or self.height < 1:
+            raise InputError(
+                f"intrinsics: image size {self.width}x{self.height}, expected at least 1x1", code="intrinsics-invalid"
+            )
+
+    def project(self, points: Floats) -> Floats:
+        """Return the pixels (N, 2) of points (N, 3) m in the camera frame; NaN where z <= 0."""
+        points = np.asarray(points, dtype=float)
+        z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
+        return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
+
+    def unproject(self, pixels: Array, depth: Array) -> Floats:
+        """Return the points (N, 3) m in the camera frame at pixels (N, 2) with depths z (N,) m."""
+        pixels = np.asarray(pixels, dtype=float)
+        z = np.asarray(depth, dtype=float)
+        return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One RGB-D frame.
+
+    Attributes
+    ----------
+    color : (H, W, 3) uint8 RGB, registered to the depth; None where there is none.
+    depth : (H, W) float, metres along the optical axis; 0, NaN, negative or infinite = none. Kept as float32 with 0 = none.
+    camera : the intrinsics of both.
+    name : as the capture calls the frame.
+    timestamp : s; None where the capture has none.
+
+    Raises
+    ------
+    InputError : on construction, when shapes or types do not fit each other."""
+
+    color: Array | None
+    depth: Array
+    camera: Camera
+    name: str = "frame"
+    timestamp: float | None = None
+
+    def __post_init__(self) -> None:
+        depth = np.asarray(self.depth)
+        if depth.ndim != 2 or depth.size == 0:
+            raise InputError(f"depth has shape {depth.shape}, expected (height, width)", code="depth-shape")
+        if not np.issubdtype(depth.dtype, np.floating):
+            raise InputError(
+                f"depth has type {depth.dtype}, expected float metres: divide the raw values by the depth_scale "
+                "(units per metre)",
+                code="depth-type",
+            )
+        if (self.camera.height, self.camera.width) != depth.shape:
+            raise InputError(
+                f"depth is {depth.shape[1]}x{depth.shape[0]} but the intrinsics are for "
+                f"{self.camera.width}x{self.camera.height}: give the intrinsics of this resolution",
+                code="intrinsics-size",
+            )
+        color = self.color
+        if color is not None:
+            color = np.asarray(color)
+            if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8:
+                raise InputError(
+                    f"color has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB",
+                    code="color-shape",
+                )
+            if color.shape[:2] != depth.shape:
+                raise InputError(
+                    f"color is {color.shape[1]}x{color.shape[0]} but depth is {depth.shape[1]}x{depth.shape[0]}: "
+                    "align one to the other first (same size, same view)",
+                    code="color-size",
+                )
+        with np.errstate(invalid="ignore"):
+            good = np.isfinite(depth) & (depth > 0)
+        set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32))
+
+
+@dataclass(frozen=True)
+class Image:
+    """One photograph, for the 2-D mode: pixels are the only unit.
+
+    Attributes
+    ----------
+    color : (H, W, 3) uint8 RGB; (H, W) uint8 grey becomes that.
+    name : as the capture calls the image.
+    timestamp : s; None where the capture has none.
+
+    Raises
+    ------
+    InputError : on construction, when the shape or the type is another."""
+
+    color: Array
+    name: str = "image"
+    timestamp: float | None = None
+
+    def __post_init__(self) -> None:
+        color = np.asarray(self.color)
+        if color.ndim == 2:
+            color = np.repeat(color[:, :, None], 3, axis=2)
+        if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or color.size == 0:
+            raise InputError(
+                f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB", code="image-shape"
+            )
+        set_sealed(self, color=color)
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """What one camera saw of the object in a cloud that was fused from many views.
+
+    Attributes
+    ----------
+    camera : its intrinsics.
+    pose : (4, 4), its optical frame in the frame of the cloud: x_cloud = pose @ x_camera.
+    mask : (H, W) bool, the pixels of the object.
+    depth : (H, W) float32 m, 0 = none."""
+
+    camera: Camera
+    pose: Floats
+    mask: Bools
+    depth: Array
+
+    def __post_init__(self) -> None:
+        set_sealed(self, pose=np.asarray(self.pose, dtype=float), mask=self.mask, depth=self.depth)
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """One point cloud.
+
+    Attributes
+    ----------
+    points : (N, 3) float, metres; rows with NaN or infinity are dropped.
+    colors : (N, 3) uint8 RGB, or None.
+    viewpoint : (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
+    name : as the capture calls the cloud.
+    timestamp : s; None where the capture has none.
+    views : what some cameras saw of the object, for a cloud fused from many views.
+    segmented : whether all points are the object.
+    coordinates : the frame the points are in, a key of COORDINATES.
+    notes : what the user should know of how the cloud was made, a sentence each.
+
+    Raises
+    ------
+    InputError : on construction, when shapes or types do not fit each other."""
+
+    points: Floats
+    colors: Array | None = None
+    viewpoint: Array | None = None
+    name: str = "cloud"
+    timestamp: float | None = None
+    views: tuple[CameraView, ...] = ()
+    segmented: bool = False
+    coordinates: str = "cloud"
+    notes: tuple[str, ...] = ()
+    finite: Bools = field(init=False, repr=False)
+    """(N given,) bool: whether each given row was finite and became a point."""
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points)
+        if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
+            raise InputError(
+                f"points have shape {points.shape} and type {points.dtype}, expected (N, 3) float metres", code="points-shape"
+            )
+        points = points.astype(float)
+        finite = np.isfinite(points).all(axis=1)
+        colors = self.colors
+        if colors is not None:
+            colors = np.asarray(colors)
+            if colors.shape != points.shape or colors.dtype != np.uint8:
+                raise InputError(
+                    f"colors have shape {colors.shape} and type {colors.dtype}, expected {points.shape} uint8 RGB",
+                    code="colors-shape",
+                )
+            colors = colors[finite]
+        viewpoint = self.viewpoint
+        if viewpoint is not None:
+            viewpoint = np.asarray(viewpoint, dtype=float)
+            if viewpoint.shape != (3,) or not np.isfinite(viewpoint).all():
+                raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres", code="viewpoint-invalid")
+        set_sealed(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)

@@ -1,0 +1,201 @@
+"""What comes out: chains with their connections, crossings, and the detection that holds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from .arrays import Bools, Floats, set_sealed
+
+SCHEMA = "doo3d/detection/2"
+FORMER_SCHEMA = "doo3d/detection/1"
+"""Schema of earlier versions, in which a confidence is called sure; such files are still read."""
+
+COORDINATES = {
+    "camera": "camera optical frame: x right, y down, z forward",
+    "cloud": "the frame of the cloud as given",
+    "image": "image: x right, y down",
+    "world": "the world frame of the camera's poses",
+}
+
+
+class Connection(NamedTuple):
+    """A place where merging joined two pieces to one chain.
+
+    Attributes
+    ----------
+    segment : number of the chain's segment at that place.
+    confidence : 0 to 1, that the two pieces belong together: the cost of the best alternative less the connection's own, over the
+        largest cost a connection may have. 0 where another connection would have cost no more."""
+
+    segment: int
+    confidence: float
+
+
+@dataclass(frozen=True)
+class Chain:
+    """One object as equal cylinders on ball joints.
+
+    Attributes
+    ----------
+    joints : (N + 1, D) float64, m in the camera frame (px in 2-D), consecutive ones exactly segment_length apart.
+    segment_length : m (px in 2-D).
+    radius : m (px in 2-D), of the whole chain.
+    radii : (N + 1,) m (px in 2-D), the radius at each joint where it was seen, interpolated between.
+    occluded : (N,) bool, whether the segment was filled in, not seen.
+    closed : whether the chain is a ring, whose last joint meets the first.
+    connections : the places where pieces were joined to make this chain, along the chain.
+    id : number of the object in a capture, the same from frame to frame; None where frames were not tracked."""
+
+    joints: Floats
+    segment_length: float
+    radius: float = float("nan")
+    radii: Floats = field(default_factory=lambda: np.zeros(0))
+    occluded: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    closed: bool = False
+    connections: tuple[Connection, ...] = ()
+    id: int | None = None
+
+    def __post_init__(self) -> None:
+        joints = np.asarray(self.joints, dtype=float)
+        if joints.ndim != 2 or joints.shape[1] not in (2, 3) or len(joints) < 2:
+            raise InputError(f"joints have shape {joints.shape}, expected (N + 1, 2 or 3) with N >= 1", code="chain-shape")
+        steps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
+        if not (np.abs(steps - self.segment_length) <= 1e-6 * self.segment_length).all():
+            raise InputError(
+                f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}",
+                code="chain-spacing",
+            )
+        radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
+        occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)
+        if radii.shape != (len(joints),) or occluded.shape != (len(joints) - 1,):
+            raise InputError(
+                f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}: expected (N + 1,) and (N,)",
+                code="chain-shape",
+            )
+        set_sealed(self, joints=joints, radii=radii, occluded=occluded)
+
+    @property
+    def length(self) -> float:
+        """The length N * segment_length, m (px in 2-D)."""
+        return (len(self.joints) - 1) * self.segment_length
+
+    @property
+    def confidence(self) -> float:
+        """The confidence of the chain, 0 to 1: that of its least confident connection; 1 where there are none."""
+        return min((connection.confidence for connection in self.connections), default=1.0)
+
+    def nodes(self, count: int) -> Floats:
+        """Return points (count, D) at equal arc length from the first joint to the last, as trackers want them.
+
+        Raises
+        ------
+        InputError : count is below 2.
+        """
+        if count < 2:
+            raise InputError(f"nodes({count}): expected at least 2", code="value-out-of-bounds")
+        at = np.linspace(0, len(self.joints) - 1, count)
+        index = np.minimum(at.astype(int), len(self.joints) - 2)
+        part = (at - index)[:, None]
+        return np.asarray(self.joints[index] * (1 - part) + self.joints[index + 1] * part)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the chain as plain lists and numbers, as the JSON file holds it."""
+        return {
+            "id": self.id,
+            "joints": self.joints.tolist(),
+            "segment_length": self.segment_length,
+            "radius": self.radius,
+            "radii": self.radii.tolist(),
+            "length": self.length,
+            "occluded": self.occluded.tolist(),
+            "closed": self.closed,
+            "connections": [connection._asdict() for connection in self.connections],
+            "confidence": self.confidence,
+        }
+
+
+class SegmentRef(NamedTuple):
+    """A segment of one of a detection's chains.
+
+    Attributes
+    ----------
+    chain : number of the chain in `Detection.chains`.
+    segment : number of the segment in that chain."""
+
+    chain: int
+    segment: int
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Two strands, of one chain or of two, that cross in the view.
+
+    Attributes
+    ----------
+    upper : the segment of the upper strand, the one nearer to the camera, which hides the lower.
+    lower : the segment of the lower strand.
+    point : (D,) m (px in 2-D), where they cross, on the upper strand's axis.
+    confidence : 0 to 1, that `upper` is the upper; 0 where neither depth nor color tells."""
+
+    upper: SegmentRef
+    lower: SegmentRef
+    point: Floats
+    confidence: float = 1.0
+
+    def __post_init__(self) -> None:
+        set_sealed(self, point=np.asarray(self.point, dtype=float))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the crossing as plain lists and numbers, as the JSON file holds it."""
+        upper, lower = self.upper._asdict(), self.lower._asdict()
+        return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
+
+
+@dataclass(frozen=True)
+class Detection:
+    """The objects found in one frame.
+
+    Attributes
+    ----------
+    chains : longest first.
+    mode : "3d" or "2d".
+    coordinates : the frame the joints are in, a key of COORDINATES.
+    frame : name of the frame.
+    timestamp : s; None where the capture has none.
+    seconds : stage -> s.
+    notes : what the user should know, a sentence each.
+    crossings : where strands cross in the view, in the order of the chains and along them."""
+
+    chains: tuple[Chain, ...]
+    mode: str = "3d"
+    coordinates: str = "camera"
+    frame: str = "frame"
+    timestamp: float | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    crossings: tuple[Crossing, ...] = ()
+
+    @property
+    def confidence(self) -> float:
+        """The confidence of the detection, 0 to 1: that of its least confident chain; 1 where there are none."""
+        return min((chain.confidence for chain in self.chains), default=1.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the detection as plain lists, strings and numbers, as the JSON file holds it (schema doo3d/detection/2)."""
+        return {
+            "schema": SCHEMA,
+            "frame": self.frame,
+            "timestamp": self.timestamp,
+            "mode": self.mode,
+            "units": "m" if self.mode == "3d" else "px",
+            "coordinates": COORDINATES[self.coordinates],
+            "chains": [chain.to_dict() for chain in self.chains],
+            "crossings": [crossing.to_dict() for crossing in self.crossings],
+            "confidence": self.confidence,
+            "seconds": dict(self.seconds),
+            "notes": list(self.notes),
+        }
