@@ -27,7 +27,7 @@ MAX_DEVIATION_DEG = 20.0
 
 @dataclass(frozen=True)
 class Turn:
-    """An arc: from `start` (D,) in `direction` (D,) unit, bending towards `normal` (D,) unit, by `angle` radians."""
+    """An arc: from `start` (D,) m (px in 2-D) in `direction` (D,) unit, towards `normal` (D,) unit, by `angle` radians."""
 
     start: Floats
     direction: Floats
@@ -36,26 +36,33 @@ class Turn:
     radius: float
 
     def at(self, turned: Array) -> Floats:
-        """Points of the arc after turning by (S,) radians -> (S, D)."""
+        """Return the points (S, D) of the arc after turning by (S,) radians."""
         turned = np.asarray(turned)[:, None]
         along, across = np.sin(turned) * self.direction, (1 - np.cos(turned)) * self.normal
         return np.asarray(self.start + self.radius * (along + across))
 
     @property
     def end(self) -> Floats:
-        """(D,) where the arc ends."""
+        """The point (D,) at which the arc ends."""
         return np.asarray(self.at(np.array([self.angle]))[0])
 
     @property
     def heading(self) -> Floats:
-        """(D,) unit direction at its end."""
+        """The unit direction (D,) at the end of the arc."""
         return np.asarray(math.cos(self.angle) * self.direction + math.sin(self.angle) * self.normal)
 
 
 def turn_towards(start: Floats, direction: Floats, target: Floats, radius: float, inside: bool = False) -> Turn | None:
-    """The arc that leaves `start` in `direction` and ends heading straight for `target`; None where target is in the circle.
+    """Return the arc that leaves `start` in `direction` and ends heading straight for `target`.
 
-    It bends to the side of the target, or with `inside` to the other.
+    The arc bends to the side of the target, or with `inside` to the other. None where the target lies in the circle.
+
+    Parameters
+    ----------
+    start, target : (D,) m (px in 2-D).
+    direction : (D,) unit.
+    radius : m (px in 2-D).
+    inside : bend away from the target.
     """
     flat = len(start) == 2
     found, turn = kernel.turn_towards(_vector(start), _vector(direction), _vector(target), float(radius), inside, flat)
@@ -63,11 +70,17 @@ def turn_towards(start: Floats, direction: Floats, target: Floats, radius: float
 
 
 def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool = False) -> tuple[Turn, Turn] | None:
-    """Arc + line + arc of one radius between two ends.
+    """Return the arcs of the path arc, line, arc of one radius between two ends: the one at e1 and the one at e2.
 
-    e1, e2 : (D,) ends. d1, d2 : (D,) unit, pointing out of either chain. Returns the arc at e1 and the arc at e2, both
-    pointing into the gap; the line lies between their ends. None where no member of this radius is found,
-    the shorter one where both orders of looking for it find different ones.
+    Both point into the gap; the line lies between their ends. None where no path of this radius is found; the shorter
+    path where both orders of looking for it find different ones.
+
+    Parameters
+    ----------
+    e1, e2 : (D,) ends, m (px in 2-D).
+    d1, d2 : (D,) unit, pointing out of either chain.
+    radius : m (px in 2-D).
+    inside : lead the path through the inside of the gap.
     """
     flat = len(e1) == 2
     found, first, second = kernel.connect(_vector(e1), _vector(d1), _vector(e2), _vector(d2), float(radius), inside, flat)
@@ -75,7 +88,7 @@ def connect(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, insid
 
 
 def _vector(array: Floats) -> Vector:
-    """(D,) as the kernel has it."""
+    """Return a vector (D,) as the kernel takes it: three numbers, the third 0 in the plane."""
     x, y, *z = map(float, array)
     return x, y, z[0] if z else 0.0
 
@@ -86,7 +99,7 @@ def _turn(turn: Arc, flat: bool) -> Turn:
 
 
 def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
-    """Radius of the largest circle that touches both end lines between the ends and where the lines meet ahead.
+    """Return the radius of the largest circle that touches both end lines between the ends and where the lines meet ahead.
 
     The tangents from the corner to a circle are equally long, so the nearer end decides: r tan(turn / 2) is its
     distance from the corner. Lines that are skew are taken at their closest points. None where the corner is not

@@ -159,8 +159,8 @@ def _segment(segmentation: Segmentation) -> Account:
         dropped += [f"{sentence}, before the mask was extended" for sentence in _selection(segmentation.base, unit)]
     if segmentation.without_depth:
         left = segmentation.without_depth - segmentation.inpainted
-        rest = "; the others got the depth of their surroundings" if segmentation.inpainted else ""
-        dropped.append(f"{left} of {segmentation.without_depth} pixels without depth{rest}")
+        rest = f"; {segmentation.inpainted} others got the depth of their surroundings" if segmentation.inpainted else ""
+        dropped.append(f"{left} pixels without depth{rest}")
     if segmentation.outliers:
         reason = "points with few neighbors, or far from the rest"
         if foreground.mask is not None:
@@ -173,10 +173,10 @@ def _selection(segmentation: Segmentation, unit: str) -> list[str]:
     """Return the sentences on what was removed of the selection of a method; unit : "pixels" or "points"."""
     reasons = (
         (segmentation.removed_small, "in pieces that are too small (segment.min_component)"),
-        (segmentation.removed_wide, "in regions wider than the object may be (segment.max_width, max_width_ratio)"),
+        (segmentation.removed_wide, "in regions wider than the object may be (segment.max_width, segment.max_width_ratio)"),
     )
-    selected = f"{segmentation.selected} {unit} selected ({segmentation.method})"
-    return [f"{removed} of {selected}: {reason}" for removed, reason in reasons if removed]
+    selected = f"the {segmentation.selected} {unit} selected by {segmentation.method}"
+    return [f"{removed} of {selected}, {reason}" for removed, reason in reasons if removed]
 
 
 def _voxelize(stages: Stages, in_words: _Lengths) -> Account:

@@ -1,4 +1,4 @@
-"""The way across a gap: the paper's cases with known solutions, tangent at both ends, in the plane and in space."""
+"""Gap paths: the paper's cases with known solutions, tangent at both ends, in the plane and in space."""
 
 from __future__ import annotations
 
@@ -340,3 +340,36 @@ def test_a_target_inside_the_circle_cannot_be_reached(dim):
 
 def test_a_target_straight_ahead_needs_no_turn():
     assert turn_towards(np.zeros(3), np.eye(3)[2], 3 * np.eye(3)[2], 0.5).angle == 0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_one_gap_path_at_any_spacing(dim):
+    """Finer points of a path lie on the same arcs and the same line; every turn starts at an end."""
+    random = np.random.default_rng(dim)
+    e1, e2, d1, d2 = *random.uniform(0, 1, (2, dim)), *unit(random.normal(size=(2, dim)))
+    path = gap_path(e1, d1, e2, d2)
+    coarse, fine = path.points(0.1), path.points(0.001)
+    assert len(coarse) < len(fine)
+    assert max(np.linalg.norm(fine - point, axis=1).min() for point in coarse) < 0.001
+    np.testing.assert_array_equal(path.ends, [e1, e2])
+    first, second = path.turns
+    np.testing.assert_array_equal([first.start, second.start], [e1, e2])
+    np.testing.assert_allclose([first.direction, second.direction], [d1, d2])
+    np.testing.assert_allclose(unit(second.end - first.end), first.heading, atol=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_gap_path_back_is_the_same_curve(dim):
+    random = np.random.default_rng(10 + dim)
+    for _ in range(20):
+        e1, e2, d1, d2 = *random.uniform(0, 1, (2, dim)), *unit(random.normal(size=(2, dim)))
+        there, back = gap_path(e1, d1, e2, d2), gap_path(e2, d2, e1, d1)
+        np.testing.assert_allclose(there.points(SPACING), back.points(SPACING)[::-1], atol=1e-6)
+
+
+def test_ends_straight_ahead_of_each_other_and_ends_that_touch():
+    x = np.array([1.0, 0.0])
+    assert len(gap_path(0 * x, x, 2 * x, -x).points(10.0)) == 2
+    touching = gap_path(x, x, x, -x)
+    assert touching.turns is None
+    np.testing.assert_array_equal(touching.points(SPACING), [x])

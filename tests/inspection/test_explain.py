@@ -1,4 +1,4 @@
-"""Explaining: costs that add up, the next best that is one, and everything that was dropped counted."""
+"""Explanations: costs that add up, runner-ups that are alternatives, and a count of everything that was dropped."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def test_the_merges_are_those_of_the_result(explained):
     found, stages = explained
     costs = sorted(cost for assembly in stages.merged.assemblies for cost in assembly.costs)
     assert [merge.chosen.cost for merge in found.merges if merge.kept] == pytest.approx(costs)
-    sure = {round(value, 9) for assembly in stages.merged.assemblies for value in assembly.confidence}
-    assert {round(merge.confidence, 9) for merge in found.merges if merge.kept} == sure
+    confidence = {round(value, 9) for assembly in stages.merged.assemblies for value in assembly.confidence}
+    assert {round(merge.confidence, 9) for merge in found.merges if merge.kept} == confidence
 
 
 def test_terms_add_up_and_merges_are_in_order(explained):
@@ -61,11 +61,20 @@ def test_the_runner_up_shares_an_end_and_is_another_pair(explained):
             assert len(own & other) == 1
 
 
-def test_every_stage_has_its_say(explained):
+def test_every_stage_has_an_account(explained):
     found, _ = explained
     names = [account.stage for account in found.accounts]
     assert names == ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine"]
     assert all(account.made for account in found.accounts)
+
+
+def test_the_account_of_segmentation_is_that_of_its_record(explained):
+    found, stages = explained
+    segmentation = stages.segmentation
+    counts = segmentation.removed_small, segmentation.removed_wide, segmentation.without_depth, segmentation.outliers
+    account = found.accounts[0]
+    assert len(account.dropped) == len(segmentation.foreground.notes) + sum(count > 0 for count in counts)
+    assert all(str(count) in " ".join(account.dropped) for count in (*counts[:2], counts[3]) if count)
 
 
 def test_removed_segments_are_those_of_pruning(explained):
@@ -101,11 +110,11 @@ def test_chains_that_merging_drops_are_named():
 def test_from_the_shell(doo3d, tmp_path):
     code, out, err = doo3d("explain", SAMPLES / "crossing", "--frame", "000001", "--json", "why.json")
     assert code == 0, err
-    said = out.splitlines()
-    assert said[0] == "frame 000001"
-    assert "merges, in order:" in said
-    assert sum("next best: " in line for line in said) == 2
-    assert any(line.split(None, 1) == ["merge", "2 connections, 1 chain"] for line in said)
+    lines = out.splitlines()
+    assert lines[0] == "frame 000001"
+    assert "merges, in order:" in lines
+    assert sum("next best: " in line for line in lines) == 2
+    assert any(line.split(None, 1) == ["merge", "2 connections, 1 chain"] for line in lines)
     why = json.loads((tmp_path / "why.json").read_text())
     assert (why["schema"], why["frame"], len(why["merges"])) == ("doo3d/explanation/1", "000001", 2)
     code, _, err = doo3d("explain", SAMPLES / "crossing", "--json", "why.json")
@@ -115,20 +124,20 @@ def test_from_the_shell(doo3d, tmp_path):
 
 
 def test_nothing_found(doo3d, capture):
-    """Said at the stage that lost it, by detect, in its files, and by explain."""
-    folder, lost = capture(), "segment.ranges=[{low: [90, 200, 200], high: [100, 255, 255]}]"
-    code, out, err = doo3d("detect", folder, "--set", lost)
+    """A note names the stage that lost everything, in the output of detect, in its files, and in that of explain."""
+    folder, nothing_blue = capture(), "segment.ranges=[{low: [90, 200, 200], high: [100, 255, 255]}]"
+    code, out, err = doo3d("detect", folder, "--set", nothing_blue)
     assert code == 0, err
     assert "note: segment (hsv): nothing in this frame is told from the rest" in out
     assert "doo3d tune" in out
     assert "doo3d tune" in json.loads(Path("out/000000.json").read_text())["notes"][0]
-    code, out, err = doo3d("explain", folder, "--set", lost)
+    code, out, err = doo3d("explain", folder, "--set", nothing_blue)
     assert code == 0, err
     assert "dropped: segment (hsv): nothing in this frame is told from the rest" in out
 
 
 @pytest.mark.parametrize(("override", "stage"), [("fit.segment_length=9", "fit"), ("merge.min_length=10000", "merge")])
-def test_lost_later(doo3d, capture, override, stage):
+def test_everything_is_lost_after_segmentation(doo3d, capture, override, stage):
     code, out, err = doo3d("detect", capture(), "--set", override)
     assert code == 0, err
     assert f"note: {stage}: nothing is left after this stage" in out

@@ -16,9 +16,9 @@ from doo3d.stages.fill import fill
 dims = pytest.mark.parametrize("dim", [2, 3])
 
 
-def row(start, way, count, dim=3):
-    start, way = (np.pad(np.asarray(v, dtype=float), (0, dim - len(v))) for v in (start, way))
-    return start + np.arange(count + 1)[:, None] * unit(way)
+def row(start, direction, count, dim=3):
+    start, direction = (np.pad(np.asarray(v, dtype=float), (0, dim - len(v))) for v in (start, direction))
+    return start + np.arange(count + 1)[:, None] * unit(direction)
 
 
 def assembly(*pieces, closed=False, inside=False):
@@ -118,7 +118,7 @@ def test_the_side_is_chosen():
 
 
 @dims
-def test_one_piece_is_itself(dim):
+def test_one_piece_is_unchanged(dim):
     piece = row((0, 0), (1, 0), 3, dim)
     (path,) = fill([assembly(piece)], context_of())
     np.testing.assert_array_equal(path.points, piece)

@@ -1,4 +1,4 @@
-"""Pruning: overlapping cuboids, and which of two goes."""
+"""Pruning: overlapping cuboids, and which of two segments is removed."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ dims = pytest.mark.parametrize("dim", [2, 3])
 WIDTH = 0.3
 
 
-def chain(start, way, count, dim=3):
+def chain(start, direction, count, dim=3):
     """`count` segments of length 1 from a point of the plane along a direction of it."""
-    start, way = (np.pad(np.asarray(v, dtype=float), (0, dim - 2)) for v in (start, way))
-    return Chain(start + np.arange(count + 1)[:, None] * unit(way), 1.0)
+    start, direction = (np.pad(np.asarray(v, dtype=float), (0, dim - 2)) for v in (start, direction))
+    return Chain(start + np.arange(count + 1)[:, None] * unit(direction), 1.0)
 
 
 def run(*chains):
@@ -74,7 +74,7 @@ def test_the_plane_is_the_plane():
 
 
 @dims
-def test_the_segment_of_the_shorter_chain_goes(dim):
+def test_the_segment_of_the_shorter_chain_is_removed(dim):
     long, short = chain((0, 0), (1, 0), 7, dim), chain((3.5, -1.5), (0, 1), 3, dim)
     for order in ((long, short), (short, long)):
         kept = run(*order)
@@ -83,7 +83,7 @@ def test_the_segment_of_the_shorter_chain_goes(dim):
 
 
 @dims
-def test_the_shorter_chain_is_told_after_what_it_lost(dim):
+def test_lengths_count_what_chains_lost_before(dim):
     """The second overlaps the first in three segments and is then shorter than the third, which it crosses."""
     first, second = chain((0, 0), (1, 0), 12, dim), chain((9.2, 0.1), (1, 0), 6, dim)
     third = chain((14.5, -1.5), (0, 1), 5, dim)
@@ -105,14 +105,14 @@ def test_a_chain_that_loses_an_inner_segment_falls_in_two(dim):
 
 
 @dims
-def test_a_chain_emptied_vanishes(dim):
+def test_a_chain_without_segments_is_removed(dim):
     """The way back along a branch lies on the way out, as a contour gives them."""
     out, back = chain((0, 0), (1, 0), 6, dim), chain((5.5, 0.1), (-1, 0), 5, dim)
     assert joints(run(out, back)) == joints(run(back, out)) == [out.joints.tolist()]
 
 
 @dims
-def test_neighbours_stay(dim):
+def test_neighbors_in_a_chain_are_kept(dim):
     turn = np.radians(np.arange(8) * 55.0)
     points = np.cumsum(np.column_stack((np.cos(turn), np.sin(turn))), axis=0)
     bent = Chain(np.pad(points[:5], ((0, 0), (0, dim - 2))), 1.0)
@@ -150,7 +150,7 @@ def test_strands_over_each_other_do_not_overlap():
 
 
 @dims
-def test_first_and_last_of_a_ring_are_neighbours(dim):
+def test_first_and_last_of_a_ring_are_neighbors(dim):
     turn = np.arange(13) * 2 * np.pi / 12.02
     points = 0.5 / np.sin(np.pi / 12.02) * np.column_stack((np.cos(turn), np.sin(turn)))
     ring = Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0, closed=True)

@@ -1,4 +1,4 @@
-"""How sure connections are: against all alternatives tried one by one; and where in the chain they are found."""
+"""Confidence of connections, against all alternatives tried one by one; and where in the chain connections lie."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def links_of(*rows):
 
 
 def matchings(ends):
-    """Every way to join some of the ends in pairs."""
+    """Yield every set of pairs of the ends, each end used once at most."""
     if len(ends) < 2:
         yield []
         return
@@ -57,7 +57,7 @@ def has_ring(pairs):
 
 
 def by_trying(cost, rings):
-    """The best set of connections, and per connection how much dearer the best set without it is: ((a, b), rise) each."""
+    """Return the best set of connections, each with the rise of the total in the best set without it: ((a, b), rise)."""
     count = len(cost)
 
     def total(pairs):
@@ -77,7 +77,7 @@ def random_costs(seed, count, low=0.0):
 @pytest.mark.parametrize("rings", [True, False])
 @pytest.mark.parametrize("seed", range(40))
 def test_against_all_alternatives(seed, rings):
-    """Never less sure than by trying all; just as sure where all six ends are joined and rings may be."""
+    """Confidence is never below that of trying all sets, and equal where all six ends are joined and rings are allowed."""
     cost = random_costs(seed, 6 if seed % 2 else 8)
     tried = by_trying(cost, rings)
     found = confidences(links_of(*((*pair, cost[pair]) for pair, _ in tried)), cost, MOST, rings)
@@ -87,7 +87,7 @@ def test_against_all_alternatives(seed, rings):
         assert found == pytest.approx(expected)
 
 
-def test_nearly_always_just_as_sure_as_by_trying_all():
+def test_confidence_is_nearly_always_that_of_trying_all_sets():
     """Three chains, some of whose ends stay free."""
     same = []
     for seed in range(80):
@@ -106,19 +106,19 @@ def test_without_alternatives_the_cost_counts():
     assert confidences([], cost, MOST) == []
 
 
-def test_between_equals_nothing_is_sure():
+def test_equal_alternatives_leave_no_confidence():
     cost = np.full((6, 6), np.inf)
     cost[1, 2] = cost[1, 4] = 30
     assert confidences(links_of((1, 2, 30.0)), cost, MOST) == [0]
 
 
-def test_dearer_than_ever_paid_is_not_sure():
+def test_no_confidence_above_the_largest_cost():
     cost = np.full((4, 4), np.inf)
     cost[1, 2] = 230
     assert confidences(links_of((1, 2, 230.0)), cost, MOST) == [0]
 
 
-def test_what_would_close_a_ring_is_no_alternative():
+def test_a_connection_that_closes_a_ring_is_no_alternative():
     """Chains 0-1, 2-3 and 4-5 in a row: the ends of the two gaps exchanged would join 2 to 3."""
     cost = np.full((6, 6), np.inf)
     cost[1, 2] = cost[3, 4] = 20
@@ -128,15 +128,15 @@ def test_what_would_close_a_ring_is_no_alternative():
     assert confidences(links, cost, MOST) == pytest.approx([0.8, 0.8])
 
 
-def chain(start, way, count=6):
-    start, way = np.array([*start, 0.5]), unit(np.array([*way, 0.0]))
-    return Chain(start + STEP * np.arange(count + 1)[:, None] * way, STEP)
+def chain(start, direction, count=6):
+    start, direction = np.array([*start, 0.5]), unit(np.array([*direction, 0.0]))
+    return Chain(start + STEP * np.arange(count + 1)[:, None] * direction, STEP)
 
 
 def star(angle):
-    """Four chains that end round one place, as where two strands cross at an angle."""
-    ways = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0, angle, np.pi, np.pi + angle)]
-    return [chain(0.012 * way, way) for way in ways]
+    """Return four chains that end round one point, as where two strands cross at an angle."""
+    directions = [np.array([np.cos(turn), np.sin(turn)]) for turn in (0, angle, np.pi, np.pi + angle)]
+    return [chain(0.012 * direction, direction) for direction in directions]
 
 
 def settings(**changes):
@@ -144,7 +144,7 @@ def settings(**changes):
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
-def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
+def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
     least = {}
     for degrees in (90, 50, 20):
         joined = merge(star(np.radians(degrees)), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
@@ -155,7 +155,7 @@ def test_a_clear_crossing_is_surer_than_a_slanting_one(strategy):
     assert 0 < least[20] < least[50] < least[90]
 
 
-def test_a_rival_makes_a_connection_doubtful():
+def test_a_rival_lowers_the_confidence():
     one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
     rival = chain((0.01, 0.004), (1, 0.1))
     (alone, *_) = merge([one, right], context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
@@ -184,7 +184,7 @@ def test_gaps_through_free_space_are_no_alternatives():
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_filling_says_which_step_lies_in_the_gap(closed):
+def test_the_step_in_the_middle_of_each_gap_is_recorded(closed):
     pieces = [np.column_stack((np.arange(5.0) + at, np.zeros(5), np.ones(5))) for at in (0, 8.5, 12.7)]
     x = np.eye(3)[0]
     paths = [gap_path(one[-1], x, other[0], -x) for one, other in zip(pieces, [*pieces[1:], pieces[0]], strict=True)]
@@ -203,7 +203,7 @@ def test_filling_says_which_step_lies_in_the_gap(closed):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_the_chain_says_where_it_was_joined(turned):
+def test_connections_lie_where_the_chain_was_occluded(turned):
     """A cable behind two posts, the second one wider; whatever its direction in the view."""
     axis = wave(length=0.34)
     frame, mask = frame_of(axis[::-1] if turned else axis, radius=0.005, table=0.56)
@@ -215,19 +215,19 @@ def test_the_chain_says_where_it_was_joined(turned):
     )
     (found,) = detection.chains
     assert len(found.connections) == 2
-    places = frame.camera.project(np.array([found.joints[c.segment : c.segment + 2].mean(axis=0) for c in found.connections]))
-    assert 190 < places[0, 0] < 215
-    assert 400 < places[1, 0] < 450
-    sures = [connection.confidence for connection in found.connections]
-    assert 1 > sures[0] > sures[1] > 0.3
-    assert found.confidence == detection.confidence == sures[1]
+    pixels = frame.camera.project(np.array([found.joints[c.segment : c.segment + 2].mean(axis=0) for c in found.connections]))
+    assert 190 < pixels[0, 0] < 215
+    assert 400 < pixels[1, 0] < 450
+    confidence = [connection.confidence for connection in found.connections]
+    assert 1 > confidence[0] > confidence[1] > 0.3
+    assert found.confidence == detection.confidence == confidence[1]
     plain = detection.to_dict()
     assert json.loads(json.dumps(plain)) == plain
-    assert plain["confidence"] == plain["chains"][0]["confidence"] == sures[1]
+    assert plain["confidence"] == plain["chains"][0]["confidence"] == confidence[1]
     assert plain["chains"][0]["connections"] == [{"segment": c.segment, "confidence": c.confidence} for c in found.connections]
 
 
-def test_without_connections_all_is_sure():
+def test_confidence_is_one_without_connections():
     frame, mask = frame_of(line([-0.1, 0, 0.5], [0.1, 0.02, 0.5]))
     detection = doo3d.detect(frame, mask=mask)
     assert detection.chains[0].connections == ()

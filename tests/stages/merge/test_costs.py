@@ -72,12 +72,12 @@ def test_exact_where_arccos_is_not(dim):
     assert costs.direction(unit(np.array([x, -x + 1e-9 * y])))[0, 1] == pytest.approx(1e-9, rel=1e-3)
 
 
-def test_every_end_of_a_kind_counts():
+def test_marked_ends_of_each_pair_are_counted():
     assert costs.count_in(np.array([True, False, True])).tolist() == [[2, 1, 2], [1, 0, 1], [2, 1, 2]]
 
 
-def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
-    """Two pairs that the paper's costs hold equal, of which the own cost forbids one."""
+def test_a_custom_cost_decides_between_equal_pairs(monkeypatch):
+    """Two pairs that the paper's costs hold equal, of which the custom cost forbids one."""
     from doo3d.config import MergeConfig
     from doo3d.stages.merge import costs
     from doo3d.stages.merge.merge import merge
@@ -88,9 +88,9 @@ def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
 
     pieces = [line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)]
 
-    def joined(**own):
+    def joined(**custom):
         merged = merge(
-            pieces, context_of(radius=0.003), MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, custom_costs=own)
+            pieces, context_of(radius=0.003), MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, custom_costs=custom)
         )
         return {round(piece[0, 1], 3) for piece in merged.assemblies[0].pieces}
 
@@ -104,7 +104,7 @@ def test_a_cost_of_ones_own_decides_with_the_others(monkeypatch):
     assert joined(right=1e4) == {0.0, 0.01}
 
 
-def test_a_cost_that_there_is_not_is_named():
+def test_an_unknown_custom_cost_is_refused_by_name():
     from doo3d.errors import ConfigError
     from doo3d.stages.merge.costs import custom_cost
 

@@ -20,13 +20,13 @@ PAPER = load_config("paper_3d").merge
 dims = pytest.mark.parametrize("dim", [2, 3])
 
 
-def chain(start, way, count=6, dim=3):
-    """Segments of 10 mm from a place along a direction, both given in the plane, in m (in 2-D: px, times 1000)."""
+def chain(start, direction, count=6, dim=3):
+    """Return segments of 10 mm from a point along a direction, both given in the plane, in m (in 2-D: px, times 1000)."""
     scale = 1.0 if dim == 3 else 1000.0
-    start, way = (
-        np.append(np.asarray(v, dtype=float), [0.5] * (dim - 2) if v is start else [0.0] * (dim - 2)) for v in (start, way)
+    start, direction = (
+        np.append(np.asarray(v, dtype=float), [0.5] * (dim - 2) if v is start else [0.0] * (dim - 2)) for v in (start, direction)
     )
-    return Chain(scale * (start + STEP * np.arange(count + 1)[:, None] * unit(way)), scale * STEP)
+    return Chain(scale * (start + STEP * np.arange(count + 1)[:, None] * unit(direction)), scale * STEP)
 
 
 def config(**settings):
@@ -40,13 +40,13 @@ def run(chains, settings, visibility=None):
 
 
 def gaps(assembly):
-    """The ends joined: (before, after) of each connection."""
+    """Return the ends on either side of each gap: (before, after)."""
     pieces = [*assembly.pieces, *([assembly.pieces[0]] if assembly.closed else [])]
     return [(one[-1], other[0]) for one, other in pairwise(pieces)]
 
 
 def joined(assemblies, a, b):
-    """Whether two places are ends that were joined."""
+    """Return whether two points are ends that were joined."""
     return any(
         (np.allclose(p, a) and np.allclose(q, b)) or (np.allclose(p, b) and np.allclose(q, a))
         for assembly in assemblies
@@ -187,7 +187,7 @@ def test_no_gap_wider_than_allowed(strategy):
     assert [len(assembly.pieces) for assembly in narrow] == [1]
 
 
-def test_all_together_is_better_than_one_by_one():
+def test_a_global_matching_joins_pairs_that_greedy_choice_misses():
     """Two strands side by side behind a gap: the cheapest pair of all leaves the other two ends too far apart."""
     a, b = chain((-0.06, 0.0), (1, 0)), chain((0.02, -0.01), (1, 0))
     c, d = chain((-0.06, 0.01), (1, 0)), chain((0.02, 0.0), (1, 0))
@@ -246,20 +246,20 @@ CAMERA = Camera(fx=500.0, fy=500.0, cx=160.0, cy=120.0, width=320, height=240)
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
-@pytest.mark.parametrize("open_side", [-1, 1])
-def test_free_space_decides_between_equal_pairs(strategy, open_side):
-    """One chain, and two others alike above and below its end: behind one of the ways the camera sees the wall."""
+@pytest.mark.parametrize("exposed_side", [-1, 1])
+def test_free_space_decides_between_equal_pairs(strategy, exposed_side):
+    """One chain, and two others alike above and below its end: behind one of the gaps the camera sees the wall."""
     one = chain((-0.08, 0.0), (1, 0))
     others = {side: chain((0.03, side * 0.02), (1, side * 0.3)) for side in (-1, 1)}
     depth = np.full((240, 320), 0.3, np.float32)
     v = np.arange(240)
-    depth[(v > 120 if open_side == 1 else v < 120)] = 0.9
+    depth[(v > 120 if exposed_side == 1 else v < 120)] = 0.9
     visibility = Visibility(depth, np.zeros((240, 320), bool), CAMERA, 0.01)
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
     assemblies = run(chains, settings, visibility=visibility)
-    assert joined(assemblies, one.joints[-1], others[-open_side].joints[0])
-    assert not joined(assemblies, one.joints[-1], others[open_side].joints[0])
+    assert joined(assemblies, one.joints[-1], others[-exposed_side].joints[0])
+    assert not joined(assemblies, one.joints[-1], others[exposed_side].joints[0])
 
 
 @dims
@@ -271,7 +271,7 @@ def test_one_chain_is_itself(dim, strategy):
     assert assembly.gap_paths == ()
 
 
-def test_short_ones_go_when_the_number_is_left_to_the_data():
+def test_short_chains_are_dropped_when_no_number_is_wanted():
     chains = [chain((0, 0), (1, 0), 9), chain((0, 1), (1, 0), 1)]
     assert len(run(chains, MergeConfig(chains=None, min_length=4))) == 1
     assert len(run(chains, MergeConfig(chains=None, min_length=2))) == 2
