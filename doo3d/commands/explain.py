@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 
 def explain(
-    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="What doo3d detect takes.")],
+    capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture, as for doo3d detect.")],
     frame: FrameOption = None,
     config: Preset = "default",
     overrides: Overrides = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
     document: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the same, with every number, here.")
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the explanation with all its numbers to this file.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
 ) -> None:
-    """Say what every stage made of a frame and dropped, and what each connection cost beside the next best.
+    """Print what every stage made of a frame and dropped, and the cost of each connection beside the next best.
 
     \b
     Examples:
@@ -42,49 +42,50 @@ def explain(
 
     effective = config_of(config, overrides)
     opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options or []))
-    entry = frame_of(opened, frame)
+    frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)
     say_compiling()
-    from ..inspection.explain import explain as account
+    from ..inspection.explain import explain as explain_stages
 
-    _, stages = run_with_stages(entry, effective)
-    found = account(stages, effective)
+    _, stages = run_with_stages(frame_ref, effective)
+    explanation = explain_stages(stages, effective)
     if document is not None:
         from ..outputs.detection_json import dumps
 
-        save(document, dumps({"frame": entry.name, **found.to_dict()}))
-    typer.echo("\n".join([f"frame {entry.name}", *lines(found)]))
+        save(document, dumps({"frame": frame_ref.name, **explanation.to_dict()}))
+    typer.echo("\n".join([f"frame {frame_ref.name}", *lines(explanation)]))
 
 
-def run_with_stages(entry: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
-    """Return a frame and the products of all stages, made as in detection.
+def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
+    """Return a frame's data and the products of all stages, made as in detection.
 
     Raises
     ------
     InputError : the frame cannot be read or used.
     """
-    from ..pipeline import run_with_stages as walk
+    from ..pipeline import run_with_stages as run_stages
 
-    loaded = entry.load()
-    return walk(loaded.data, config, loaded.mask_for(config))
+    loaded = frame.load()
+    return run_stages(loaded.data, config, loaded.mask_for(config))
 
 
-def lines(found: Explanation) -> Iterator[str]:
-    """The explanation, line by line."""
-    for account in found.accounts:
+def lines(explanation: Explanation) -> Iterator[str]:
+    """Yield the explanation line by line."""
+    for account in explanation.accounts:
         yield f"{account.stage:<9} {account.made}"
         for sentence in account.dropped:
             yield f"{'':<9}   dropped: {sentence}"
-    if found.merges:
+    if explanation.merges:
         yield "merges, in order:"
-    for i, merge in enumerate(found.merges):
+    for i, merge in enumerate(explanation.merges):
         kept = "" if merge.kept else "   (in a chain that was dropped)"
-        yield f"{i + 1:>4}  {_choice(merge.chosen)}   sure {merge.confidence:.2f}{kept}"
+        yield f"{i + 1:>4}  {_choice(merge.chosen)}   confidence {merge.confidence:.2f}{kept}"
         other = merge.runner_up
         yield f"{'':>4}  next best: {_choice(other) if other else 'none that is allowed'}"
 
 
 def _choice(choice: Choice) -> str:
+    """Return a connection in words: its ends, its cost, and the terms of the cost."""
     terms = ", ".join(f"{name} {cost:.1f}" for name, cost in choice.terms.items() if round(cost, 1))
     return f"{choice.ends[0]} - {choice.ends[1]}: {choice.cost:.1f}{f' = {terms}' if terms else ''}"

@@ -1,4 +1,4 @@
-"""A run in words: one line per frame, and what became of all of them."""
+"""The lines that a run prints: one per frame, and one about all of them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ def frame_line(
     seconds: float,
     column: int = 0,
 ) -> str:
-    """Such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
+    """Return a line such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
 
     Parameters
     ----------
-    name : of the frame, filled up to `column` characters.
-    lengths, radii : of the chains, m (px in 2-D). occluded : share of all segments; None without chains.
-    units : "m" or "px". seconds : that the frame took.
+    name : of the frame, padded to `column` characters.
+    lengths, radii : of the chains, m (px in 2-D).
+    occluded : fraction of all segments that are occluded, 0 to 1; None without chains.
+    units : "m" or "px".
+    seconds : time for the frame.
+    column : width of the first column.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     parts = [name.ljust(column), count]
@@ -34,11 +37,18 @@ def frame_line(
 
 
 def failure_line(name: str, error: str, column: int = 0) -> str:
-    """Such as "000012   failed: depth/000012.png is cut off"."""
+    """Return a line such as "000012   failed: depth/000012.png is cut off", the name padded to `column` characters."""
     return f"{name.ljust(column)}   failed: {error}"
 
 
 def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
-    """What became of a run, and where it is."""
+    """Return a line such as "2 of 3 frames, 2 chains -> out".
+
+    Parameters
+    ----------
+    frames, failed : numbers of all frames and of those that failed.
+    chains : number of chains in all frames.
+    out : where the results are.
+    """
     number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
     return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"

@@ -1,4 +1,4 @@
-"""What is said while a command runs."""
+"""Progress of a command: a line per frame on stdout, and a bar on stderr if that is a terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def say_compiling() -> None:
-    """Say so when the first run is going to compile."""
+    """Print a notice on stderr if this run is going to compile the kernels."""
     from ..kernels import are_compiled
 
     if not are_compiled():
@@ -25,40 +25,53 @@ def say_compiling() -> None:
 
 
 class Reporter:
-    """Prints a line per frame, with a bar below where there is a terminal and more than one frame."""
+    """Prints a line per frame, above a bar if there is one.
+
+    Parameters
+    ----------
+    total : number of frames.
+    column : width of the names.
+    quiet : print errors only.
+    bar : the bar; None without a terminal.
+    """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
         self.total, self.column, self.quiet = total, column, quiet
         self._bar = bar
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Say what was finished before."""
+        """Print how many frames an earlier run has finished."""
         if not self.quiet:
-            rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "going on from there"
+            rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
             frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
             typer.echo(f"{frames} finished already, {rest}", err=True)
         if self._bar:
             self._bar.start(records)
 
     def __call__(self, record: FrameRecord) -> None:
-        """Print a frame's line."""
+        """Print the line of a frame."""
         from .messages import failure_line, frame_line
 
-        say = self._bar.above if self._bar else typer.echo
+        echo = self._bar.print_above if self._bar else typer.echo
         if record.error is not None:
             error = record.error + (f" [{record.code}]" if record.code else "")
-            say(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
+            echo(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
         elif not self.quiet:
             values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
             line = frame_line(record.name, *values, self.column)
-            say("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in record.notes)]))
+            echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in record.notes)]))
         if self._bar:
-            self._bar.step(record)
+            self._bar.advance(record)
 
 
 @contextmanager
 def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
-    """What prints while a run goes on."""
+    """Provide a Reporter for the duration of a run, with a bar if stderr is a terminal and there is more than one frame.
+
+    Parameters
+    ----------
+    total, column, quiet : as of Reporter.
+    """
     if quiet or total < 2 or not sys.stderr.isatty():
         yield Reporter(total, column, quiet, None)
         return
@@ -73,7 +86,7 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
 
 
 class Bar:
-    """A progress bar on stderr, drawn between frames only: frames per second, time left, chains and failures."""
+    """A progress bar on stderr, redrawn after each frame only: frames per second, time left, chains and failures."""
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress = progress
@@ -81,19 +94,19 @@ class Bar:
         self._chains = self._failed = 0
 
     def start(self, records: Sequence[FrameRecord]) -> None:
-        """Begin with what was finished before; the rate is that of this run."""
+        """Start after the frames of an earlier run; the rate is that of this run alone."""
         self._count(records)
         self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed)
 
-    def above(self, text: str, err: bool = False) -> None:
-        """Print above the bar."""
+    def print_above(self, text: str, err: bool = False) -> None:
+        """Print above the bar, on stdout or (`err`) on stderr."""
         if err or sys.stdout.isatty():
             self._progress.console.print(text, markup=False, highlight=False, soft_wrap=True)
         else:
             typer.echo(text)
 
-    def step(self, record: FrameRecord) -> None:
-        """Move on by a frame."""
+    def advance(self, record: FrameRecord) -> None:
+        """Advance by one frame."""
         self._count([record])
         speed = self._progress.tasks[self._task].speed
         rate = f"{speed:.1f} frames/s" if speed else ""
@@ -106,20 +119,20 @@ class Bar:
 
 @contextmanager
 def counting(total: int) -> Iterator[Callable[[Row], None]]:
-    """What takes a row of an evaluation when it is done: a bar on stderr where that is a terminal, nothing elsewhere."""
+    """Provide a function to call with each finished row of an evaluation; it draws a bar if stderr is a terminal."""
     if total < 2 or not sys.stderr.isatty():
         yield lambda row: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[said]}"))
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[status]}"))
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False, transient=True, redirect_stdout=False) as progress:
-        task, correct = progress.add_task("", total=total, said=""), 0
+        task, correct = progress.add_task("", total=total, status=""), 0
 
-        def step(row: Row) -> None:
+        def advance(row: Row) -> None:
             nonlocal correct
             correct += row.score.correct
-            progress.update(task, advance=1, refresh=True, said=f"{correct} correct   {row.name}")
+            progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {row.name}")
 
-        yield step
+        yield advance

@@ -1,4 +1,4 @@
-"""How long the stages take: one process, one thread, the same frame again and again."""
+"""The time of each stage: one process, one thread, the same frame repeatedly."""
 
 from __future__ import annotations
 
@@ -14,17 +14,25 @@ if TYPE_CHECKING:
     from ..config import Config
     from ..inputs import FrameData
 
-WARM_UP = 3  # runs that are not counted: compiling, caches
+WARM_UP_RUNS = 3
+"""Runs before the timed ones, for compiling and caches."""
+
 DEFAULT_SCENE = ("crossing", 0)
+"""Family and seed of the scene that is rendered without an input."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What one frame took.
+    """The time for one frame.
 
-    size : such as "1280x720" or "20000 points". chains : found. runs : counted.
-    stages : stage -> (median, 95th percentile) ms, in order; "total" is the whole of `detect`. peak : MB of memory, of the
-    whole process so far; None where the system does not tell.
+    Attributes
+    ----------
+    name : of the frame.
+    size : such as "1280x720" or "20000 points".
+    chains : number of chains detected.
+    runs : number of timed runs.
+    stages : stage -> (median, 95th percentile) ms, in order; "total" is the whole of `detect`.
+    peak_mb : peak memory of the process so far, MB; None if the system does not report it.
     """
 
     name: str
@@ -32,22 +40,29 @@ class Timing:
     chains: int
     runs: int
     stages: dict[str, tuple[float, float]]
-    peak: float | None
+    peak_mb: float | None
 
     def lines(self) -> list[str]:
-        """A table for people."""
-        table = [f"{stage:<12}{median:>10.1f}{late:>10.1f}" for stage, (median, late) in self.stages.items()]
+        """Return a table to print, line by line."""
+        table = [f"{stage:<12}{median:>10.1f}{percentile:>10.1f}" for stage, (median, percentile) in self.stages.items()]
         head = f"{self.name}: {self.size}, {self.chains} chain{'' if self.chains == 1 else 's'}, {self.runs} runs, one thread"
-        memory = [f"peak memory {self.peak:.0f} MB"] if self.peak is not None else []
+        memory = [f"peak memory {self.peak_mb:.0f} MB"] if self.peak_mb is not None else []
         return [head, f"{'ms':<12}{'median':>10}{'95 %':>10}", *table[:-1], "-" * 32, table[-1], *memory]
 
 
-def measure(name: str, shot: FrameData, config: Config, runs: int) -> Timing:
-    """Detect in one shot `runs` times after the warm-up.
+def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing:
+    """Time detection in one frame.
+
+    Parameters
+    ----------
+    name : of the frame.
+    frame : its data.
+    config : configuration of the detection.
+    runs : timed runs, after WARM_UP_RUNS.
 
     Raises
     ------
-    InputError : nothing can be detected in it.
+    InputError : the frame cannot be used.
     """
     import numpy as np
 
@@ -55,39 +70,45 @@ def measure(name: str, shot: FrameData, config: Config, runs: int) -> Timing:
     from ..types import Cloud, Frame
 
     seconds: list[dict[str, float]] = []
-    for _ in range(WARM_UP + runs):
+    for _ in range(WARM_UP_RUNS + runs):
         start = time.perf_counter()
-        detection = detect(shot.data, config, shot.mask_for(config))
+        detection = detect(frame.data, config, frame.mask_for(config))
         seconds.append(detection.seconds | {"total": time.perf_counter() - start})
     stages = {}
     for stage in seconds[-1]:
-        taken = np.array([run[stage] for run in seconds[WARM_UP:]]) * 1000
-        stages[stage] = (float(np.median(taken)), float(np.percentile(taken, 95)))
-    if isinstance(shot.data, Cloud):
-        size = f"{len(shot.data.points)} points"
+        milliseconds = np.array([run[stage] for run in seconds[WARM_UP_RUNS:]]) * 1000
+        stages[stage] = (float(np.median(milliseconds)), float(np.percentile(milliseconds, 95)))
+    if isinstance(frame.data, Cloud):
+        size = f"{len(frame.data.points)} points"
     else:
-        shape = shot.data.depth.shape if isinstance(shot.data, Frame) else shot.data.color.shape
+        shape = frame.data.depth.shape if isinstance(frame.data, Frame) else frame.data.color.shape
         size = f"{shape[1]}x{shape[0]}"
-    return Timing(name, size, len(detection.chains), runs, stages, peak_memory())
+    return Timing(name, size, len(detection.chains), runs, stages, peak_memory_mb())
 
 
 def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
-    """Time the first frame of each capture, or without any, of a rendered 1280x720 frame.
+    """Time the first frame of each capture; without captures, a rendered frame of 1280x720.
+
+    Parameters
+    ----------
+    paths : of the captures.
+    config : configuration of the detection.
+    runs : timed runs of each frame.
 
     Raises
     ------
-    InputError : one of them cannot be read, or nothing can be detected in it.
+    InputError : a capture cannot be read, or its frame cannot be used.
     """
     from ..inputs import open_capture
 
     if not paths:
-        return [measure("rendered " + DEFAULT_SCENE[0], _rendered(), config, runs)]
-    shots = [(str(path), open_capture(path, config.mode == "2d").frames[0].load()) for path in paths]
-    return [measure(name, shot, config, runs) for name, shot in shots]
+        return [time_frame("rendered " + DEFAULT_SCENE[0], _rendered_frame(), config, runs)]
+    frames = [(str(path), open_capture(path, config.mode == "2d").frames[0].load()) for path in paths]
+    return [time_frame(name, frame, config, runs) for name, frame in frames]
 
 
-def _rendered() -> FrameData:
-    """The default scene's frame, rendered by a process of its own so that this one's memory is the detector's alone."""
+def _rendered_frame() -> FrameData:
+    """Return a frame of the default scene, rendered by another process to keep this one's peak memory that of detection."""
     import numpy as np
 
     from ..inputs import FrameData
@@ -95,7 +116,7 @@ def _rendered() -> FrameData:
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "frame.npz"
-        process = get_context("spawn").Process(target=_render, args=(path,))
+        process = get_context("spawn").Process(target=_write_rendered_frame, args=(path,))
         process.start()
         process.join()
         if process.exitcode:
@@ -106,7 +127,8 @@ def _rendered() -> FrameData:
             return FrameData(Frame(arrays["color"], arrays["depth"], Camera(fx, fy, cx, cy, width, height)))
 
 
-def _render(path: Path) -> None:
+def _write_rendered_frame(path: Path) -> None:
+    """Render the frame of the default scene into an NPZ file."""
     import numpy as np
 
     from ..evaluation.rendering.renderer import render
@@ -117,8 +139,8 @@ def _render(path: Path) -> None:
     np.savez(path, color=np.asarray(frame.color), depth=frame.depth, camera=[camera.fx, camera.fy, camera.cx, camera.cy])
 
 
-def peak_memory() -> float | None:
-    """The most memory that this process ever had, MB; None where the system does not tell."""
+def peak_memory_mb() -> float | None:
+    """Return the peak memory of this process, MB; None if the system does not report it."""
     status = Path("/proc/self/status")
     if status.exists():
         for line in status.read_text().splitlines():
