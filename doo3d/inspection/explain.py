@@ -9,9 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from scipy.spatial import cKDTree
-
 from ..config import Config
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
@@ -24,9 +21,6 @@ SCHEMA = "doo3d/explanation/1"
 
 MAX_LISTED_PATHS = 12
 """Paths whose lengths are listed, the longest first."""
-
-OFF_PATH_VOXELS = 2.0
-"""Voxels from every path beyond which a voxel of the skeleton is in none of them."""
 
 
 @dataclass(frozen=True)
@@ -194,21 +188,16 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
     lengths = sorted((float(steps(path.points).sum()) for path in stages.paths), reverse=True)
     listed = ", ".join(in_words(length) for length in lengths[:MAX_LISTED_PATHS])
     more = ", ..." if len(lengths) > MAX_LISTED_PATHS else ""
-    off = _off_paths(stages)
+    left_out = (
+        (stages.traversal.spur_length, "in spurs (traverse.min_branch)"),
+        (stages.traversal.loop_length, "in loops round holes in the surface"),
+        (stages.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
+    )
     return Account(
         "traverse",
         f"{_counted(len(lengths), 'path')}: {listed}{more}",
-        (f"{off} voxels of skeleton: spurs (traverse.min_branch), and where strands touch at junctions",) * (off > 0),
+        tuple(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
     )
-
-
-def _off_paths(stages: Stages) -> int:
-    """Return the number of voxels of the skeleton that lie off all paths."""
-    points = stages.skeleton.points
-    if not len(points) or not stages.paths:
-        return len(points)
-    tree = cKDTree(np.concatenate([path.points for path in stages.paths]))
-    return int((tree.query(points)[0] > OFF_PATH_VOXELS * stages.context.voxel).sum())
 
 
 def _fit(stages: Stages, config: Config, in_words: _Lengths) -> Account:
