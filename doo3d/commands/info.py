@@ -63,8 +63,8 @@ def info(
         numbered = frame.name.isdecimal() and int(frame.name) == frame.index
         caption = frame.name if numbered else f"{frame.index}: {frame.name}"
         caption += "" if frame.timestamp is None else f"   {frame.timestamp:.3f} s"
-        blank = drawing.Tile(caption, fault=frame.error or "")
-        tiles.append(blank if loaded is None else drawing.tile(caption, loaded.data, loaded.mask))
+        blank = drawing.Tile(caption, error=frame.error or "")
+        tiles.append(blank if loaded is None else drawing.make_tile(caption, loaded.data, loaded.mask))
 
     summary = summarize_capture(opened, samples, add_tile if contact_sheet else lambda frame, loaded: None)
     if as_json:
@@ -183,10 +183,10 @@ def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     import cv2
 
     from ..outputs.atomic import write_bytes
-    from ..viz.contact_sheet import sheet
+    from ..viz.contact_sheet import draw_sheet
 
     try:
-        write_bytes(path, cv2.imencode(path.suffix.lower(), sheet(title, tiles)[:, :, ::-1])[1].tobytes())
+        write_bytes(path, cv2.imencode(path.suffix.lower(), draw_sheet(title, tiles)[:, :, ::-1])[1].tobytes())
     except OSError as error:
         raise InputError(
             f"--contact-sheet {path}: cannot be written to ({error.strerror or error})", code="out-unwritable"

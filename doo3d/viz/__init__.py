@@ -1,4 +1,4 @@
-"""Pictures of what was found."""
+"""Pictures, videos and reports of detections."""
 
 from __future__ import annotations
 

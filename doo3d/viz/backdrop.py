@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.projection import Projection, spread_axes, upright_axes_along
 from ..types import Array, Camera, Cloud, Floats, Frame, Image
 
-SIZE = (1280, 720)  # px, of the picture of a cloud
+SIZE = (1280, 720)  # (width, height) px of the picture of a cloud
 MARGIN = 0.1  # share of the picture of a cloud, on each side
 POINT_WIDTH = 1.2  # of a point, in square roots of the pixels per point: a surface shows no holes
 
@@ -38,14 +38,14 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
 
 
 def depth_picture(depth: Array) -> Array:
-    """(H, W) m, 0 = none -> (H, W, 3) uint8 RGB: near is bright, none is nearly black."""
-    seen = depth > 0
-    if not seen.any():
+    """Return depth (H, W) m, 0 = none, as shades (H, W, 3) uint8 RGB: near is bright, none is nearly black."""
+    measured = depth > 0
+    if not measured.any():
         return np.full((*depth.shape, 3), 20, np.uint8)
-    near, far = np.percentile(depth[seen], (2, 98))
-    bright = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
-    picture = cv2.applyColorMap(np.uint8(40 + 150 * bright), cv2.COLORMAP_BONE)[:, :, ::-1].copy()
-    picture[~seen] = 20
+    near, far = np.percentile(depth[measured], (2, 98))
+    brightness = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
+    picture = cv2.applyColorMap(np.uint8(40 + 150 * brightness), cv2.COLORMAP_BONE)[:, :, ::-1].copy()
+    picture[~measured] = 20
     return np.asarray(picture)
 
 
@@ -87,27 +87,27 @@ def _fitted(positions: Floats) -> tuple[float, Floats]:
 
 
 def _points_picture(cloud: Cloud, projection: Projection) -> Array:
-    """(H, W, 3) uint8 RGB: the points as small squares on dark ground, far ones first."""
+    """Return the points as small squares on a dark background, far ones first: (H, W, 3) uint8 RGB."""
     width, height = SIZE
-    shade = np.linspace(46, 22, height)[:, None, None]
-    picture: Array = np.rint(shade * np.array((0.86, 0.95, 1.15))).repeat(width, axis=1).astype(np.uint8)
+    background = np.linspace(46, 22, height)[:, None, None]
+    picture: Array = np.rint(background * np.array((0.86, 0.95, 1.15))).repeat(width, axis=1).astype(np.uint8)
     distance = projection.distance(cloud.points)
     order = np.argsort(-distance, kind="stable")
     if cloud.colors is not None:
         colors = cloud.colors[order]
     else:
         low, high = np.percentile(distance, (1, 99))
-        near = 1 - np.clip((distance[order] - low) / max(high - low, 1e-9), 0, 1)
-        colors = np.rint((110 + 110 * near[:, None]) * np.array((0.9, 0.97, 1.0))).astype(np.uint8)
+        nearness = 1 - np.clip((distance[order] - low) / max(high - low, 1e-9), 0, 1)
+        colors = np.rint((110 + 110 * nearness[:, None]) * np.array((0.9, 0.97, 1.0))).astype(np.uint8)
     at = projection.project(cloud.points[order])
-    good = np.isfinite(at).all(axis=1) & (np.abs(at) < 4 * max(SIZE)).all(axis=1)
-    at, colors = np.rint(at[good]).astype(int), colors[good]
+    in_view = np.isfinite(at).all(axis=1) & (np.abs(at) < 4 * max(SIZE)).all(axis=1)
+    at, colors = np.rint(at[in_view]).astype(int), colors[in_view]
     if not len(at):
         return picture
-    free = np.sqrt(np.prod(np.ptp(at, axis=0) + 1.0) / len(at))
-    wide = int(np.clip(np.ceil(POINT_WIDTH * free), 1, 6))
-    for step in np.ndindex(wide, wide):
-        u, v = (at + step - wide // 2).T
+    spacing = np.sqrt(np.prod(np.ptp(at, axis=0) + 1.0) / len(at))
+    width_px = int(np.clip(np.ceil(POINT_WIDTH * spacing), 1, 6))
+    for step in np.ndindex(width_px, width_px):
+        u, v = (at + step - width_px // 2).T
         inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
         picture[v[inside], u[inside]] = colors[inside]
     return picture

@@ -1,7 +1,7 @@
-"""A transparent sheet to draw on, laid over the image in the end.
+"""A transparent layer to draw on, blended over an image at the end.
 
-What is drawn replaces what lies below it on the sheet, so a half-transparent ribbon that overlaps itself does not
-darken. The sheet is premultiplied RGBA, in which OpenCV's antialiasing blends colour and transparency rightly.
+A shape replaces what is below it on the layer, so a half-transparent ribbon that overlaps itself does not darken. The layer is
+premultiplied RGBA, in which OpenCV's antialiasing blends color and transparency correctly.
 """
 
 from __future__ import annotations
@@ -14,43 +14,70 @@ import numpy as np
 from ..types import Array, Floats
 from .palette import Rgb
 
-_SHIFT = 4  # binary digits of a pixel: OpenCV draws at sixteenths
-_FAR = 2**14  # px; OpenCV's coordinates are 32-bit with the shift
+_FRACTION_BITS = 4  # of a pixel: OpenCV draws at sixteenths
+_MAX_COORDINATE_PX = 2**14  # OpenCV's coordinates are 32-bit, fraction included
 
 
 class Canvas:
-    """A sheet of (H, W) pixels; points are (N, 2) float pixels (x right, y down)."""
+    """A layer of (H, W) pixels; points are (N, 2) float px (x right, y down)."""
 
     def __init__(self, height: int, width: int) -> None:
-        self.sheet = np.zeros((height, width, 4), np.uint8)
+        self.layer = np.zeros((height, width, 4), np.uint8)
 
     def polygon(self, corners: Floats, color: Rgb, alpha: float) -> None:
-        """A filled polygon, convex or not."""
-        cv2.fillPoly(self.sheet, [_fixed(corners)], _paint(color, alpha), cv2.LINE_AA, _SHIFT)
+        """Draw a filled polygon, convex or not."""
+        cv2.fillPoly(self.layer, [_fixed_point(corners)], _rgba(color, alpha), cv2.LINE_AA, _FRACTION_BITS)
 
     def line(self, points: Floats, color: Rgb, alpha: float, width: float) -> None:
-        """A line through the points, `width` px wide, to the nearest whole pixel."""
-        cv2.polylines(self.sheet, [_fixed(points)], False, _paint(color, alpha), max(1, round(width)), cv2.LINE_AA, _SHIFT)
+        """Draw a polyline.
+
+        Parameters
+        ----------
+        points : (N, 2) px.
+        color : RGB, 0 to 255.
+        alpha : opacity, 0 to 1.
+        width : px, rounded to whole pixels.
+        """
+        thickness = max(1, round(width))
+        cv2.polylines(self.layer, [_fixed_point(points)], False, _rgba(color, alpha), thickness, cv2.LINE_AA, _FRACTION_BITS)
 
     def disc(self, center: Floats, radius: float, color: Rgb, alpha: float) -> None:
-        """A filled circle; with `alpha` 0 a hole in what was drawn."""
-        (at,) = _fixed(center[None])
-        cv2.circle(self.sheet, at.tolist(), round(radius * 2**_SHIFT), _paint(color, alpha), -1, cv2.LINE_AA, _SHIFT)
+        """Draw a filled circle; with `alpha` 0, a hole in the layer.
+
+        Parameters
+        ----------
+        center : (2,) px.
+        radius : px.
+        color : RGB, 0 to 255.
+        alpha : opacity, 0 to 1.
+        """
+        (at,) = _fixed_point(center[None])
+        radius_fixed = round(radius * 2**_FRACTION_BITS)
+        cv2.circle(self.layer, at.tolist(), radius_fixed, _rgba(color, alpha), -1, cv2.LINE_AA, _FRACTION_BITS)
 
     def box(self, low: Sequence[int], high: Sequence[int], color: Rgb, alpha: float) -> None:
-        """A filled rectangle between two corners, (x, y) whole pixels."""
-        cv2.rectangle(self.sheet, tuple(low), tuple(high), _paint(color, alpha), -1)
+        """Draw a filled rectangle.
 
-    def over(self, image: Array) -> Array:
-        """The (H, W, 3) uint8 image with the sheet laid over it, as a new array."""
-        rest = cv2.cvtColor(255 - self.sheet[:, :, 3], cv2.COLOR_GRAY2RGB)
-        return np.asarray(cv2.add(cv2.multiply(image, rest, scale=1 / 255), np.ascontiguousarray(self.sheet[:, :, :3])))
+        Parameters
+        ----------
+        low, high : (x, y) of opposite corners, whole pixels.
+        color : RGB, 0 to 255.
+        alpha : opacity, 0 to 1.
+        """
+        cv2.rectangle(self.layer, tuple(low), tuple(high), _rgba(color, alpha), -1)
+
+    def blend_over(self, image: Array) -> Array:
+        """Return the (H, W, 3) uint8 image with the layer over it, as a new array."""
+        transparency = cv2.cvtColor(255 - self.layer[:, :, 3], cv2.COLOR_GRAY2RGB)
+        background = cv2.multiply(image, transparency, scale=1 / 255)
+        return np.asarray(cv2.add(background, np.ascontiguousarray(self.layer[:, :, :3])))
 
 
-def _fixed(points: Floats) -> Array:
-    return np.asarray(np.rint(np.clip(points, -_FAR, _FAR) * 2**_SHIFT), dtype=np.int32)
+def _fixed_point(points: Floats) -> Array:
+    clipped = np.clip(points, -_MAX_COORDINATE_PX, _MAX_COORDINATE_PX)
+    return np.asarray(np.rint(clipped * 2**_FRACTION_BITS), dtype=np.int32)
 
 
-def _paint(color: Rgb, alpha: float) -> tuple[float, float, float, float]:
-    red, green, blue = (part * alpha for part in color)
+def _rgba(color: Rgb, alpha: float) -> tuple[float, float, float, float]:
+    red, green, blue = (channel * alpha for channel in color)
     return red, green, blue, 255 * alpha

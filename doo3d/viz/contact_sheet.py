@@ -1,4 +1,4 @@
-"""A contact sheet: some frames of a capture beside each other, colour beside depth, clouds from above."""
+"""A contact sheet: frames of a capture side by side, color beside depth, clouds along the axis of least spread."""
 
 from __future__ import annotations
 
@@ -14,106 +14,116 @@ from .backdrop import backdrop_of
 from .palette import CHAINS, LIGHT, Rgb
 
 WIDTH = 1600  # px, of the sheet
-_BOX = (384, 288)  # px, the largest that one picture becomes
-_GAP, _CAPTION, _HEAD, _LINE = 12, 22, 20, 16  # px
-_GROUND: Rgb = (24, 26, 32)
-_EMPTY: Rgb = (0, 0, 0)  # no depth
-_FAULT: Rgb = (255, 150, 130)
-_FONT, _SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.42
-_NEAR_FAR = (1, 99)  # percentiles of the depth that the colours span
+_MAX_SIZE = (384, 288)  # (width, height) px of a picture
+_GAP, _CAPTION_HEIGHT, _TITLE_HEIGHT, _LINE_HEIGHT = 12, 22, 20, 16  # px
+_BACKGROUND: Rgb = (24, 26, 32)
+_NO_DEPTH: Rgb = (0, 0, 0)
+_ERROR_BACKGROUND: Rgb = (44, 30, 32)
+_ERROR_TEXT: Rgb = (255, 150, 130)
+_FONT, _FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.42
+_DEPTH_PERCENTILES = (1, 99)  # span of the colors of depth
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A frame made small, so that a sheet of many takes little memory.
+    """A frame scaled down, so that a sheet of many takes little memory.
 
-    caption : above it. pictures : (h, w, 3) uint8 RGB each. depth : (h, w) float32 m, 0 = none; its colours are those of the
-    whole sheet. fault : why there is nothing to show.
+    caption : above the pictures. pictures : (h, w, 3) uint8 RGB each. depth : (h, w) float32 m, 0 = none; its color scale is
+    that of the whole sheet. error : why there is nothing to show.
     """
 
     caption: str
     pictures: tuple[Array, ...] = ()
     depth: Array | None = None
-    fault: str = ""
+    error: str = ""
 
 
-def tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = None) -> Tile:
-    """A frame made small: its colour with the outline of the mask, and its depth; a cloud along the axis of its least spread."""
+def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = None) -> Tile:
+    """Return a frame scaled down: its color with the outline of the mask, and its depth; or the picture of a cloud.
+
+    Parameters
+    ----------
+    caption : of the tile.
+    data : the frame; a cloud is drawn along its axis of least spread.
+    mask : (H, W) bool; None: no outline.
+    """
     if isinstance(data, Cloud):
-        return Tile(caption, (_small(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
+        return Tile(caption, (_scaled_down(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
     color = data.color
-    pictures = () if color is None else (_outlined(_small(color, cv2.INTER_AREA), mask),)
-    # nearest, for a mean of near and far is nowhere
-    return Tile(caption, pictures, _small(data.depth, cv2.INTER_NEAREST) if isinstance(data, Frame) else None)
+    pictures = () if color is None else (_outlined(_scaled_down(color, cv2.INTER_AREA), mask),)
+    # nearest: the mean of a near and a far depth is the depth of neither
+    return Tile(caption, pictures, _scaled_down(data.depth, cv2.INTER_NEAREST) if isinstance(data, Frame) else None)
 
 
-def sheet(title: str, tiles: Sequence[Tile]) -> Array:
-    """(H, WIDTH, 3) uint8 RGB: the tiles in rows, and, where there is depth, what its colours mean."""
-    measured = [seen.depth[seen.depth > 0] for seen in tiles if seen.depth is not None]
-    known = np.concatenate(measured) if measured else np.zeros(0)
-    near, far = np.percentile(known, _NEAR_FAR).tolist() if len(known) else (0.0, 0.0)
-    drawn = [_drawn(seen, near, far) for seen in tiles]
-    picture = np.full((_HEAD + 2 * _GAP, WIDTH, 3), _GROUND, np.uint8)
-    _write(picture, title, _GAP, _GAP + _LINE, LIGHT)
-    if len(known):
-        _scale(picture, near, far)
-    wide = max((one.shape[1] for one in drawn), default=WIDTH) + _GAP
-    columns = max((WIDTH - _GAP) // wide, 1)
-    rows = [_row(drawn[i : i + columns], wide) for i in range(0, len(drawn), columns)]
+def draw_sheet(title: str, tiles: Sequence[Tile]) -> Array:
+    """Draw the tiles in rows below the title and, with depth, its color scale: (H, WIDTH, 3) uint8 RGB."""
+    measured = [tile.depth[tile.depth > 0] for tile in tiles if tile.depth is not None]
+    depths = np.concatenate(measured) if measured else np.zeros(0)
+    near, far = np.percentile(depths, _DEPTH_PERCENTILES).tolist() if len(depths) else (0.0, 0.0)
+    drawn = [_draw_tile(tile, near, far) for tile in tiles]
+    picture = np.full((_TITLE_HEIGHT + 2 * _GAP, WIDTH, 3), _BACKGROUND, np.uint8)
+    _write(picture, title, _GAP, _GAP + _LINE_HEIGHT, LIGHT)
+    if len(depths):
+        _draw_scale(picture, near, far)
+    tile_width = max((picture.shape[1] for picture in drawn), default=WIDTH) + _GAP
+    columns = max((WIDTH - _GAP) // tile_width, 1)
+    rows = [_row(drawn[i : i + columns], tile_width) for i in range(0, len(drawn), columns)]
     return np.vstack([picture, *rows])
 
 
-def _row(drawn: Sequence[Array], wide: int) -> Array:
-    row = np.full((max(one.shape[0] for one in drawn) + _GAP, WIDTH, 3), _GROUND, np.uint8)
-    for i, one in enumerate(drawn):
-        left = _GAP + i * wide
-        row[: one.shape[0], left : left + one.shape[1]] = one
+def _row(drawn: Sequence[Array], tile_width: int) -> Array:
+    row = np.full((max(picture.shape[0] for picture in drawn) + _GAP, WIDTH, 3), _BACKGROUND, np.uint8)
+    for i, picture in enumerate(drawn):
+        left = _GAP + i * tile_width
+        row[: picture.shape[0], left : left + picture.shape[1]] = picture
     return row
 
 
-def _drawn(seen: Tile, near: float, far: float) -> Array:
-    """The caption above the pictures, side by side."""
-    pictures = [*seen.pictures, *([] if seen.depth is None else [depth_colors(seen.depth, near, far)])]
-    if seen.fault:
-        blank = np.full((_BOX[1] // 2, _BOX[0], 3), (44, 30, 32), np.uint8)
-        wide = int(_BOX[0] / cv2.getTextSize("n", _FONT, _SIZE, 1)[0][0])
-        lines = textwrap.wrap(seen.fault, wide, break_long_words=True)
-        for i, line in enumerate(lines[: blank.shape[0] // _LINE - 1]):
-            _write(blank, line, 6, _LINE * (i + 1) + 4, _FAULT)
+def _draw_tile(tile: Tile, near: float, far: float) -> Array:
+    """Draw the caption above the pictures, which are side by side."""
+    pictures = [*tile.pictures, *([] if tile.depth is None else [depth_colors(tile.depth, near, far)])]
+    if tile.error:
+        blank = np.full((_MAX_SIZE[1] // 2, _MAX_SIZE[0], 3), _ERROR_BACKGROUND, np.uint8)
+        columns = int(_MAX_SIZE[0] / cv2.getTextSize("n", _FONT, _FONT_SCALE, 1)[0][0])
+        lines = textwrap.wrap(tile.error, columns, break_long_words=True)
+        for i, line in enumerate(lines[: blank.shape[0] // _LINE_HEIGHT - 1]):
+            _write(blank, line, 6, _LINE_HEIGHT * (i + 1) + 4, _ERROR_TEXT)
         pictures = [blank]
-    height = max((one.shape[0] for one in pictures), default=0)
-    wide = sum(one.shape[1] for one in pictures)
-    drawn = np.full((_CAPTION + height, max(wide, _BOX[0]), 3), _GROUND, np.uint8)
-    _write(drawn, seen.caption, 0, _LINE, LIGHT)
+    height = max((picture.shape[0] for picture in pictures), default=0)
+    tile_width = sum(picture.shape[1] for picture in pictures)
+    drawn = np.full((_CAPTION_HEIGHT + height, max(tile_width, _MAX_SIZE[0]), 3), _BACKGROUND, np.uint8)
+    _write(drawn, tile.caption, 0, _LINE_HEIGHT, LIGHT)
     left = 0
-    for one in pictures:
-        drawn[_CAPTION : _CAPTION + one.shape[0], left : left + one.shape[1]] = one
-        left += one.shape[1]
+    for picture in pictures:
+        drawn[_CAPTION_HEIGHT : _CAPTION_HEIGHT + picture.shape[0], left : left + picture.shape[1]] = picture
+        left += picture.shape[1]
     return drawn
 
 
 def depth_colors(depth: Array, near: float, far: float) -> Array:
-    """(H, W) m, 0 = none -> (H, W, 3) uint8 RGB: red is near, blue is far, black is none."""
+    """Return depth (H, W) m, 0 = none, in colors (H, W, 3) uint8 RGB: red is near, blue is far, black is none."""
     share = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
     colors = cv2.applyColorMap(np.rint(15 + 225 * share).astype(np.uint8), cv2.COLORMAP_TURBO)[:, :, ::-1].copy()
-    colors[~(depth > 0)] = _EMPTY
+    colors[~(depth > 0)] = _NO_DEPTH
     return np.asarray(colors)
 
 
-def _scale(picture: Array, near: float, far: float) -> None:
-    """The colours of the depth from near to far, at the right of the title."""
+def _draw_scale(picture: Array, near: float, far: float) -> None:
+    """Draw the color scale of depth, from near to far, at the right of the title."""
     bar = depth_colors(np.tile(np.linspace(near, far, 200, dtype=np.float32), (12, 1)), near, far)
     left, top = WIDTH - _GAP - 360, _GAP + 5
-    picture[_GAP : _GAP + _HEAD, left - 8 :] = _GROUND
-    _write(picture, f"{near:.3g} m", left, _GAP + _LINE, LIGHT)
+    picture[_GAP : _GAP + _TITLE_HEIGHT, left - 8 :] = _BACKGROUND
+    _write(picture, f"{near:.3g} m", left, _GAP + _LINE_HEIGHT, LIGHT)
     picture[top : top + 12, left + 70 : left + 270] = bar
-    _write(picture, f"{far:.3g} m", left + 280, _GAP + _LINE, LIGHT)
+    _write(picture, f"{far:.3g} m", left + 280, _GAP + _LINE_HEIGHT, LIGHT)
 
 
-def _small(image: Array, how: int) -> Array:
+def _scaled_down(image: Array, interpolation: int) -> Array:
     height, width = image.shape[:2]
-    share = min(_BOX[0] / width, _BOX[1] / height, 1.0)
-    return np.asarray(cv2.resize(image, (max(1, round(width * share)), max(1, round(height * share))), interpolation=how))
+    scale = min(_MAX_SIZE[0] / width, _MAX_SIZE[1] / height, 1.0)
+    return np.asarray(
+        cv2.resize(image, (max(1, round(width * scale)), max(1, round(height * scale))), interpolation=interpolation)
+    )
 
 
 def _outlined(picture: Array, mask: Bools | None) -> Array:
@@ -125,5 +135,5 @@ def _outlined(picture: Array, mask: Bools | None) -> Array:
 
 
 def _write(picture: Array, text: str, left: int, base: int, color: Rgb) -> None:
-    plain = text.encode("ascii", "replace").decode()  # OpenCV's font has no other letters
-    cv2.putText(picture, plain, (left, base), _FONT, _SIZE, color, 1, cv2.LINE_AA)
+    ascii_text = text.encode("ascii", "replace").decode()  # OpenCV's font has only ASCII
+    cv2.putText(picture, ascii_text, (left, base), _FONT, _FONT_SCALE, color, 1, cv2.LINE_AA)

@@ -1,4 +1,4 @@
-"""The picture of a frame: its chains drawn over what the camera saw."""
+"""The picture of a frame: its chains drawn over the image."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ import numpy as np
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .backdrop import backdrop_of, planar_backdrop
 from .canvas import Canvas
-from .chain_ribbon import Strand, bridges
+from .chain_ribbon import Strand, upper_pieces
 from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color
 
-_CAPTIONS = 8  # chains that have a line of their own in the caption
+_MAX_CAPTION_LINES = 8
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
-    """The chains over the colour image (the depth in colours where there is none, the points of a cloud).
+    """Draw the chains over the color image (or the shaded depth, or the points of a cloud).
 
-    Each chain has a colour of its own (that of its id where it has one), a ribbon as wide as the object and a line through
-    its joints; where it is occluded the line is dashed. A disc marks the first joint, a ring the last. Of two strands that
-    cross, the upper is drawn on top, between two white lines where it is known; of a cloud without a viewpoint, the nearer
-    in the picture.
+    Each chain has its own color (of its id, if it has one), a ribbon of the object's width and a line through its joints,
+    which is dashed where it is occluded. A disc marks the first joint, a ring the last. Of two strands that cross, the upper
+    is drawn on top, between two white lines if the order is known; of a cloud without a viewpoint, the nearer in the picture.
 
     Parameters
     ----------
-    data : what the detection was made from; an image may be an array (H, W, 3) uint8 RGB.
+    data : the input of the detection; an image may be an array (H, W, 3) uint8 RGB.
     detection : its chains.
 
     Returns
@@ -40,68 +39,75 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     strands = [Strand.of(chain, backdrop, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
-        strand.paint(canvas, np.ones(len(strand.hidden), dtype=bool))
+        strand.paint(canvas, np.ones(len(strand.occluded), dtype=bool))
     same_view = not isinstance(data, Cloud) or data.viewpoint is not None
-    for index, chosen, known in bridges(strands, detection.crossings if same_view else ()):
+    for index, chosen, known in upper_pieces(strands, detection.crossings if same_view else ()):
         strands[index].paint(canvas, chosen)
         if known:
-            strands[index].bridge(canvas, chosen)
+            strands[index].paint_bridge_edges(canvas, chosen)
     for strand in reversed(strands):
-        strand.ends(canvas)
-    return _caption(canvas.over(backdrop.image), canvas, detection)
+        strand.paint_ends(canvas)
+    return _caption(canvas.blend_over(backdrop.image), canvas, detection)
 
 
 def caption_lines(detection: Detection) -> list[str]:
-    """One line per chain: length, radius and how much of it is occluded."""
+    """Return one line per chain: length, radius and occluded share."""
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
 
 
 def _colors(detection: Detection) -> list[Rgb]:
-    """A chain's colour is that of its id, the same in all frames, or of its place where it has none."""
+    """Return the color of each chain: of its id, the same in all frames, or of its index without one."""
     return [chain_color(i if chain.id is None else chain.id) for i, chain in enumerate(detection.chains)]
 
 
-def _line(chain: Chain, metric: bool) -> str:
-    if metric:
+def _line(chain: Chain, in_metres: bool) -> str:
+    if in_metres:
         text = f"{chain.length:.3f} m   r {chain.radius * 1000:.1f} mm"
     else:
         text = f"{chain.length:.0f} px   r {chain.radius:.1f} px"
-    hidden = float(chain.occluded.mean())
-    return text + (f"   {max(hidden, 0.01):.0%} occluded" if hidden else "")
+    occluded = float(chain.occluded.mean())
+    return text + (f"   {max(occluded, 0.01):.0%} occluded" if occluded else "")
 
 
 def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
-    """The image with a panel that names the chains, in the corner where it covers least of them."""
+    """Return the image with a panel that describes the chains, in the corner where it covers the least of them."""
     lines = caption_lines(detection) or ["nothing found"]
-    if len(lines) > _CAPTIONS:
-        lines = [*lines[: _CAPTIONS - 1], f"and {len(lines) - _CAPTIONS + 1} more"]
+    if len(lines) > _MAX_CAPTION_LINES:
+        lines = [*lines[: _MAX_CAPTION_LINES - 1], f"and {len(lines) - _MAX_CAPTION_LINES + 1} more"]
     height, width = image.shape[:2]
     size = max(0.36, 0.42 * float(np.sqrt(height * width)) / UNIT_PX)
-    (_, tall), _ = cv2.getTextSize("0", _FONT, size, 1)
-    wide = max(cv2.getTextSize(line, _FONT, size, 1)[0][0] for line in lines)
-    pad, row = tall, round(2.1 * tall)
-    panel = (wide + 4 * pad, row * len(lines) + pad)
+    (_, letter_height), _ = cv2.getTextSize("0", _FONT, size, 1)
+    text_width = max(cv2.getTextSize(line, _FONT, size, 1)[0][0] for line in lines)
+    pad, row = letter_height, round(2.1 * letter_height)
+    panel = (text_width + 4 * pad, row * len(lines) + pad)
     if panel[0] > width or panel[1] > height:
         return image
-    left, top = _free_corner(drawn.sheet[:, :, 3] > 0, panel, margin=pad)
+    left, top = _free_corner(drawn.layer[:, :, 3] > 0, panel, margin=pad)
     canvas = Canvas(height, width)
     canvas.box((left, top), (left + panel[0], top + panel[1]), DARK, 0.72)
-    picture, colors = canvas.over(image), _colors(detection)
-    thick = max(1, round(size * 1.3))
+    picture, colors = canvas.blend_over(image), _colors(detection)
+    thickness = max(1, round(size * 1.3))
     for i, line in enumerate(lines):
-        base = top + pad // 2 + row * i + (row + tall) // 2
+        base = top + pad // 2 + row * i + (row + letter_height) // 2
         text_at = left + pad
         if i < len(detection.chains) and not line.startswith("and "):
-            cv2.rectangle(picture, (left + pad, base - tall), (left + 2 * pad, base), colors[i], -1)
+            cv2.rectangle(picture, (left + pad, base - letter_height), (left + 2 * pad, base), colors[i], -1)
             text_at += 2 * pad
-        cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thick, cv2.LINE_AA)
+        cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thickness, cv2.LINE_AA)
     return picture
 
 
-def _free_corner(taken: Array, panel: tuple[int, int], margin: int) -> tuple[int, int]:
-    """(left, top) px of the corner where a panel (width, height) lies over the fewest drawn pixels; top left first."""
-    height, width = taken.shape
+def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int, int]:
+    """Return (left, top) px of a panel in the corner with the fewest drawn pixels; ties: the top left.
+
+    Parameters
+    ----------
+    drawn : (H, W) bool.
+    panel : (width, height) px.
+    margin : to the border of the picture, px.
+    """
+    height, width = drawn.shape
     right, bottom = max(width - panel[0] - margin, 0), max(height - panel[1] - margin, 0)
     margin = min(margin, right, bottom)
     corners = [(margin, margin), (right, margin), (margin, bottom), (right, bottom)]
-    return min(corners, key=lambda at: int(taken[at[1] : at[1] + panel[1], at[0] : at[0] + panel[0]].sum()))
+    return min(corners, key=lambda at: int(drawn[at[1] : at[1] + panel[1], at[0] : at[0] + panel[0]].sum()))

@@ -1,4 +1,4 @@
-"""A detection as a PNG: its chains drawn over what it was made from."""
+"""A detection as a PNG: its chains drawn over the input."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from . import draw
 
 
 def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
-    """The overlay of `viz.draw`."""
+    """Encode the picture of `viz.draw`."""
     return encode_image(draw(data, detection))
 
 
 def encode_image(image: Array) -> bytes:
-    """An image (H, W, 3) uint8 RGB as PNG."""
-    good, encoded = cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]))
-    if not good:
+    """Encode an image (H, W, 3) uint8 RGB as PNG."""
+    success, encoded = cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]))
+    if not success:
         raise RuntimeError("OpenCV could not encode the picture")
     return bytes(encoded.tobytes())

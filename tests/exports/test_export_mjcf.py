@@ -47,6 +47,7 @@ def test_in_every_direction(tmp_path, axis, sign):
     np.testing.assert_allclose(joints(data, chain), chain.joints, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chain", [helix(), helix(70), ring(), helix(1)], ids=["helix", "long", "ring", "one segment"])
 @pytest.mark.parametrize(
     "options",
@@ -116,6 +117,7 @@ def test_strands_touch_and_only_if_asked(tmp_path):
     assert all("ground" in pair for pair in pairs)
 
 
+@pytest.mark.slow
 def test_a_chain_longer_than_the_reader_nests(tmp_path):
     chain = helix(501)
     model, data = model_of(tmp_path, chain)

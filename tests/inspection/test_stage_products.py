@@ -30,6 +30,7 @@ def read_ply(path):
     return np.asarray(cloud.points), np.asarray(cloud.colors)
 
 
+@pytest.mark.slow
 def test_detect_keeps_the_stages(doo3d, tmp_path):
     code, out, err = doo3d("detect", SAMPLES / "crossing", "-o", "out", "--debug-frame", "0", "--debug-frame", "000002")
     assert code == 0, err
@@ -96,6 +97,7 @@ def rerun(*args):
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_view_writes_a_recording(doo3d, tmp_path):
     pytest.importorskip("rerun")
     assert doo3d("detect", SAMPLES / "crossing", "-o", "out")[0] == 0
@@ -113,6 +115,7 @@ def test_view_writes_a_recording(doo3d, tmp_path):
     assert (code, code_in(err), "--frame 9: " in err) == (2, "frame-unknown", True)
 
 
+@pytest.mark.slow
 def test_view_without_the_capture_and_of_images(doo3d, tmp_path):
     pytest.importorskip("rerun")
     shutil.copytree(SAMPLES / "photos", tmp_path / "photos")

@@ -1,24 +1,53 @@
+"""Results read back: equal to what was written, in the current schema and in the former one; damaged files are named."""
+
+from __future__ import annotations
+
 import json
 
 import numpy as np
 import pytest
+from builders.chains import flat, helix
 from builders.errors import refuses
+from builders.paths import SAMPLES
 
 import doo3d
 from doo3d.inputs import open_capture
+from doo3d.outputs.detection_json import dumps
 from doo3d.outputs.run_reader import open_results, read_detection
-from doo3d.runs import run as batch
+from doo3d.runs.run import run as run_capture
+from doo3d.types import Connection, Crossing, Detection, SegmentRef
 
 
 @pytest.fixture(scope="module", params=["crossing", "photos"])
 def run(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "out"
-    flat = request.param == "photos"
-    capture = open_capture(f"sample_clouds/{request.param}", flat)
-    batch.run(capture, out, doo3d.load_config("image" if flat else "default"))
+    images_only = request.param == "photos"
+    capture = open_capture(SAMPLES / request.param, images_only)
+    run_capture(capture, out, doo3d.load_config("image" if images_only else "default"))
     return out
 
 
+def connected() -> Detection:
+    """A detection with everything that has a confidence: connections and crossings."""
+    chains = (helix(id=0, connections=(Connection(4, 0.75), Connection(9, 0.25))), helix(12, 0.2, id=3))
+    crossing = Crossing(SegmentRef(0, 3), SegmentRef(1, 5), np.array([0.1, 0.2, 0.7]), 0.5)
+    return Detection(chains, frame="000000", timestamp=1.5, seconds={"fit": 0.25}, notes=("a note",), crossings=(crossing,))
+
+
+def former(values: dict) -> dict:
+    """The same JSON in doo3d/detection/1, in which a confidence was called "sure"."""
+    rename = {"confidence": "sure"}
+    if values.get("schema") == "doo3d/detection/2":
+        values = values | {"schema": "doo3d/detection/1"}
+    return {
+        rename.get(key, key): [former(each) if isinstance(each, dict) else each for each in value]
+        if isinstance(value, list)
+        else value
+        for key, value in values.items()
+    }
+
+
+@pytest.mark.slow
 def test_what_is_read_is_what_was_written(run):
     results = open_results(run)
     assert results.frames
@@ -28,13 +57,27 @@ def test_what_is_read_is_what_was_written(run):
             np.testing.assert_allclose(np.linalg.norm(np.diff(chain.joints, axis=0), axis=1), chain.segment_length, rtol=1e-9)
 
 
+@pytest.mark.parametrize("detection", [connected(), flat(), Detection(())])
+def test_both_schemas_give_the_same_detection(tmp_path, detection):
+    values = json.loads(dumps(detection.to_dict()))
+    assert values["schema"] == "doo3d/detection/2"
+    old = former(values)
+    assert old["schema"] == "doo3d/detection/1"
+    assert '"confidence"' not in json.dumps(old)
+    for name, content in (("new", values), ("old", old)):
+        (tmp_path / f"{name}.json").write_text(json.dumps(content))
+        assert read_detection(tmp_path / f"{name}.json").to_dict() == detection.to_dict()
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [
         ("{", "json-invalid"),
         ("[]", "schema-unknown"),
+        ('{"schema": "doo3d/detection/0"}', "schema-unknown"),
         ('{"schema": "doo3d/detection/1"}', "results-damaged"),
-        ('{"schema": "doo3d/detection/1", "mode": "4d"}', "results-damaged"),
+        ('{"schema": "doo3d/detection/2"}', "results-damaged"),
+        ('{"schema": "doo3d/detection/2", "mode": "4d"}', "results-damaged"),
     ],
 )
 def test_a_damaged_file_is_named(tmp_path, text, code):

@@ -46,6 +46,7 @@ def lit():
     return [rendered(color, lights[i % len(lights)]) for i, color in enumerate(COLORS)]
 
 
+@pytest.mark.slow
 def test_the_mask_is_the_object_and_the_chain_is_right(lit):
     good, right = [], []
     for scene in lit:
@@ -58,6 +59,7 @@ def test_the_mask_is_the_object_and_the_chain_is_right(lit):
     assert np.mean(right) >= 0.85, (good, right)
 
 
+@pytest.mark.slow
 def test_a_pick_does_as_well(lit):
     good = []
     for scene in lit:

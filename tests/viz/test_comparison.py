@@ -7,7 +7,7 @@ import pytest
 
 from doo3d.types import Camera, Detection, Frame, Image
 from doo3d.viz import draw
-from doo3d.viz.comparison import FLAT, MARK, SOLID, draw_comparison
+from doo3d.viz.comparison import CIRCLE_COLOR, COLOR_2D, COLOR_3D, draw_comparison
 
 LINE = np.column_stack((np.arange(100.0, 501.0, 10), np.full(41, 200.0)))
 
@@ -24,10 +24,10 @@ def like(pixel: np.ndarray, color: tuple[int, int, int]) -> bool:
 def test_both_chains_and_the_circle():
     picture = draw_comparison(frame(), [LINE], [LINE + np.array((0, 30))], [((300.0, 215.0), 4.0)])
     assert picture.shape == (480, 640, 3)
-    assert like(picture[200, 250], SOLID)
-    assert like(picture[230, 250], FLAT)
+    assert like(picture[200, 250], COLOR_3D)
+    assert like(picture[230, 250], COLOR_2D)
     ring = picture[215, 270:331]
-    assert sum(like(pixel, MARK) for pixel in ring) >= 3
+    assert sum(like(pixel, CIRCLE_COLOR) for pixel in ring) >= 3
     assert like(picture[215, 300], (128, 128, 128))
     assert (frame().color == 128).all()
 
