@@ -1,4 +1,11 @@
-"""Hot loops, compiled with numba on first use and kept on disk: free functions on plain arrays."""
+"""Hot loops, compiled with numba on first use and kept on disk: free functions on plain arrays, no objects.
+
+The letters of shapes mean the same in all of them:
+
+N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples along centre lines, J joints, C chains,
+E = 2 C ends of chains (end e is the first, even, or last, odd, of chain e // 2), M voxels, K pixels or voxels of a skeleton,
+B branches, (H, W) rows and columns of an image. Lengths are in the unit of the coordinates: metres in 3-D, pixels in 2-D.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Segments along ordered points: the paper's Algorithm 2."""
+"""Chains of segments along ordered points: the paper's Algorithm 2 (Keipour et al.)."""
 
 from __future__ import annotations
 
@@ -7,31 +7,43 @@ import math
 import numba
 import numpy as np
 
+from ._jit import helper
 
-@numba.njit(cache=True)
-def _apart(a, b):  # type: ignore[no-untyped-def]
+
+@helper
+def _distance(a, b):  # type: ignore[no-untyped-def]
     total = 0.0
     for d in range(a.size):
         total += (a[d] - b[d]) ** 2
     return math.sqrt(total)
 
 
-@numba.njit(cache=True)
+@helper
 def _cosine(a, b, c, d):  # type: ignore[no-untyped-def]
-    """Cosine of the angle between a -> b and c -> d."""
+    """Return the cosine of the angle between a -> b and c -> d."""
     dot = 0.0
     for k in range(a.size):
         dot += (b[k] - a[k]) * (d[k] - c[k])
-    return dot / (_apart(a, b) * _apart(c, d))
+    return dot / (_distance(a, b) * _distance(c, d))
 
 
 @numba.njit(cache=True)
-def traverse_contour(points, length, least):  # type: ignore[no-untyped-def]
-    """Lay chains of segments of `length` along points (P, D) float64; a turn whose cosine is below `least` ends a chain.
+def traverse_contour(points, length, min_cosine):  # type: ignore[no-untyped-def]
+    """Lay chains of segments of equal length along points; a sharp turn ends a chain.
 
     The names are the paper's: p_s start of the current segment, p_c point being traversed, p_e its end, p_t the
     tip: the farthest point from p_s so far, from which a new chain starts after a sharp turn.
-    Returns (J, D) joints of all chains one after the other, and (C + 1,) int64 where each chain begins in them.
+
+    Parameters
+    ----------
+    points : (P, D) float64, P >= 1, no two in a row farther apart than `length`
+    length : of a segment, in the unit of the points
+    min_cosine : of the turn between two segments of a chain; a turn with a smaller cosine ends the chain
+
+    Returns
+    -------
+    joints : (J, D) float64, of all chains one after the other
+    bounds : (C + 1,) int64, where each chain begins in `joints`
     """
     count, dim = points.shape
     joints = np.empty((2 * count, dim))  # at most a start and an end for every point
@@ -41,12 +53,12 @@ def traverse_contour(points, length, least):  # type: ignore[no-untyped-def]
     update_tip = True
     for i in range(count):
         p_c = points[i]
-        distance = _apart(p_c, p_s)
+        distance = _distance(p_c, p_s)
         if distance >= length:
             for d in range(dim):
                 p_e[d] = p_s[d] + (p_c[d] - p_s[d]) * length / distance
             first = size == bounds[chains]
-            if first or _cosine(joints[size - 2], joints[size - 1], p_s, p_e) >= least:
+            if first or _cosine(joints[size - 2], joints[size - 1], p_s, p_e) >= min_cosine:
                 if first:
                     joints[size] = p_s
                     size += 1
@@ -59,7 +71,7 @@ def traverse_contour(points, length, least):  # type: ignore[no-untyped-def]
                 bounds[chains] = size
                 p_s[:] = p_t
             update_tip = True
-        elif distance >= _apart(p_t, p_s):
+        elif distance >= _distance(p_t, p_s):
             if update_tip:
                 p_t[:] = p_c
         else:

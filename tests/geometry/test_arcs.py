@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.arcs import connect, corner_radius, gap_path, turn_towards
+from doo3d.geometry.arcs import arc_line_arc, arc_towards, corner_radius, gap_path
 from doo3d.geometry.polyline import angle, steps, unit
 
 SPACING = 0.01
@@ -161,7 +161,7 @@ def test_short_turns_are_the_shortest_way(seed):
     random = np.random.default_rng(seed)
     for _ in range(20):
         e2, d1, d2 = towards(random.uniform(0, 360)), towards(random.uniform(0, 360)), towards(random.uniform(0, 360))
-        turns = connect(np.zeros(2), d1, e2, d2, 0.03)
+        turns = arc_line_arc(np.zeros(2), d1, e2, d2, 0.03)
         assert turns is not None
         length = 0.03 * (turns[0].angle + turns[1].angle) + np.linalg.norm(turns[1].end - turns[0].end)
         assert length == pytest.approx(csc(np.zeros(2), d1, e2, d2, 0.03), abs=1e-9)
@@ -199,12 +199,12 @@ def test_ends_of_an_arc_are_joined_by_about_that_arc(turn, lean, more):
 @pytest.mark.parametrize("seed", range(30))
 def test_tangent_at_both_ends_wherever_they_are(seed, dim):
     e1, d1, e2, d2 = random_ends(seed, dim)
-    turns = connect(e1, d1, e2, d2, 0.1 * float(np.linalg.norm(e2 - e1)))
+    turns = arc_line_arc(e1, d1, e2, d2, 0.1 * float(np.linalg.norm(e2 - e1)))
     assert turns is not None
     first, second = turns
     way = second.end - first.end
-    np.testing.assert_allclose(unit(way), first.heading, atol=1e-7)
-    np.testing.assert_allclose(unit(way), -second.heading, atol=1e-7)
+    np.testing.assert_allclose(unit(way), first.end_direction, atol=1e-7)
+    np.testing.assert_allclose(unit(way), -second.end_direction, atol=1e-7)
     for end, direction, arc in ((e1, d1, first), (e2, d2, second)):
         np.testing.assert_array_equal(arc.start, end)
         np.testing.assert_array_equal(arc.direction, direction)
@@ -245,7 +245,7 @@ def test_a_plane_in_space_is_the_plane(seed, radius, inside):
 def test_skew_ends_bend_in_planes_of_their_own(seed):
     """Each arc lies in the plane of its end direction and the line."""
     e1, d1, e2, d2 = random_ends(seed, 3)
-    first, second = connect(e1, d1, e2, d2, 0.1)
+    first, second = arc_line_arc(e1, d1, e2, d2, 0.1)
     way = second.end - first.end
     for arc in (first, second):
         assert abs(np.linalg.det([arc.direction, arc.normal, unit(way)])) < 1e-7
@@ -332,14 +332,14 @@ def test_the_line_keeps_its_direction(seed, limit):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_target_inside_the_circle_cannot_be_reached(dim):
     start, direction, target = np.zeros(dim), np.eye(dim)[0], 0.5 * np.eye(dim)[1]
-    assert turn_towards(start, direction, target, 1.0) is None
-    arc = turn_towards(start, direction, target, 0.2)
-    np.testing.assert_allclose(unit(target - arc.end), arc.heading, atol=1e-12)
+    assert arc_towards(start, direction, target, 1.0) is None
+    arc = arc_towards(start, direction, target, 0.2)
+    np.testing.assert_allclose(unit(target - arc.end), arc.end_direction, atol=1e-12)
     assert np.linalg.norm(arc.end - 0.2 * np.eye(dim)[1]) == pytest.approx(0.2)
 
 
 def test_a_target_straight_ahead_needs_no_turn():
-    assert turn_towards(np.zeros(3), np.eye(3)[2], 3 * np.eye(3)[2], 0.5).angle == 0
+    assert arc_towards(np.zeros(3), np.eye(3)[2], 3 * np.eye(3)[2], 0.5).angle == 0
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -352,10 +352,10 @@ def test_one_gap_path_at_any_spacing(dim):
     assert len(coarse) < len(fine)
     assert max(np.linalg.norm(fine - point, axis=1).min() for point in coarse) < 0.001
     np.testing.assert_array_equal(path.ends, [e1, e2])
-    first, second = path.turns
+    first, second = path.arcs
     np.testing.assert_array_equal([first.start, second.start], [e1, e2])
     np.testing.assert_allclose([first.direction, second.direction], [d1, d2])
-    np.testing.assert_allclose(unit(second.end - first.end), first.heading, atol=1e-6)
+    np.testing.assert_allclose(unit(second.end - first.end), first.end_direction, atol=1e-6)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -371,5 +371,5 @@ def test_ends_straight_ahead_of_each_other_and_ends_that_touch():
     x = np.array([1.0, 0.0])
     assert len(gap_path(0 * x, x, 2 * x, -x).points(10.0)) == 2
     touching = gap_path(x, x, x, -x)
-    assert touching.turns is None
+    assert touching.arcs is None
     np.testing.assert_array_equal(touching.points(SPACING), [x])
