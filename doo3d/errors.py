@@ -79,8 +79,10 @@ def require(module: str, extra: str | None = None) -> ModuleType:
 
     Parameters
     ----------
-    module : dotted name of the module.
-    extra : the optional-dependency group of doo3d that installs it; None for a plain dependency.
+    module
+        dotted name of the module.
+    extra
+        the optional-dependency group of doo3d that installs it; None for a plain dependency.
 
     Raises
     ------

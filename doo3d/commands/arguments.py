@@ -78,9 +78,12 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
 
     Parameters
     ----------
-    capture : the capture to search.
-    wanted : name of the frame, or its number from 0 (negative from the end); None selects the first.
-    option : the option that `wanted` was given with, for the error message.
+    capture
+        the capture to search.
+    wanted
+        name of the frame, or its number from 0 (negative from the end); None selects the first.
+    option
+        the option that `wanted` was given with, for the error message.
 
     Raises
     ------

@@ -18,12 +18,18 @@ def frame_line(
 
     Parameters
     ----------
-    name : of the frame, padded to `column` characters.
-    lengths, radii : of the chains, m (px in 2-D).
-    occluded : fraction of all segments that are occluded, 0 to 1; None without chains.
-    units : "m" or "px".
-    seconds : time for the frame.
-    column : width of the first column.
+    name
+        of the frame, padded to `column` characters.
+    lengths, radii
+        of the chains, m (px in 2-D).
+    occluded
+        fraction of all segments that are occluded, 0 to 1; None without chains.
+    units
+        "m" or "px".
+    seconds
+        time for the frame.
+    column
+        width of the first column.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     parts = [name.ljust(column), count]
@@ -46,9 +52,12 @@ def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
 
     Parameters
     ----------
-    frames, failed : numbers of all frames and of those that failed.
-    chains : number of chains in all frames.
-    out : where the results are.
+    frames, failed
+        numbers of all frames and of those that failed.
+    chains
+        number of chains in all frames.
+    out
+        where the results are.
     """
     number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
     return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"

@@ -29,10 +29,14 @@ class Reporter:
 
     Parameters
     ----------
-    total : number of frames.
-    column : width of the names.
-    quiet : print errors only.
-    bar : the bar; None without a terminal.
+    total
+        number of frames.
+    column
+        width of the names.
+    quiet
+        print errors only.
+    bar
+        the bar; None without a terminal.
     """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
@@ -70,7 +74,8 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
 
     Parameters
     ----------
-    total, column, quiet : as of Reporter.
+    total, column, quiet
+        as of Reporter.
     """
     if quiet or total < 2 or not sys.stderr.isatty():
         yield Reporter(total, column, quiet, None)

@@ -52,9 +52,12 @@ def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, exp
 
     Parameters
     ----------
-    config : the configuration.
-    reasons : dotted key -> why the setting has its value, added to its comment.
-    expert : include all expert settings; otherwise those only that have a reason or differ from their defaults.
+    config
+        the configuration.
+    reasons
+        dotted key -> why the setting has its value, added to its comment.
+    expert
+        include all expert settings; otherwise those only that have a reason or differ from their defaults.
     """
     reasons = reasons or {}
     shown = [

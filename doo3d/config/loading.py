@@ -39,8 +39,10 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
 
     Parameters
     ----------
-    name : name of a preset, or path of a YAML file.
-    overrides : dotted key -> value, such as {"merge.chains": 2}.
+    name
+        name of a preset, or path of a YAML file.
+    overrides
+        dotted key -> value, such as {"merge.chains": 2}.
 
     Raises
     ------

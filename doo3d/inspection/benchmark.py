@@ -55,10 +55,14 @@ def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing
 
     Parameters
     ----------
-    name : of the frame.
-    frame : its data.
-    config : configuration of the detection.
-    runs : timed runs, after WARM_UP_RUNS.
+    name
+        of the frame.
+    frame
+        its data.
+    config
+        configuration of the detection.
+    runs
+        timed runs, after WARM_UP_RUNS.
 
     Raises
     ------
@@ -91,9 +95,12 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
 
     Parameters
     ----------
-    paths : of the captures.
-    config : configuration of the detection.
-    runs : timed runs of each frame.
+    paths
+        of the captures.
+    config
+        configuration of the detection.
+    runs
+        timed runs of each frame.
 
     Raises
     ------

@@ -195,8 +195,10 @@ def _run_job(folder: str, function: Callable[..., Any], args: tuple[Any, ...]) -
 
     Parameters
     ----------
-    folder : working directory of the client, to which paths in the arguments are relative.
-    function, args : the job; it is called with the worker's FrameCache before its arguments.
+    folder
+        working directory of the client, to which paths in the arguments are relative.
+    function, args
+        the job; it is called with the worker's FrameCache before its arguments.
 
     Returns
     -------

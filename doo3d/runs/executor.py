@@ -42,8 +42,11 @@ class Executor(Protocol):
 
         Parameters
         ----------
-        function : importable by other processes.
-        args : arguments after the cache; can be pickled.
-        affinity : a finished job; the new job goes to the same worker, which holds its frame, if that is still alive.
+        function
+            importable by other processes.
+        *args
+            arguments after the cache; can be pickled.
+        affinity
+            a finished job; the new job goes to the same worker, which holds its frame, if that is still alive.
         """
         ...

@@ -40,9 +40,12 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
 
     Parameters
     ----------
-    cache : of this process.
-    frame : the frame to read.
-    config : configuration of the detection.
+    cache
+        of this process.
+    frame
+        the frame to read.
+    config
+        configuration of the detection.
     """
     start = time.perf_counter()
     record = FrameRecord.failed(frame)
@@ -64,9 +67,12 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
 
     Parameters
     ----------
-    cache : of this process; data that it does not hold is read from disk again.
-    frame : the frame.
-    detected : the result of `detect_frame`; its detection may have been changed since, by tracking.
+    cache
+        of this process; data that it does not hold is read from disk again.
+    frame
+        the frame.
+    detected
+        the result of `detect_frame`; its detection may have been changed since, by tracking.
 
     Returns
     -------

@@ -89,18 +89,28 @@ def run(
 
     Parameters
     ----------
-    capture : from `open_capture`.
-    out : folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
+    capture
+        from `open_capture`.
+    out
+        folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
         Frames that an earlier run with the same arguments finished there are not done again.
-    config : configuration of the detection.
-    options : the options that the capture was opened with, for the manifest; None for the defaults.
-    workers : worker processes to start on this machine; 0 for this process alone. Workers import the calling script: keep
+    config
+        configuration of the detection.
+    options
+        the options that the capture was opened with, for the manifest; None for the defaults.
+    workers
+        worker processes to start on this machine; 0 for this process alone. Workers import the calling script: keep
         the call under `if __name__ == "__main__":`.
-    scheduler : address of a running dask.distributed scheduler whose workers to use. They need the capture at the same path.
-    restart : do all frames again, also those that an earlier run of this input finished.
-    force : write into `out` even if it holds something else.
-    report : called with each frame's record once it is written.
-    resumed : called once, before, with the records of frames finished by an earlier run, if there are any.
+    scheduler
+        address of a running dask.distributed scheduler whose workers to use. They need the capture at the same path.
+    restart
+        do all frames again, also those that an earlier run of this input finished.
+    force
+        write into `out` even if it holds something else.
+    report
+        called with each frame's record once it is written.
+    resumed
+        called once, before, with the records of frames finished by an earlier run, if there are any.
 
     Returns
     -------

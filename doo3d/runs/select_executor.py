@@ -16,8 +16,10 @@ def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[
 
     Parameters
     ----------
-    workers : processes to start on this machine; 0 for this process alone, without dask.
-    scheduler : address of a running dask scheduler whose workers to use, such as tcp://host:8786.
+    workers
+        processes to start on this machine; 0 for this process alone, without dask.
+    scheduler
+        address of a running dask scheduler whose workers to use, such as tcp://host:8786.
 
     Raises
     ------

@@ -17,8 +17,10 @@ class FusedCapture:
 
     Parameters
     ----------
-    capture : the frames to fuse, with camera poses.
-    config : configuration of segmentation and fusion.
+    capture
+        the frames to fuse, with camera poses.
+    config
+        configuration of segmentation and fusion.
 
     Raises
     ------

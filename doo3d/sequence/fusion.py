@@ -111,8 +111,10 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
 
     Parameters
     ----------
-    frames : of a capture with camera poses and an object at rest, such as `open_capture(path).frames`.
-    config : None for the preset "default".
+    frames
+        of a capture with camera poses and an object at rest, such as `open_capture(path).frames`.
+    config
+        None for the preset "default".
 
     Returns
     -------
@@ -214,11 +216,15 @@ def _consistent_points(
 
     Parameters
     ----------
-    fine, coarse : the voxels of `_Accumulation`.
-    min_views : frames that must have observed the coarse voxel of a point. A point with fewer is removed if the views
+    fine, coarse
+        the voxels of `_Accumulation`.
+    min_views
+        frames that must have observed the coarse voxel of a point. A point with fewer is removed if the views
         contradict it (as many saw through it as saw the object there), or if there are no views.
-    views : the views to ask.
-    margin : m, least distance behind a point of depth that shows free space.
+    views
+        the views to ask.
+    margin
+        m, least distance behind a point of depth that shows free space.
 
     Returns
     -------

@@ -68,8 +68,10 @@ class Tracker:
 
     Parameters
     ----------
-    config : the section `tracking` of a Config; None for the defaults.
-    state : where to begin; None for no chains.
+    config
+        the section `tracking` of a Config; None for the defaults.
+    state
+        where to begin; None for no chains.
 
     Examples
     --------
@@ -100,9 +102,11 @@ class Tracker:
 
         Parameters
         ----------
-        documents : the JSON results (`Detection.to_dict`) of all frames so far, in order. All, since ids are never used twice;
+        documents
+            the JSON results (`Detection.to_dict`) of all frames so far, in order. All, since ids are never used twice;
             positions are read of the last `MAX_AGE` + 1 only. Chains without an id are ignored.
-        config : as of Tracker.
+        config
+            as of Tracker.
 
         Raises
         ------
@@ -135,9 +139,12 @@ def assign_ids(
 
     Parameters
     ----------
-    state : the chains remembered.
-    detection : of the next frame.
-    config : None for the defaults.
+    state
+        the chains remembered.
+    detection
+        of the next frame.
+    config
+        None for the defaults.
 
     Returns
     -------
@@ -172,8 +179,10 @@ def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
 
     Parameters
     ----------
-    old, new : the earlier chain and the new one.
-    config : the largest motion allowed.
+    old, new
+        the earlier chain and the new one.
+    config
+        the largest motion allowed.
 
     Returns
     -------
@@ -247,9 +256,12 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
 
     Parameters
     ----------
-    chain : the chain.
-    backwards : reverse the direction.
-    first_joint : of a closed chain, the joint to begin with, counted in the new direction.
+    chain
+        the chain.
+    backwards
+        reverse the direction.
+    first_joint
+        of a closed chain, the joint to begin with, counted in the new direction.
 
     Returns
     -------
