@@ -40,16 +40,16 @@ class _Mesh(RadiusExport):
         for label, chain in zip(labels(detection), detection.chains, strict=True):
             radius, frames = self.radius_of(chain), link_frames(chain.joints)
             centers = (chain.joints[1:] + chain.joints[:-1]) / 2
-            for hidden, color in enumerate(colors(label)):
+            for occluded, color in enumerate(colors(label)):
                 cylinders = []
-                for k in np.flatnonzero(chain.occluded == bool(hidden)):
+                for k in np.flatnonzero(chain.occluded == bool(occluded)):
                     pose = np.eye(4)
                     pose[:3, :3], pose[:3, 3] = frames[k], centers[k]
                     cylinders.append(trimesh.creation.cylinder(radius, chain.segment_length, self.sides, transform=pose))
                 if cylinders:
                     mesh = trimesh.util.concatenate(cylinders)
                     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.tile((*color, 255), (len(mesh.vertices), 1)))
-                    yield f"chain{label}" + "_occluded" * hidden, mesh
+                    yield f"chain{label}" + "_occluded" * occluded, mesh
 
 
 class Ply(_Mesh):
@@ -61,8 +61,8 @@ class Ply(_Mesh):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write binary PLY with float32 coordinates."""
         meshes = [mesh for _, mesh in self.parts(frames[0])]
-        whole = require("trimesh").util.concatenate(meshes) if meshes else None
-        path.write_bytes(whole.export(file_type="ply", vertex_normal=False) if whole else EMPTY_PLY.encode("ascii"))
+        combined = require("trimesh").util.concatenate(meshes) if meshes else None
+        path.write_bytes(combined.export(file_type="ply", vertex_normal=False) if combined else EMPTY_PLY.encode("ascii"))
 
 
 class Obj(_Mesh):

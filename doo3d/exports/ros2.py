@@ -53,10 +53,10 @@ class Ros2(RadiusExport):
         markers = [make.marker(0, DELETE_ALL, "", 0.0, (0, 0, 0), np.zeros((0, 3)))]
         for label, chain in zip(labels(frame), frame.chains, strict=True):
             yield f"/doo3d/chain{label}", make.path(chain)
-            for hidden, color in enumerate(colors(label)):
-                pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)[chain.occluded == bool(hidden)].reshape(-1, 3)
+            for occluded, color in enumerate(colors(label)):
+                pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)[chain.occluded == bool(occluded)].reshape(-1, 3)
                 if len(pairs):
-                    namespace = "occluded" if hidden else "seen"
+                    namespace = "occluded" if occluded else "seen"
                     markers.append(make.marker(label, ADD, namespace, 2 * self.radius_of(chain), color, pairs))
         yield "/doo3d/markers", types["visualization_msgs/msg/MarkerArray"](markers=markers)
 

@@ -31,7 +31,7 @@ class Swc(RadiusExport):
         number = 0
         for label, chain in zip(labels(detection), detection.chains, strict=True):
             lines.append(f"# chain {label}" + ", a ring: its last point is its first" * chain.closed)
-            types = [VISIBLE, *(OCCLUDED if hidden else VISIBLE for hidden in chain.occluded)]
+            types = [VISIBLE, *(OCCLUDED if occluded else VISIBLE for occluded in chain.occluded)]
             for k, (kind, joint, radius) in enumerate(zip(types, chain.joints, self.radii_of(chain), strict=True)):
                 number += 1
                 values = [repr(float(value)) for value in (*(joint * self.scale), 0.0)[:3]]

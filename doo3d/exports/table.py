@@ -39,6 +39,8 @@ def _rows(frame: Detection) -> list[list[Any]]:
         sizes = [float(chain.segment_length), float(chain.radius)]
         head = [frame.frame, stamp, number, chain.id, int(chain.closed), *sizes]
         occluded = [*map(int, chain.occluded), None]
-        for joint, (at, radius, hidden) in enumerate(zip(chain.joints.tolist(), chain.radii.tolist(), occluded, strict=True)):
-            rows.append([*head, joint, *at, radius, hidden])
+        for joint, (at, radius, is_occluded) in enumerate(
+            zip(chain.joints.tolist(), chain.radii.tolist(), occluded, strict=True)
+        ):
+            rows.append([*head, joint, *at, radius, is_occluded])
     return rows

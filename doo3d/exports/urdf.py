@@ -50,13 +50,13 @@ class Urdf(RadiusExport):
 
     def _chain(self, name: str, chain: Chain) -> Iterator[str]:
         relative = _roll_pitch_yaw(relative_rotations(link_frames(chain.joints)))
-        for k, hidden in enumerate(chain.occluded):
+        for k, occluded in enumerate(chain.occluded):
             link, position = f"{name}_segment{k}", (0.0, 0.0, chain.segment_length)
             if k == 0:
                 yield _joint(f"{name}_base", self.base, "origin", link, chain.joints[0], relative[0])
             else:
                 yield from self._ball(f"{name}_joint{k}", f"{name}_segment{k - 1}", link, np.array(position), relative[k])
-            yield from self._link(link, f"{name}_{'occluded' if hidden else 'seen'}", chain)
+            yield from self._link(link, f"{name}_{'occluded' if occluded else 'seen'}", chain)
         yield tag("link", name=f"{name}_end")
         end = np.array((0.0, 0.0, chain.segment_length))
         yield _joint(f"{name}_tip", "fixed", f"{name}_segment{len(chain.occluded) - 1}", f"{name}_end", end, np.zeros(3))

@@ -80,7 +80,7 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
     curve.SetWidthsInterpolation(geometry.Tokens.vertex)
     curve.CreateDisplayColorAttr([pxr["Gf"].Vec3f(*(float(part) / 255 for part in colors(label)[0]))])
     prim = curve.GetPrim()
-    hidden = prim.CreateAttribute("doo3d:occluded", types.BoolArray, True)
+    occluded = prim.CreateAttribute("doo3d:occluded", types.BoolArray, True)
     prim.CreateAttribute("doo3d:segmentLength", types.Double, True).Set(first.segment_length)
     attributes = curve.CreatePointsAttr(), curve.CreateCurveVertexCountsAttr(), curve.CreateWidthsAttr(), curve.CreateExtentAttr()
     for chain, code in zip(chains, codes, strict=True):
@@ -100,4 +100,4 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
         )
         for attribute, value in zip(attributes, values, strict=True):
             attribute.Set(value, *when)
-        hidden.Set(vt.BoolArray(chain.occluded.tolist()), *when)
+        occluded.Set(vt.BoolArray(chain.occluded.tolist()), *when)

@@ -23,7 +23,7 @@ def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
 def dumps(value: Any) -> str:
     """Return JSON text with one line per joint, floats in full precision, and null for NaN and infinity."""
     text = json.dumps(finite(value), indent=1, ensure_ascii=False, allow_nan=False)
-    return _NUMBER_LIST.sub(lambda found: "[" + re.sub(r"\n\s+", " ", found.group(1)) + "]", text) + "\n"
+    return _NUMBER_LIST.sub(lambda match: "[" + re.sub(r"\n\s+", " ", match.group(1)) + "]", text) + "\n"
 
 
 def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:

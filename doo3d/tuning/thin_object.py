@@ -36,7 +36,7 @@ MIN_AREA_PX = 30
 """Pixels of a thin component, at least."""
 
 MIN_DIAGONAL_SHARE = 0.15
-"""Length of an object found by itself, as a share of the searched region's diagonal, at least."""
+"""Length of an object found without a pick, as a share of the searched region's diagonal, at least."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Backdrop:
 
 
 def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
-    """Return a frame's colour image (or its depth in shades), the picture of a cloud's points, or the image itself."""
+    """Return a frame's color image (or its depth in shades), the picture of a cloud's points, or the image itself."""
     if isinstance(data, Frame):
         image = data.color if data.color is not None else depth_picture(data.depth)
         return Backdrop(image, Projection.of_camera(data.camera))

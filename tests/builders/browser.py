@@ -1,4 +1,4 @@
-"""Chromium without a window, told what to do over its DevTools protocol, by pipes: no driver and no network needed."""
+"""Headless Chromium, controlled by its DevTools protocol over pipes: no driver and no network needed."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _OPTIONS = (
 
 
 def chromium() -> str | None:
-    """The program, where there is one; DOO3D_CHROMIUM names another."""
-    return os.environ.get("DOO3D_CHROMIUM") or next((found for name in NAMES if (found := shutil.which(name))), None)
+    """Return the path of Chromium, None if it is missing; DOO3D_CHROMIUM names another program."""
+    return os.environ.get("DOO3D_CHROMIUM") or next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
 class Browser:
-    """One page in Chromium. problems : what the page has complained about so far: errors on the console.
+    """One page in Chromium.
 
-    asked : addresses that the page asked for.
+    problems : errors on the console so far. requests : addresses that the page has requested.
     """
 
     def __init__(self, size: tuple[int, int] = (1280, 800), dark: bool = False) -> None:
@@ -38,17 +38,17 @@ class Browser:
         self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         low_in, self._out = os.pipe()
         self._in, low_out = os.pipe()
-        # the protocol's pipes are the file descriptors 3 and 4, so these are moved out of the way
-        theirs_in, theirs_out = (fcntl.fcntl(low, fcntl.F_DUPFD, 10) for low in (low_in, low_out))
-        start = f'exec "$@" 3<&{theirs_in} 4>&{theirs_out} {theirs_in}<&- {theirs_out}>&-'
+        # Chromium expects the pipes at file descriptors 3 and 4, so its ends are duplicated above 10
+        chrome_in, chrome_out = (fcntl.fcntl(low, fcntl.F_DUPFD, 10) for low in (low_in, low_out))
+        start = f'exec "$@" 3<&{chrome_in} 4>&{chrome_out} {chrome_in}<&- {chrome_out}>&-'
         command = ["bash", "-c", start, "bash", program, *_OPTIONS, f"--user-data-dir={self._profile.name}"]
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self._process = subprocess.Popen(command, pass_fds=(theirs_in, theirs_out), **quiet)
-        for mine in (low_in, low_out, theirs_in, theirs_out):
-            os.close(mine)
-        self._left, self._number, self._session = b"", 0, ""
+        self._process = subprocess.Popen(command, pass_fds=(chrome_in, chrome_out), **quiet)
+        for descriptor in (low_in, low_out, chrome_in, chrome_out):
+            os.close(descriptor)
+        self._unparsed, self._number, self._session = b"", 0, ""
         self.problems: list[str] = []
-        self.asked: list[str] = []
+        self.requests: list[str] = []
         self._loaded = False
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
@@ -70,13 +70,13 @@ class Browser:
         self._profile.cleanup()
 
     def send(self, method: str, **values: Any) -> dict[str, Any]:
-        """Tell the browser to do something; its answer."""
+        """Send a command of the protocol and return its result."""
         self._number += 1
         number = self._number
         message = {"id": number, "method": method, "params": values} | ({"sessionId": self._session} if self._session else {})
-        left = json.dumps(message).encode() + b"\0"
-        while left:
-            left = left[os.write(self._out, left) :]
+        unsent = json.dumps(message).encode() + b"\0"
+        while unsent:
+            unsent = unsent[os.write(self._out, unsent) :]
         while True:
             answer = self._read(60)
             if answer.get("id") == number:
@@ -84,7 +84,7 @@ class Browser:
                 return dict(answer["result"])
 
     def open(self, page: Path, seconds: float = 60) -> float:
-        """Load a file; how long it took until the page was whole, s."""
+        """Load a file and return the time until it was drawn, s."""
         self._loaded = False
         start = time.perf_counter()
         self.send("Page.navigate", url=page.absolute().as_uri())
@@ -94,20 +94,20 @@ class Browser:
         return time.perf_counter() - start
 
     def run(self, script: str) -> Any:
-        """The value of an expression in the page; a promise is waited for."""
+        """Return the value of an expression in the page; of a promise, its result."""
         answer = self.send("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
     def wait(self, condition: str, seconds: float = 60) -> None:
-        """Until an expression is true in the page."""
+        """Wait until an expression is true in the page."""
         end = time.perf_counter() + seconds
         while not self.run(f"Boolean({condition})"):
             assert time.perf_counter() < end, f"not within {seconds} s: {condition}"
             time.sleep(0.05)
 
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Press the left button at one place and let it go at another, px."""
+        """Press the left button at `start`, move to `end` and release it, (x, y) px."""
         held = {"button": "left", "buttons": 1, "clickCount": 1}
         self.send("Input.dispatchMouseEvent", type="mouseMoved", x=start[0], y=start[1])
         self.send("Input.dispatchMouseEvent", type="mousePressed", x=start[0], y=start[1], **held)
@@ -117,17 +117,17 @@ class Browser:
         self.send("Input.dispatchMouseEvent", type="mouseReleased", x=end[0], y=end[1], **held)
 
     def picture(self) -> bytes:
-        """What the page looks like, as PNG."""
+        """Return a screenshot of the page as PNG."""
         return base64.b64decode(self.send("Page.captureScreenshot", format="png")["data"])
 
     def _read(self, seconds: float) -> dict[str, Any]:
-        while b"\0" not in self._left:
+        while b"\0" not in self._unparsed:
             ready, _, _ = select.select([self._in], [], [], seconds)
-            assert ready, f"Chromium said nothing for {seconds} s"
+            assert ready, f"Chromium sent nothing for {seconds} s"
             data = os.read(self._in, 1 << 20)
             assert data, "Chromium has ended"
-            self._left += data
-        text, _, self._left = self._left.partition(b"\0")
+            self._unparsed += data
+        text, _, self._unparsed = self._unparsed.partition(b"\0")
         message: dict[str, Any] = json.loads(text)
         self._note(message.get("method", ""), message.get("params", {}))
         return message
@@ -142,4 +142,4 @@ class Browser:
         elif event == "Log.entryAdded" and values["entry"]["level"] == "error":
             self.problems.append(str(values["entry"]))
         elif event == "Network.requestWillBeSent":
-            self.asked.append(values["request"]["url"])
+            self.requests.append(values["request"]["url"])

@@ -1,4 +1,4 @@
-"""Chains by formula, as a capture of three frames: two chains, none, one that has moved."""
+"""Chains by formula, as a capture of three frames: two chains, none, one chain that has moved."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LENGTH, RADIUS, START = 0.01, 0.004, 1_700_000_000.123456
 
 
 def helix(count: int = 25, shift: float = 0.0, **values) -> doo3d.Chain:
-    """A coil of `count` segments, every fifth of them occluded."""
+    """Return a helix of `count` segments of which every fifth is occluded."""
     turn = np.arange(count) * LENGTH / 0.05
     along = np.column_stack((np.cos(turn), np.sin(turn), np.full(count, 0.5))) / np.sqrt(1.25)
     joints = np.concatenate((np.zeros((1, 3)), np.cumsum(along * LENGTH, axis=0))) + np.array((0.1, shift, 0.7))
@@ -19,7 +19,7 @@ def helix(count: int = 25, shift: float = 0.0, **values) -> doo3d.Chain:
 
 
 def ring(count: int = 40) -> doo3d.Chain:
-    """A regular polygon, closed."""
+    """Return a closed chain, a regular polygon."""
     turn = 2 * np.pi * np.arange(count + 1) / count
     size = LENGTH / 2 / np.sin(np.pi / count)
     joints = np.column_stack((size * np.cos(turn), size * np.sin(turn), np.full(count + 1, 0.5)))
@@ -28,22 +28,22 @@ def ring(count: int = 40) -> doo3d.Chain:
 
 
 def straight(axis: int, sign: float, count: int = 3) -> doo3d.Chain:
-    """Along an axis of the coordinates."""
+    """Return a straight chain along a coordinate axis, in the direction of the sign."""
     joints = np.zeros((count + 1, 3))
     joints[:, axis] = sign * LENGTH * np.arange(count + 1)
     return doo3d.Chain(joints, LENGTH, RADIUS)
 
 
 def capture(coordinates: str = "camera") -> list[doo3d.Detection]:
-    """Three frames with stamps."""
+    """Return three frames with timestamps."""
     chains = [(helix(id=0), helix(12, 0.2, id=3)), (), (helix(shift=0.01, id=0),)]
     return [
-        doo3d.Detection(found, coordinates=coordinates, frame=f"{i:06d}", timestamp=START + i / 30, notes=())
-        for i, found in enumerate(chains)
+        doo3d.Detection(frame_chains, coordinates=coordinates, frame=f"{i:06d}", timestamp=START + i / 30, notes=())
+        for i, frame_chains in enumerate(chains)
     ]
 
 
 def flat() -> doo3d.Detection:
-    """A 2-D result, px."""
+    """Return a 2-D result, px."""
     joints = np.column_stack((np.arange(5) * 10.0, np.full(5, 7.25)))
     return doo3d.Detection((doo3d.Chain(joints, 10.0, 3.0, id=0),), mode="2d", coordinates="image", frame="photo")

@@ -1,4 +1,4 @@
-"""The report: one page that holds all it needs, whatever names and errors say; looked at in Chromium where there is one."""
+"""The report: a self-contained page, safe against any names and errors; opened in Chromium if there is one."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from doo3d.runs import run as batch
 from doo3d.viz.report import report_page
 from doo3d.viz.report.packing import pack_picture
 
-EVIL = "<script>document.title='taken'<script><img src=x onerror=document.title='taken'>&amp;"
-WORSE = "</script><script>document.title='taken'</script><!--data--><!-- <script>"
+HOSTILE_NAME = "<script>document.title='taken'<script><img src=x onerror=document.title='taken'>&amp;"
+HOSTILE_REASON = "</script><script>document.title='taken'</script><!--data--><!-- <script>"
 
 needs_chromium = pytest.mark.skipif(
     not sys.platform.startswith("linux") or browser.chromium() is None,
@@ -43,7 +43,7 @@ def numbers(packed: dict) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Path:
-    """Two frames with one cable, part of it hidden."""
+    """Two frames with one cable, partly occluded."""
     out = tmp_path_factory.mktemp("run") / "out"
     batch.run(open_capture(SAMPLES / "occluder"), out, doo3d.load_config("default"))
     return out
@@ -56,25 +56,25 @@ def photos(tmp_path_factory) -> Path:
     return out
 
 
-def copied(run: Path, place: Path, times: int = 1, **change) -> Path:
-    """The results again and again under other names, one more that failed with an evil reason, and changes to the manifest."""
-    place.mkdir()
+def copied(run: Path, folder: Path, times: int = 1, **change) -> Path:
+    """Copy the results `times` times under other names, add a failed frame with a hostile reason, and change the manifest."""
+    folder.mkdir()
     manifest = json.loads((run / "manifest.json").read_text())
     frames = []
     for i in range(times):
         for frame in manifest["frames"]:
-            name = f"{EVIL.replace('/', '')}{i}-{frame['name']}" if i == 0 else f"{i:04d}-{frame['name']}"
+            name = f"{HOSTILE_NAME.replace('/', '')}{i}-{frame['name']}" if i == 0 else f"{i:04d}-{frame['name']}"
             values = json.loads((run / f"{frame['name']}.json").read_text()) | {"frame": name}
-            (place / f"{name}.json").write_text(json.dumps(values))
-            os.link(run / f"{frame['name']}.png", place / f"{name}.png")
+            (folder / f"{name}.json").write_text(json.dumps(values))
+            os.link(run / f"{frame['name']}.png", folder / f"{name}.png")
             frames.append(frame | {"name": name})
-    frames.append({"name": "bad", "status": "failed", "error": WORSE, "timestamp": None})
-    (place / "manifest.json").write_text(json.dumps(manifest | {"frames": frames} | change))
-    return place
+    frames.append({"name": "bad", "status": "failed", "error": HOSTILE_REASON, "timestamp": None})
+    (folder / "manifest.json").write_text(json.dumps(manifest | {"frames": frames} | change))
+    return folder
 
 
 @pytest.mark.parametrize("which", ["run", "photos"])
-def test_the_page_holds_what_was_found(which, request):
+def test_the_page_holds_the_detections(which, request):
     results = open_results(request.getfixturevalue(which))
     held = data_of(report_page(results))
     assert [frame["name"] for frame in held["frames"]] == list(results.frames)
@@ -92,7 +92,7 @@ def test_the_page_holds_what_was_found(which, request):
         assert frame["seconds"] > 0
 
 
-def test_points_of_the_object_lie_on_its_chain_and_the_others_do_not(run):
+def test_points_on_the_object_come_first_and_lie_on_its_chain(run):
     (found, *_), held = open_results(run).detections(), data_of(report_page(open_results(run)))
     cloud, axis = held["frames"][0]["cloud"], found.chains[0].nodes(2000)
     points = numbers(cloud)
@@ -103,7 +103,7 @@ def test_points_of_the_object_lie_on_its_chain_and_the_others_do_not(run):
     assert len(base64.b64decode(cloud["rgb"])) == 2 * len(points)
 
 
-def test_a_capture_that_is_gone_leaves_the_chains(run, tmp_path):
+def test_without_the_capture_the_chains_remain(run, tmp_path):
     place = copied(run, tmp_path / "copy", input={"path": str(tmp_path / "gone"), "format": "folder", "frames": 2})
     held = data_of(report_page(open_results(place)))
     assert "cannot be read any more" in held["clouds_warning"]
@@ -111,7 +111,7 @@ def test_a_capture_that_is_gone_leaves_the_chains(run, tmp_path):
     assert held["frames"][0]["chains"]
 
 
-def test_without_clouds_the_capture_is_not_asked(run):
+def test_without_clouds_the_capture_is_not_read(run):
     held = data_of(report_page(open_results(run), clouds=False))
     assert held["clouds_warning"] == ""
     assert not any(frame.get("cloud") for frame in held["frames"])
@@ -122,10 +122,10 @@ def test_the_same_results_give_the_same_page(run):
 
 
 def test_names_and_reasons_stay_text(run, tmp_path):
-    place = copied(run, tmp_path / "copy", input={"path": f"/there/{EVIL}", "format": "folder", "frames": 2})
+    place = copied(run, tmp_path / "copy", input={"path": f"/there/{HOSTILE_NAME}", "format": "folder", "frames": 2})
     page = report_page(open_results(place))
     held = data_of(page)
-    assert held["frames"][-1]["error"] == WORSE
+    assert held["frames"][-1]["error"] == HOSTILE_REASON
     assert "<img src=x" not in page
     assert page.count("<script") == page.count("</script>") == 4
 
@@ -142,7 +142,7 @@ def test_a_thumbnail_takes_no_more_than_its_share(most):
     assert cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape[1] >= 110
 
 
-def test_nothing_found_and_no_frames(tmp_path):
+def test_a_run_without_frames(tmp_path):
     place = tmp_path / "none"
     place.mkdir()
     (place / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "finished": True, "frames": []}))
@@ -194,33 +194,33 @@ EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.g
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("size", [(640, 480), (1920, 1080)])
 def test_it_opens_without_a_network_and_turns(page, size, dark):
-    with browser.Browser(size, dark) as seen:
-        seen.open(page)
-        seen.wait(READY)
-        assert seen.run("document.querySelectorAll('#frames li').length") == 41
-        assert seen.run("document.querySelector('#failed td:last-child').textContent") == WORSE
-        assert seen.run("document.querySelector('#frames span').textContent") == "bad"
-        assert seen.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
-        assert seen.run("document.querySelectorAll('img[src=x]').length") == 0
-        seen.run("document.querySelectorAll('#frames button')[1].click()")
-        seen.wait(IN_SPACE)
-        kinds = seen.run("document.querySelector('#view').data.map(trace => trace.type).join()")
+    with browser.Browser(size, dark) as page_view:
+        page_view.open(page)
+        page_view.wait(READY)
+        assert page_view.run("document.querySelectorAll('#frames li').length") == 41
+        assert page_view.run("document.querySelector('#failed td:last-child').textContent") == HOSTILE_REASON
+        assert page_view.run("document.querySelector('#frames span').textContent") == "bad"
+        assert page_view.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
+        assert page_view.run("document.querySelectorAll('img[src=x]').length") == 0
+        page_view.run("document.querySelectorAll('#frames button')[1].click()")
+        page_view.wait(IN_SPACE)
+        kinds = page_view.run("document.querySelector('#view').data.map(trace => trace.type).join()")
         assert kinds.count("mesh3d") == 3, "seen, hidden, seen"
-        assert seen.run("document.querySelector('#picture').naturalWidth") > 100
-        box = seen.run("JSON.stringify(document.querySelector('#view').getBoundingClientRect())")
-        box, before = json.loads(box), seen.run(EYE)
+        assert page_view.run("document.querySelector('#picture').naturalWidth") > 100
+        box = page_view.run("JSON.stringify(document.querySelector('#view').getBoundingClientRect())")
+        box, before = json.loads(box), page_view.run(EYE)
         at = box["left"] + box["width"] / 2, box["top"] + box["height"] / 2
-        seen.drag(at, (at[0] + 120, at[1] + 40))
-        seen.wait(f"{EYE} !== '{before}'")
-        seen.run("document.querySelector('#next').click()")
-        seen.wait("document.querySelector('#one-title').textContent.includes('000001')")
-        seen.run("document.querySelector('#close').click()")
-        seen.run("document.querySelectorAll('#frames button')[0].click()")
-        assert seen.run("document.querySelector('#one-notes').textContent") == WORSE
-        assert seen.run("document.title") != "taken"
-        assert seen.problems == []
-        assert {address.split(":")[0] for address in seen.asked} <= {"file", "data", "blob"}
-        assert len([address for address in seen.asked if address.startswith("file:")]) == 1
+        page_view.drag(at, (at[0] + 120, at[1] + 40))
+        page_view.wait(f"{EYE} !== '{before}'")
+        page_view.run("document.querySelector('#next').click()")
+        page_view.wait("document.querySelector('#one-title').textContent.includes('000001')")
+        page_view.run("document.querySelector('#close').click()")
+        page_view.run("document.querySelectorAll('#frames button')[0].click()")
+        assert page_view.run("document.querySelector('#one-notes').textContent") == HOSTILE_REASON
+        assert page_view.run("document.title") != "taken"
+        assert page_view.problems == []
+        assert {address.split(":")[0] for address in page_view.requests} <= {"file", "data", "blob"}
+        assert len([address for address in page_view.requests if address.startswith("file:")]) == 1
 
 
 @pytest.mark.browser
@@ -228,12 +228,12 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
 def test_in_the_image(photos, tmp_path):
     path = tmp_path / "report.html"
     path.write_text(report_page(open_results(photos)), encoding="utf-8")
-    with browser.Browser() as seen:
-        seen.open(path)
-        seen.run("document.querySelectorAll('#frames button')[0].click()")
-        seen.wait("document.querySelector('#view .main-svg .scatterlayer .trace')")
-        assert seen.run("document.querySelector('#view').layout.images.length") == 1
-        assert seen.problems == []
+    with browser.Browser() as page_view:
+        page_view.open(path)
+        page_view.run("document.querySelectorAll('#frames button')[0].click()")
+        page_view.wait("document.querySelector('#view .main-svg .scatterlayer .trace')")
+        assert page_view.run("document.querySelector('#view').layout.images.length") == 1
+        assert page_view.problems == []
 
 
 @pytest.mark.browser
@@ -242,20 +242,20 @@ def test_many_frames_open_soon(run, tmp_path):
     path = tmp_path / "report.html"
     path.write_text(report_page(open_results(copied(run, tmp_path / "copy", times=60)), clouds=False), encoding="utf-8")
     assert path.stat().st_size < 20e6
-    with browser.Browser() as seen:
-        seen.open(path)
-        assert seen.run("document.querySelectorAll('#frames li').length") == 121
+    with browser.Browser() as page_view:
+        page_view.open(path)
+        assert page_view.run("document.querySelectorAll('#frames li').length") == 121
         times = "performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd"
-        assert 0 < seen.run(times) < 6000, "ms, on a machine that may be busy"
+        assert 0 < page_view.run(times) < 6000, "ms, on a machine that may be busy"
 
 
 @pytest.mark.browser
 @needs_chromium
-def test_none_at_all(tmp_path):
+def test_a_page_without_frames(tmp_path):
     path = tmp_path / "report.html"
     path.write_text(report_page(Results(tmp_path, {"frames": []}, ())), encoding="utf-8")
-    with browser.Browser() as seen:
-        seen.open(path)
-        seen.wait("window.Plotly")
-        assert not seen.run("document.querySelector('#empty').hidden")
-        assert seen.problems == []
+    with browser.Browser() as page_view:
+        page_view.open(path)
+        page_view.wait("window.Plotly")
+        assert not page_view.run("document.querySelector('#empty').hidden")
+        assert page_view.problems == []

@@ -17,7 +17,7 @@ COLORS = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]
 
 
 def results(place: Path, sizes, stamps=None, failed=()) -> Path:
-    """A folder with plain pictures; `failed` are the places of frames that failed."""
+    """Write a folder with plain pictures; `failed` are the indices of failed frames."""
     place.mkdir()
     frames = []
     for i, (width, height) in enumerate(sizes):
@@ -57,7 +57,7 @@ def test_every_frame_in_order(tmp_path, codec):
     assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
 
 
-def test_the_rate_of_the_stamps_or_the_one_that_is_said(tmp_path):
+def test_the_rate_is_of_the_timestamps_or_as_given(tmp_path):
     opened = open_results(results(tmp_path / "out", [(64, 48)] * 4, stamps=[10.0, 10.04, 10.08, 10.5]))
     assert write_video(opened, tmp_path / "a.mp4").fps == read(tmp_path / "a.mp4")[1] == 25
     assert write_video(opened, tmp_path / "b.mp4", fps=5).fps == read(tmp_path / "b.mp4")[1] == 5
@@ -73,7 +73,7 @@ def test_another_size_is_letterboxed_and_an_odd_one_cut(tmp_path):
     assert like(large[2, 2], COLORS[2])
 
 
-def test_failed_frames_are_shown_as_such_or_left_out(tmp_path):
+def test_failed_frames_are_shown_or_skipped(tmp_path):
     opened = open_results(results(tmp_path / "out", [(320, 240)] * 3, failed=[0]))
     assert write_video(opened, tmp_path / "a.mp4").failed == 1
     frames, _ = read(tmp_path / "a.mp4")
@@ -86,7 +86,7 @@ def test_failed_frames_are_shown_as_such_or_left_out(tmp_path):
     assert like(frames[0][120, 160], COLORS[1])
 
 
-def test_a_picture_that_is_gone_is_named(tmp_path):
+def test_a_missing_picture_is_named(tmp_path):
     place = results(tmp_path / "out", [(64, 48)] * 2)
     (place / "f1.png").unlink()
     with refuses("picture-missing", "f1.png"):
@@ -102,7 +102,7 @@ def test_a_picture_that_is_gone_is_named(tmp_path):
         ({"fps": float("nan")}, "value-out-of-bounds", ("fps nan",)),
     ],
 )
-def test_what_cannot_be_asked_for(tmp_path, asked, code, parts):
+def test_invalid_options_are_refused(tmp_path, asked, code, parts):
     with refuses(code, *parts):
         write_video(open_results(results(tmp_path / "out", [(64, 48)])), tmp_path / "a.mp4", **asked)
 

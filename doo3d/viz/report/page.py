@@ -101,12 +101,12 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         return values
     detection = read_detection(results.path / f"{frame.name}.json")
     segments = sum(len(chain.occluded) for chain in detection.chains)
-    hidden = sum(int(chain.occluded.sum()) for chain in detection.chains)
+    occluded = sum(int(chain.occluded.sum()) for chain in detection.chains)
     values |= {
         "mode": detection.mode,
         "coordinates": detection.coordinates,
         "notes": list(detection.notes),
-        "occluded": hidden / segments if segments else None,
+        "occluded": occluded / segments if segments else None,
         "confidence": detection.confidence,
         "chains": [pack_chain(i, chain) for i, chain in enumerate(detection.chains)],
         "crossings": [
