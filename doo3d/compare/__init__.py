@@ -1,8 +1,8 @@
-"""3-D against 2-D, frame by frame."""
+"""Compare the 3-D mode with the 2-D mode, frame by frame."""
 
 from __future__ import annotations
 
-from .agreement import Comparison, Place, compare, compare_chains
+from .agreement import Comparison, Difference, compare, compare_chains
 from .report import Record, compare_capture
 
-__all__ = ["Comparison", "Place", "Record", "compare", "compare_capture", "compare_chains"]
+__all__ = ["Comparison", "Difference", "Record", "compare", "compare_capture", "compare_chains"]

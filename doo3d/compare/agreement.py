@@ -1,8 +1,8 @@
-"""3-D against 2-D: whether the chains of the two modes, seen in the image, are the same chains.
+"""Test whether the 3-D and the 2-D mode find the same chains in a frame, as seen in its image.
 
-Either's chains are walked along on the other's: each point has to find a place there within the tolerance, and the places
-have to follow each other, forwards or backwards, without a jump. Where one goes on and the other does not, or goes on
-elsewhere, there is a jump in one of the two walks.
+The chains of each mode are aligned with those of the other: each point must have a position there within the tolerance, and
+the positions must follow each other, forwards or backwards, without a jump. If only one of two chains continues, or they
+continue in different places, one of the two alignments has a jump.
 """
 
 from __future__ import annotations
@@ -14,20 +14,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from ..geometry.curve_alignment import STEP, Line, Walk, resampled, walk
 from ..types import Array, Camera, Chain, Floats, Frame, Image
+from .line_alignment import SAMPLE_SPACING_PX, Line, LineAlignment, align_line, resample_line
 
 if TYPE_CHECKING:
     from ..config import Config
 
-TOLERANCE = 2.0  # px; or half the width of the 2-D chain, where that is more
+MIN_TOLERANCE_PX = 2.0
+"""px; the tolerance is this, or half the width of the 2-D chain where that is more."""
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where the two differ.
+class Difference:
+    """A place in the image where the two modes differ.
 
-    at : (x, y) px. distance, tolerance : px; the distance is None where the order differs. what : in words.
+    at : (x, y) px. what : a phrase. distance, tolerance : px; the distance is None where the order differs.
     """
 
     at: tuple[float, float]
@@ -36,127 +37,158 @@ class Place:
     tolerance: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and words."""
+        """Return plain numbers and words, as in the JSON file."""
         return {"at": list(self.at), "what": self.what, "distance": self.distance, "tolerance": self.tolerance}
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One frame both ways.
+    """The chains of one frame in both modes, and their differences.
 
-    solid, flat : per chain its joints in the image, (N + 1, 2) px, of the 3-D mode and of the 2-D mode. largest, rms :
-    px, of the distances from the 3-D chains to the 2-D chains; NaN where one of them has none. tolerance : px, where the
-    distance is largest. places : where they differ; none when they agree.
+    lines_3d, lines_2d : per chain of each mode its joints in the image, (N + 1, 2) px. max_distance, rms_distance : px, of
+    the points of 3-D chains from 2-D chains; NaN where one of the modes has none. tolerance : px, where the distance is
+    greatest. differences : empty when the modes agree.
     """
 
-    solid: tuple[Floats, ...]
-    flat: tuple[Floats, ...]
-    largest: float
-    rms: float
+    lines_3d: tuple[Floats, ...]
+    lines_2d: tuple[Floats, ...]
+    max_distance: float
+    rms_distance: float
     tolerance: float
-    places: tuple[Place, ...]
+    differences: tuple[Difference, ...]
 
     @property
     def agrees(self) -> bool:
-        """The same chains, within the tolerance, in the same order."""
-        return not self.places
+        """Both modes have the same chains, within the tolerance and in the same order."""
+        return not self.differences
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and words."""
+        """Return plain numbers and words, as in the JSON file."""
         return {
             "agrees": self.agrees,
-            "chains_3d": len(self.solid),
-            "chains_2d": len(self.flat),
-            "largest": self.largest,
-            "rms": self.rms,
+            "chains_3d": len(self.lines_3d),
+            "chains_2d": len(self.lines_2d),
+            "largest": self.max_distance,
+            "rms": self.rms_distance,
             "tolerance": self.tolerance,
-            "places": [place.to_dict() for place in self.places],
+            "places": [difference.to_dict() for difference in self.differences],
         }
 
 
-def compare(frame: Frame, config: Config, flat_config: Config, mask: Array | None = None) -> Comparison:
-    """Detect in a frame both ways, from one and the same mask, and compare.
+def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None = None) -> Comparison:
+    """Detect in a frame in both modes, from the same mask, and compare the chains.
 
     Parameters
     ----------
-    frame : with or without colour. config, flat_config : of the 3-D and of the 2-D mode.
-    mask : (H, W) bool; None: what the 3-D mode takes for the object.
+    frame : with or without color.
+    config, config_2d : of the 3-D mode and of the 2-D mode.
+    mask : (H, W) bool; None for the mask that the 3-D mode finds.
 
     Raises
     ------
-    InputError : nothing can be detected in it.
+    InputError : nothing can be detected in the frame.
     """
     from ..pipeline import detect, run_stages
 
     stages = run_stages(frame, config, mask)
-    seen = stages.context.foreground.mask
-    if seen is None or not seen.any():
-        raise InputError(
-            "; ".join(stages.context.foreground.notes) or "there is no pixel of an object to compare", code="object-missing"
-        )
+    foreground = stages.context.foreground
+    object_mask = foreground.mask
+    if object_mask is None or not object_mask.any():
+        raise InputError("; ".join(foreground.notes) or "there is no pixel of an object to compare", code="object-missing")
     color = frame.color if frame.color is not None else np.zeros((*frame.depth.shape, 3), np.uint8)
-    return compare_chains(stages.chains, frame.camera, detect(Image(color), flat_config, seen).chains)
+    return compare_chains(stages.chains, frame.camera, detect(Image(color), config_2d, object_mask).chains)
 
 
-def compare_chains(solid: Sequence[Chain], camera: Camera, flat: Sequence[Chain]) -> Comparison:
-    """Compare 3-D chains (m, camera frame) with 2-D chains (px) in the camera's image.
+def compare_chains(chains_3d: Sequence[Chain], camera: Camera, chains_2d: Sequence[Chain]) -> Comparison:
+    """Compare 3-D chains with 2-D chains in the camera's image.
 
-    An open chain may go on beyond the other's end by a segment, straight on: both are whole numbers of segments long.
+    An open chain may extend beyond the other's end by a segment, straight on, since both are whole numbers of segments long.
+
+    Parameters
+    ----------
+    chains_3d : m, in the camera's optical frame.
+    camera : the intrinsics of the image.
+    chains_2d : px.
     """
-    seen = [_projected(chain, camera) for chain in solid]
-    ours = [resampled(joints, np.zeros(len(joints)), chain.closed) for joints, chain in zip(seen, solid, strict=True)]
-    theirs = [resampled(chain.joints, np.where(chain.radii > 0, chain.radii, 0.0), chain.closed) for chain in flat]
-    beyond = max([_step(joints) for joints in seen] + [chain.segment_length for chain in flat], default=0.0)
-    there = [walk(line, theirs, beyond, TOLERANCE) for line in ours]
-    back = [walk(line, ours, beyond, TOLERANCE) for line in theirs]
-    places = [place for i, way in enumerate(there) for place in _places(way, ours[i], f"3-D chain {i + 1}", "2-D")]
-    known = np.array([place.at for place in places if place.distance is None]).reshape(-1, 2)
-    for i, way in enumerate(back):
-        for place in _places(way, theirs[i], f"2-D chain {i + 1}", "3-D"):
-            near = np.linalg.norm(known - place.at, axis=1) < beyond + 2 * place.tolerance
-            if place.distance is not None or not near.any():
-                places.append(place)
-    gaps = np.concatenate([way.distance for way in there] or [np.zeros(0)])
-    allowed = np.concatenate([way.tolerance for way in there] or [np.zeros(0)])
-    largest = int(np.argmax(gaps)) if len(gaps) else 0
-    known_gaps = bool(len(gaps) and np.isfinite(gaps).all())
+    projected = [_project(chain, camera) for chain in chains_3d]
+    lines_3d = [
+        resample_line(joints, np.zeros(len(joints)), chain.closed) for joints, chain in zip(projected, chains_3d, strict=True)
+    ]
+    lines_2d = [resample_line(chain.joints, np.where(chain.radii > 0, chain.radii, 0.0), chain.closed) for chain in chains_2d]
+    extension = max([_longest_step(joints) for joints in projected] + [chain.segment_length for chain in chains_2d], default=0.0)
+    on_2d = [align_line(line, lines_2d, extension, MIN_TOLERANCE_PX) for line in lines_3d]
+    on_3d = [align_line(line, lines_3d, extension, MIN_TOLERANCE_PX) for line in lines_2d]
+    distances = np.concatenate([alignment.distance for alignment in on_2d] or [np.zeros(0)])
+    tolerances = np.concatenate([alignment.tolerance for alignment in on_2d] or [np.zeros(0)])
+    worst = int(np.argmax(distances)) if len(distances) else 0
+    measured = bool(len(distances) and np.isfinite(distances).all())
     return Comparison(
-        solid=tuple(seen),
-        flat=tuple(chain.joints for chain in flat),
-        largest=float(gaps[largest]) if known_gaps else float("nan"),
-        rms=float(np.sqrt((gaps**2).mean())) if known_gaps else float("nan"),
-        tolerance=float(allowed[largest]) if known_gaps else TOLERANCE,
-        places=tuple(places),
+        lines_3d=tuple(projected),
+        lines_2d=tuple(chain.joints for chain in chains_2d),
+        max_distance=float(distances[worst]) if measured else float("nan"),
+        rms_distance=float(np.sqrt((distances**2).mean())) if measured else float("nan"),
+        tolerance=float(tolerances[worst]) if measured else MIN_TOLERANCE_PX,
+        differences=tuple(_all_differences(lines_3d, on_2d, lines_2d, on_3d, extension)),
     )
 
 
-def _projected(chain: Chain, camera: Camera) -> Floats:
-    """(N + 1, 2) px; joints that are not before the camera are left out."""
+def _all_differences(
+    lines_3d: list[Line], on_2d: list[LineAlignment], lines_2d: list[Line], on_3d: list[LineAlignment], extension: float
+) -> list[Difference]:
+    """Return the differences of both alignments; a jump near one of the other alignment is the same difference."""
+    result = [
+        difference
+        for i, alignment in enumerate(on_2d)
+        for difference in _differences(alignment, lines_3d[i], f"3-D chain {i + 1}", "2-D")
+    ]
+    jumps = np.array([difference.at for difference in result if difference.distance is None]).reshape(-1, 2)
+    for i, alignment in enumerate(on_3d):
+        for difference in _differences(alignment, lines_2d[i], f"2-D chain {i + 1}", "3-D"):
+            near = np.linalg.norm(jumps - difference.at, axis=1) < extension + 2 * difference.tolerance
+            if difference.distance is not None or not near.any():
+                result.append(difference)
+    return result
+
+
+def _project(chain: Chain, camera: Camera) -> Floats:
+    """Return the joints in the image, (N + 1, 2) px; those that are not in front of the camera are left out."""
     pixels = camera.project(chain.joints)
     return np.asarray(pixels[np.isfinite(pixels).all(axis=1)])
 
 
-def _step(joints: Floats) -> float:
-    """px, the longest step between two joints."""
+def _longest_step(joints: Floats) -> float:
+    """Return the longest distance between successive joints, px."""
     return float(np.linalg.norm(np.diff(joints, axis=0), axis=1).max(initial=0.0))
 
 
-def _places(way: Walk, line: Line, name: str, others: str) -> list[Place]:
-    """Where a walk leaves the others' chains, the worst point of each stretch; and where it jumps."""
-    places = []
-    apart = np.concatenate(([False], way.distance > way.tolerance, [False]))
-    for start, stop in np.flatnonzero(np.diff(apart.astype(int))).reshape(-1, 2).tolist():
-        worst = start + int(np.argmax(way.distance[start:stop] / way.tolerance[start:stop]))
-        gap, allowed = float(way.distance[worst]), float(way.tolerance[worst])
-        length = max(float(line.arcs[stop - 1] - line.arcs[start]), STEP)
-        beside = f"{gap:.1f} px beside the nearest {others} chain" if np.isfinite(gap) else f"where there is no {others} chain"
-        what = f"{name} runs {beside} ({allowed:.1f} px are allowed), over {length:.0f} px"
-        places.append(Place(_point(line, worst), what, gap, allowed))
-    for before, after in way.jumps:
-        here, there = (f"{others} chain {way.line[k] + 1} at {max(round(way.arc[k]), 0)} px" for k in (before, after))
+def _differences(alignment: LineAlignment, line: Line, name: str, other_mode: str) -> list[Difference]:
+    """Return where a line leaves the other mode's chains, at the worst point of each stretch, and where it jumps.
+
+    Parameters
+    ----------
+    alignment, line : the line, and its alignment with the other mode's chains.
+    name : of its chain, such as "3-D chain 1".
+    other_mode : "2-D" or "3-D".
+    """
+    result = []
+    outside = np.concatenate(([False], alignment.distance > alignment.tolerance, [False]))
+    for start, stop in np.flatnonzero(np.diff(outside.astype(int))).reshape(-1, 2).tolist():
+        worst = start + int(np.argmax(alignment.distance[start:stop] / alignment.tolerance[start:stop]))
+        distance, tolerance = float(alignment.distance[worst]), float(alignment.tolerance[worst])
+        length = max(float(line.arcs[stop - 1] - line.arcs[start]), SAMPLE_SPACING_PX)
+        where = f"{distance:.1f} px from the nearest {other_mode} chain"
+        if not np.isfinite(distance):
+            where = f"where there is no {other_mode} chain"
+        what = f"{name} runs {where} ({tolerance:.1f} px are allowed), over {length:.0f} px"
+        result.append(Difference(_point(line, worst), what, distance, tolerance))
+    for before, after in alignment.jumps:
+        start_name, end_name = (
+            f"{other_mode} chain {alignment.line[k] + 1} at {max(round(alignment.arc[k]), 0)} px" for k in (before, after)
+        )
         middle = (before + after) // 2
-        places.append(Place(_point(line, middle), f"{name} goes from {here} to {there}", None, float(way.tolerance[middle])))
-    return places
+        what = f"{name} jumps from {start_name} to {end_name}"
+        result.append(Difference(_point(line, middle), what, None, float(alignment.tolerance[middle])))
+    return result
 
 
 def _point(line: Line, index: int) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""A whole capture both ways: a line, a picture and an entry in `comparison.json` for each frame."""
+"""Compare both modes over a whole capture: a line, a picture and an entry in `comparison.json` for each frame."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ from ..viz.comparison import draw_comparison
 from .agreement import Comparison, compare
 
 SCHEMA, SUMMARY = "doo3d/comparison/1", "comparison.json"
-_SHOWN = 6  # places that are printed of a frame
+
+_MAX_PRINTED = 6
+"""Differences of a frame that are printed."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """What became of one frame: a comparison, or the reason why there is none, a sentence, and the code of that error."""
+    """The outcome of one frame: a comparison, or the sentence and the code of the error that prevented it."""
 
     name: str
     comparison: Comparison | None = None
@@ -34,56 +36,60 @@ class Record:
 
     @property
     def agrees(self) -> bool:
-        """Compared, and the same both ways."""
+        """The frame was compared, and both modes agree."""
         return self.comparison is not None and self.comparison.agrees
 
     def lines(self, column: int = 0) -> list[str]:
-        """For people; the name is filled up to `column` characters."""
+        """Return the lines to print; the name is padded to `column` characters."""
         if self.comparison is None:
             return [f"{self.name:<{column}}   failed: {self.error} [{self.code}]"]
-        found = self.comparison
-        word = "agree  " if found.agrees else "differ "
-        gaps = ""
-        if np.isfinite(found.largest):
-            gaps = f"   largest distance {found.largest:.1f} px ({found.tolerance:.1f} allowed)   RMS {found.rms:.1f} px"
-        head = f"{self.name:<{column}}   {word}   chains {len(found.solid)} in 3-D, {len(found.flat)} in 2-D{gaps}"
-        told = [f"{'':<{column}}   at ({place.at[0]:.0f}, {place.at[1]:.0f}): {place.what}" for place in found.places[:_SHOWN]]
-        more = len(found.places) - _SHOWN
-        return [head, *told, *([f"{'':<{column}}   and {more} more, see {SUMMARY}"] if more > 0 else [])]
+        result = self.comparison
+        word = "agree  " if result.agrees else "differ "
+        distances = ""
+        if np.isfinite(result.max_distance):
+            distances = f"   largest distance {result.max_distance:.1f} px ({result.tolerance:.1f} allowed)"
+            distances += f"   RMS {result.rms_distance:.1f} px"
+        head = f"{self.name:<{column}}   {word}   chains {len(result.lines_3d)} in 3-D, {len(result.lines_2d)} in 2-D{distances}"
+        margin = " " * column
+        shown = [f"{margin}   at ({item.at[0]:.0f}, {item.at[1]:.0f}): {item.what}" for item in result.differences[:_MAX_PRINTED]]
+        more = len(result.differences) - _MAX_PRINTED
+        return [head, *shown, *([f"{margin}   and {more} more, see {SUMMARY}"] if more > 0 else [])]
 
 
 def compare_capture(
     capture: Capture,
     out: Path,
     config: Config,
-    flat_config: Config,
+    config_2d: Config,
     *,
     force: bool = False,
     report: Callable[[Record], None] = lambda record: None,
 ) -> list[Record]:
-    """Compare every frame of a capture with depth and write what was found.
+    """Compare every frame of a capture with depth, and write pictures and a summary.
 
     Parameters
     ----------
-    capture : from `open_capture`. out : the folder for `<frame>.png` and `comparison.json`, made when it is first needed.
-    config, flat_config : of the 3-D and of the 2-D mode. force : write into `out` though it holds something else.
+    capture : from `open_capture`.
+    out : the folder for `<frame>.png` and `comparison.json`, made when it is first needed.
+    config, config_2d : of the 3-D mode and of the 2-D mode.
+    force : write into `out` even if it holds other files.
     report : called with each frame's record when it is done.
 
     Raises
     ------
-    InputError : the capture has no depth; `out` holds something else, or cannot be written to.
+    InputError : the capture has no depth; `out` holds other files, or cannot be written to.
     """
     if capture.format in IMAGE_FORMATS:
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json", code="mode-needs-depth"
         )
-    if flat_config.mode != "2d" or config.mode == "2d":
+    if config_2d.mode != "2d" or config.mode == "2d":
         raise InputError("to compare, a 3-D config and a 2-D one are needed, such as default and image", code="config-mode")
-    _check_place(out, force)
+    _check_folder(out, force)
     records = []
     try:
-        for entry in capture.frames:
-            records.append(_one(entry, config, flat_config, out))
+        for ref in capture.frames:
+            records.append(_compare_frame(ref, config, config_2d, out))
             report(records[-1])
         if any(record.comparison for record in records):
             write_text(out / SUMMARY, _summary(capture, records))
@@ -92,38 +98,41 @@ def compare_capture(
     return records
 
 
-def _one(entry: FrameRef, config: Config, flat_config: Config, out: Path) -> Record:
+def _compare_frame(ref: FrameRef, config: Config, config_2d: Config, out: Path) -> Record:
+    """Compare one frame and write its picture; an error becomes a record, too."""
     try:
-        shot = entry.load()
-        if not isinstance(shot.data, Frame):
-            raise InputError(f"{entry.source}: a cloud has no image to compare in", code="mode-needs-image")
-        found = compare(shot.data, config, flat_config, shot.mask_for(config))
+        frame = ref.load()
+        if not isinstance(frame.data, Frame):
+            raise InputError(f"{ref.source}: a cloud has no image to compare in", code="mode-needs-image")
+        result = compare(frame.data, config, config_2d, frame.mask_for(config))
     except Exception as error:
-        return Record(entry.name, error=describe_error(error), code=error_code(error))
-    picture = draw_comparison(shot.data, found.solid, found.flat, [(place.at, place.tolerance) for place in found.places])
+        return Record(ref.name, error=describe_error(error), code=error_code(error))
+    marks = [(difference.at, difference.tolerance) for difference in result.differences]
+    picture = draw_comparison(frame.data, result.lines_3d, result.lines_2d, marks)
     out.mkdir(parents=True, exist_ok=True)
-    write_bytes(out / f"{entry.name}.png", cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))[1].tobytes())
-    return Record(entry.name, found)
+    write_bytes(out / f"{ref.name}.png", cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))[1].tobytes())
+    return Record(ref.name, result)
 
 
-def _check_place(out: Path, force: bool) -> None:
+def _check_folder(out: Path, force: bool) -> None:
+    """Refuse a folder that holds anything but an earlier comparison."""
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file, expected a folder for the results", code="out-is-file")
     if out.is_dir() and any(out.iterdir()) and not force:
         try:
-            ours = json.loads((out / SUMMARY).read_text(encoding="utf-8")).get("schema") == SCHEMA
+            is_comparison = json.loads((out / SUMMARY).read_text(encoding="utf-8")).get("schema") == SCHEMA
         except (OSError, ValueError, AttributeError):
-            ours = False
-        if not ours:
+            is_comparison = False
+        if not is_comparison:
             raise InputError(
-                f"{out}: holds something else than a comparison: give another folder with -o, or --force", code="out-foreign"
+                f"{out}: holds other files than a comparison: give another folder with -o, or --force", code="out-foreign"
             )
 
 
 def _summary(capture: Capture, records: Sequence[Record]) -> str:
+    """Return the text of `comparison.json`."""
     frames = [
         {"name": record.name, "error": record.error, "code": record.code}
-        | (record.comparison.to_dict() if record.comparison else {"agrees": None})
         | (record.comparison.to_dict() if record.comparison else {"agrees": None})
         for record in records
     ]

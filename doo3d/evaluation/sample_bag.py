@@ -1,4 +1,4 @@
-"""A sample recording: a ROS 2 bag of the first frame of a sample capture."""
+"""Write a sample recording: a ROS 2 bag of the first frame of a sample capture."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ import numpy as np
 from ..errors import require
 from ..inputs.formats.open3d_folder import read_intrinsics
 
-SECOND = 10**9
+TIMESTAMP_NS = 10**9
+"""Time of the messages in ns, the one second of their headers."""
+
 TOPICS = "/camera/color/image_raw/compressed", "/camera/aligned_depth_to_color/image_raw/compressedDepth"
 INFO = "/camera/aligned_depth_to_color/camera_info"
-HEAD = bytes(12)  # of compressedDepth: the encoding, 0, and two numbers for inverse depth, not used
+COMPRESSED_DEPTH_HEADER = bytes(12)
+"""Header of a compressedDepth image: the encoding, 0, and two unused numbers for inverse depth."""
 
 
 def write_bag(capture: Path, path: Path) -> Path:
-    """The colour of the first frame as JPEG, its depth as compressedDepth, and the camera; a folder with MCAP in it.
+    """Write color (JPEG), depth (compressedDepth) and camera of a capture's first frame as a folder with an MCAP file.
 
     Raises
     ------
@@ -40,19 +43,21 @@ def write_bag(capture: Path, path: Path) -> Path:
         d=np.zeros(5), k=k, r=np.eye(3).ravel(), p=p, binning_x=0, binning_y=0, roi=roi,
     )  # fmt: skip
     messages = [(INFO, info)]
-    for topic, file, form in zip(
+    for topic, file, encoding in zip(
         TOPICS,
         ("color/000000.jpg", "depth/000000.png"),
         ("rgb8; jpeg compressed bgr8", "16UC1; compressedDepth png"),
         strict=True,
     ):
-        data = (HEAD if "Depth" in form else b"") + (capture / file).read_bytes()
-        packed = make("sensor_msgs/msg/CompressedImage", header=header, format=form, data=np.frombuffer(data, np.uint8))
-        messages.append((topic, packed))
+        data = (COMPRESSED_DEPTH_HEADER if "Depth" in encoding else b"") + (capture / file).read_bytes()
+        image = make("sensor_msgs/msg/CompressedImage", header=header, format=encoding, data=np.frombuffer(data, np.uint8))
+        messages.append((topic, image))
     shutil.rmtree(path, ignore_errors=True)
     path.parent.mkdir(parents=True, exist_ok=True)
     with rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         for topic, message in messages:
             kind = message.__msgtype__
-            writer.write(writer.add_connection(topic, kind, typestore=store), SECOND, bytes(store.serialize_cdr(message, kind)))
+            writer.write(
+                writer.add_connection(topic, kind, typestore=store), TIMESTAMP_NS, bytes(store.serialize_cdr(message, kind))
+            )
     return path

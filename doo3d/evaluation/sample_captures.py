@@ -1,10 +1,9 @@
-"""The sample captures and clouds: rendered, small, with their truth. `python -m doo3d.evaluation.samples FOLDER` writes them."""
+"""Write small rendered captures and clouds with their truth: `python -m doo3d.evaluation.sample_captures FOLDER`."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +12,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..inputs.support.open3d import open3d
-from ..types import Array, Camera, Floats
+from ..types import Array, Camera
 from .rendering.renderer import Rendered, render
 from .sample_bag import write_bag
-from .scenes.model import Scene, Solid, Table, Truth
+from .scenes.model import Scene, Truth, moved_scene
 from .scenes.registry import make_scene
 from .truth_file import write_truth
 
-# name: family, seed, frames; the seeds were chosen for being telling
 CAPTURES: dict[str, tuple[str, int, int]] = {
     "straight": ("straight", 3, 1),
     "crossing": ("crossing", 3, 3),
@@ -28,7 +26,8 @@ CAPTURES: dict[str, tuple[str, int, int]] = {
     "helix": ("air", 11, 1),
     "two_cables": ("several", 6, 1),
 }
-# name: family, seed, sensor, with the table round the cable too
+"""Name -> family, seed, number of frames; each seed shows well what its family is about."""
+
 CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "open.ply": ("open", 1, "d435", False),
     "crossing.ply": ("crossing", 10, "d435", False),
@@ -36,7 +35,8 @@ CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "on_table.ply": ("open", 2, "d435", True),
     "two_cables.npz": ("several", 10, "d435", False),
 }
-# name: family, seed
+"""Name -> family, seed, sensor, whether the table round the cable is in the cloud."""
+
 PHOTOS: dict[str, tuple[str, int]] = {
     "four": ("several", 3),
     "hairpin": ("hairpin", 2),
@@ -45,18 +45,33 @@ PHOTOS: dict[str, tuple[str, int]] = {
     "loop": ("crossing", 3),
     "tangle": ("tangle", 3),
 }
+"""Name -> family, seed."""
+
 BAGS = ("crossing",)
+"""Names of captures that are also written as a bag."""
+
 PHOTO_SIZE = (640, 480)
+"""px, width and height."""
+
 AXES_SCHEMA = "doo3d/axes/1"
-AXIS_EVERY = 6  # of the points of a true axis, half a millimetre apart, that are written of a photograph
-DEPTH_SCALE = 1000  # units per metre of the depth images
+
+AXIS_STRIDE = 6
+"""Points of a true axis, half a millimetre apart, per written point of a photograph."""
+
+DEPTH_SCALE = 1000
+"""Units per metre of the depth images."""
+
 JPEG_QUALITY = 90
-SWAY = 4.0  # degrees that the camera goes round the scene from frame to frame
-TABLE_MARGIN, TABLE_EVERY = 40, 3  # px round the cable, and every so manieth pixel, of a cloud with its table
+
+ORBIT_STEP_DEGREES = 4.0
+"""Degrees by which the camera orbits the scene from frame to frame."""
+
+TABLE_MARGIN_PX, TABLE_STRIDE_PX = 40, 3
+"""px round the cable, and from pixel to pixel, of a cloud with its table."""
 
 
 def write_samples(folder: str | Path) -> list[Path]:
-    """Write all samples below `folder`; the same bytes every time.
+    """Write all samples below a folder; the same bytes every time.
 
     A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
     `<name>/truth.json`; a cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's
@@ -72,8 +87,8 @@ def write_samples(folder: str | Path) -> list[Path]:
     MissingDependency : rosbags is not installed.
     """
     folder = Path(folder)
-    captures = [_write_capture(folder / name, *what) for name, what in CAPTURES.items()]
-    clouds = [_write_cloud(folder / "clouds" / name, *what) for name, what in CLOUDS.items()]
+    captures = [_write_capture(folder / name, *scene) for name, scene in CAPTURES.items()]
+    clouds = [_write_cloud(folder / "clouds" / name, *scene) for name, scene in CLOUDS.items()]
     bags = [write_bag(folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES]
     return [*captures, *clouds, *bags, _write_photos(folder / "photos")]
 
@@ -84,7 +99,7 @@ def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:
     for part in ("color", "depth"):
         (folder / part).mkdir(parents=True, exist_ok=True)
     for k in range(frames):
-        name, rendered = f"{k:06d}", render(seen_from(scene, k * SWAY, f"{scene.name}/{k}"))
+        name, rendered = f"{k:06d}", render(orbited_scene(scene, k * ORBIT_STEP_DEGREES, f"{scene.name}/{k}"))
         depth = np.round(rendered.frame.depth * DEPTH_SCALE).astype(np.uint16)
         _write_image(folder / "depth" / f"{name}.png", depth, cv2.IMWRITE_PNG_COMPRESSION, 9)
         color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
@@ -110,8 +125,8 @@ def _write_photos(folder: Path) -> Path:
 
 
 def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
-    """The axis of a cable in the image, px to a tenth; its usual radius there; where the camera sees the cable."""
-    chosen = np.append(np.arange(0, len(truth.axis) - 1, AXIS_EVERY), len(truth.axis) - 1)
+    """Return the axis of a cable in the image, px to a tenth, its median radius there, and where the camera sees it."""
+    chosen = np.append(np.arange(0, len(truth.axis) - 1, AXIS_STRIDE), len(truth.axis) - 1)
     seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen
     return {
         "radius": round(float(np.median(truth.radius * camera.fx / truth.axis[:, 2])), 2),
@@ -122,7 +137,7 @@ def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
 
 
 def write_intrinsics(path: Path, camera: Camera) -> None:
-    """The camera as Open3D's recorder writes it: the matrix column by column, pixels."""
+    """Write the camera as Open3D's recorder does: the matrix column by column, pixels."""
     values = {
         "width": camera.width,
         "height": camera.height,
@@ -153,40 +168,41 @@ def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bo
 
 
 def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array]:
-    """(N, 3) float32 m in the camera frame and (N, 3) uint8 RGB of the cables' pixels, or of what is round them too."""
+    """Return the cloud of the cables' pixels, or of the table round them, too.
+
+    Returns
+    -------
+    points : (N, 3) float32 m in the camera frame.
+    colors : (N, 3) uint8 RGB.
+    """
     chosen = rendered.mask
     if with_table:
         v, u = np.nonzero(rendered.mask)
         chosen = np.zeros_like(rendered.mask)
-        around = (slice(max(v.min() - TABLE_MARGIN, 0), v.max() + TABLE_MARGIN, TABLE_EVERY),)
-        chosen[(*around, slice(max(u.min() - TABLE_MARGIN, 0), u.max() + TABLE_MARGIN, TABLE_EVERY))] = True
+        around = (slice(max(v.min() - TABLE_MARGIN_PX, 0), v.max() + TABLE_MARGIN_PX, TABLE_STRIDE_PX),)
+        chosen[(*around, slice(max(u.min() - TABLE_MARGIN_PX, 0), u.max() + TABLE_MARGIN_PX, TABLE_STRIDE_PX))] = True
     depth = rendered.frame.depth
     v, u = np.nonzero(chosen & (depth > 0))
     points = rendered.frame.camera.unproject(np.column_stack((u, v)), depth[v, u])
     return points.astype(np.float32), np.ascontiguousarray(np.asarray(rendered.frame.color)[v, u])
 
 
-def seen_from(scene: Scene, angle: float, name: str) -> Scene:
-    """The scene as a camera sees it that went round its middle by `angle` degrees, about the view's vertical."""
+def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
+    """Return the scene in the frame of a camera that orbited its middle about the view's vertical.
+
+    Parameters
+    ----------
+    scene : in the frame of its own camera.
+    angle : degrees.
+    name : of the result.
+    """
     middle = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0)
     middle[:2] = 0
-    turn = Rotation.from_euler("y", angle, degrees=True)
-
-    def moved(points: Floats) -> Floats:
-        return np.asarray(turn.apply(points - middle) + middle)
-
-    table = scene.table
-    return replace(
-        scene,
-        name=name,
-        cables=tuple(replace(cable, axis=moved(cable.axis)) for cable in scene.cables),
-        occluders=tuple(Solid(moved(solid.vertices), solid.triangles, solid.color) for solid in scene.occluders),
-        table=None if table is None else Table(moved(table.point[None])[0], turn.apply(table.normal), table.color),
-        light=tuple(turn.apply(np.asarray(scene.light)).tolist()),
-    )
+    rotation = Rotation.from_euler("y", angle, degrees=True)
+    return moved_scene(scene, lambda points: rotation.apply(points - middle) + middle, rotation.apply, name)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.samples", description="Write the sample captures.")
-    parser.add_argument("folder", type=Path, help="where to; made where it is not there")
+    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.sample_captures", description="Write the sample captures.")
+    parser.add_argument("folder", type=Path, help="folder to write to; made if necessary")
     write_samples(parser.parse_args().folder)

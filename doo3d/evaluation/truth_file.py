@@ -1,4 +1,4 @@
-"""Truth beside data: `truth.json` of a capture, `<name>.truth.json` of a cloud."""
+"""Read and write the truth beside data: `truth.json` of a capture, `<name>.truth.json` of a cloud."""
 
 from __future__ import annotations
 
@@ -16,26 +16,35 @@ from ..types import COORDINATES
 from .scenes.model import Truth
 
 SCHEMA = "doo3d/truth/1"
-EVERY = 2  # axis points to one that is written: 1 mm
-DIGITS = 4  # of metres: 0.1 mm
-SPACING = 0.001  # m between the points of an axis that is laid anew
-COARSE, UNEVEN = 1.5, 0.5  # of SPACING: longer steps are; of the mean step: shorter ones are, and it is laid anew
-PLAIN = (200, 40, 40)  # the colour of a cable that names none
+AXIS_STRIDE = 2
+"""Axis points per written point: 1 mm."""
+
+DIGITS = 4
+"""Decimals of metres: 0.1 mm."""
+
+SPACING = 0.001
+"""m between the points of a resampled axis."""
+
+MAX_STEP_RATIO, MIN_STEP_RATIO = 1.5, 0.5
+"""An axis with a step longer than this times SPACING, or shorter than this times its mean step, is resampled."""
+
+DEFAULT_COLOR = (200, 40, 40)
+"""RGB of a cable without a color."""
 
 
 def write_truth(path: Path, frames: Mapping[str, tuple[Truth, ...]]) -> None:
-    """The cables of each frame by the frame's name, axis points rounded to 0.1 mm at about 1 mm spacing."""
+    """Write the cables of each frame by the frame's name, axis points rounded to 0.1 mm at about 1 mm spacing."""
     values = {
         "schema": SCHEMA,
         "units": "m",
         "coordinates": COORDINATES["camera"],
-        "frames": {name: [_plain(truth) for truth in truths] for name, truths in frames.items()},
+        "frames": {name: [_to_dict(truth) for truth in truths] for name, truths in frames.items()},
     }
     path.write_text(json.dumps(values, separators=(",", ":")) + "\n", encoding="utf-8", newline="\n")
 
 
-def _plain(truth: Truth) -> dict[str, Any]:
-    index = np.arange(0, len(truth.axis), EVERY)
+def _to_dict(truth: Truth) -> dict[str, Any]:
+    index = np.arange(0, len(truth.axis), AXIS_STRIDE)
     if not truth.closed:
         index = np.unique(np.append(index, len(truth.axis) - 1))
     seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen
@@ -49,14 +58,14 @@ def _plain(truth: Truth) -> dict[str, Any]:
 
 
 def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
-    """What `write_truth` wrote, or somebody by hand: frame name -> cables.
+    """Return the cables of each frame by the frame's name, from a file by `write_truth` or by hand.
 
-    Of a cable, `axis` and `radius` are needed; it is open, seen all along, and of no colour in particular where the file does
-    not say. An axis whose points are farther or less evenly apart than ours is laid anew at 1 mm, straight from point to point.
+    A cable needs `axis` and `radius`; by default it is open, seen all along, and of a default color. An axis whose points are
+    farther or less evenly apart than those of `write_truth` is resampled at 1 mm, straight from point to point.
 
     Raises
     ------
-    InputError : not there, not JSON, not of this schema, or a cable is not one.
+    InputError : the file is missing, not JSON or not of this schema, or a cable is invalid.
     """
     values = read_object(path, (SCHEMA,), "a truth file")
     frames = values.get("frames")
@@ -69,9 +78,10 @@ def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
 
 
 def _truth(values: Any, where: str) -> Truth:
+    """Return a cable from its JSON object; `where` names it in errors."""
     try:
         axis, radius = np.array(values["axis"], dtype=float), float(values["radius"])
-        red, green, blue = (int(value) for value in values.get("color", PLAIN))
+        red, green, blue = (int(value) for value in values.get("color", DEFAULT_COLOR))
         seen = np.array(values.get("seen", np.ones(len(axis))), dtype=bool)
         closed = bool(values.get("closed", False))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -86,21 +96,22 @@ def _truth(values: Any, where: str) -> Truth:
         raise InputError(f"{where}: radius {radius:g}, expected metres above 0", code="truth-invalid")
     truth = Truth(axis, radius, closed, (red, green, blue), seen)
     if truth.length == 0:
-        raise InputError(f"{where}: all points of the axis are one", code="truth-invalid")
-    return _even(truth)
+        raise InputError(f"{where}: all points of the axis are the same, expected different ones", code="truth-invalid")
+    return _evenly_sampled(truth)
 
 
-def _even(truth: Truth) -> Truth:
-    """The same cable with points that are evenly apart, about SPACING, where they are not."""
+def _evenly_sampled(truth: Truth) -> Truth:
+    """Return the cable with axis points about SPACING apart, resampled if they are not."""
     steps = np.diff(truth.arcs)
-    inner = steps[:-1] if len(steps) > 1 else steps  # the last one is what was left
+    inner = steps[:-1] if len(steps) > 1 else steps  # the last one is the remainder
     if truth.closed:
         steps = np.append(steps, truth.length - truth.arcs[-1])
-    if steps.max() <= COARSE * SPACING and inner.min() >= UNEVEN * inner.mean():
+    if steps.max() <= MAX_STEP_RATIO * SPACING and inner.min() >= MIN_STEP_RATIO * inner.mean():
         return truth
-    axis, along, seen = truth.axis, truth.arcs, np.asarray(truth.seen)
+    axis, arcs, seen = truth.axis, truth.arcs, np.asarray(truth.seen)
     if truth.closed:
-        axis, along, seen = np.vstack((axis, axis[:1])), np.append(along, truth.length), np.append(seen, seen[:1])
-    at = np.linspace(0, truth.length, max(int(np.ceil(truth.length / SPACING)), 2) + 1)[: -1 if truth.closed else None]
-    nearest = np.round(np.interp(at, along, np.arange(len(along)))).astype(int)
-    return replace(truth, axis=np.column_stack([np.interp(at, along, axis[:, k]) for k in range(3)]), seen=seen[nearest])
+        axis, arcs, seen = np.vstack((axis, axis[:1])), np.append(arcs, truth.length), np.append(seen, seen[:1])
+    even = np.linspace(0, truth.length, max(int(np.ceil(truth.length / SPACING)), 2) + 1)[: -1 if truth.closed else None]
+    nearest = np.round(np.interp(even, arcs, np.arange(len(arcs)))).astype(int)
+    points = np.column_stack([np.interp(even, arcs, axis[:, k]) for k in range(3)])
+    return replace(truth, axis=points, seen=seen[nearest])

@@ -1,200 +1,102 @@
-"""One line walked along on others: the likeliest place of each of its points there, and where their order breaks."""
+"""Align the points of a path with curves: one position for each point, all chosen together by dynamic programming.
+
+A point near a crossing of curves is near two of them. Choosing the nearest for each point alone makes a path that is a little
+off seem to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from scipy.ndimage import minimum_filter1d
-from scipy.spatial.distance import cdist
 
-from ..types import Array, Floats, Ints
-
-STEP = 2.0  # px from point to point of a line
-SEAM = 3.0  # times what open lines are carried on by, that a closed one is followed into its second round
-MISFIT, JUMP = 1.0, 20.0  # cost of a point at the edge of its tolerance, and of a jump
-SLACK, SLACK_RUN = 2.0, 0.5  # tolerances, and share of the way, by which the ways along two lines may differ without a jump
+from ..types import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
-class Line:
-    """A chain in the image as points STEP apart.
+class AlignmentCosts:
+    """Weights of an alignment.
 
-    points : (M, 2) px. arcs : (M,) px from the first. half : (M,) px, half the width, 0 where it is not known.
-    closed : the last point is the first again.
+    misfit : cost of a point at the edge of its tolerance; it grows with the square of the distance. jump : cost of leaving
+    a curve, and the highest cost of a step along one. slack_fraction : fraction of the path from one point to the next by
+    which the length along the curve may differ before the step is a jump; corners are cut, and noise adds length.
     """
 
-    points: Floats
-    arcs: Floats
-    half: Floats
-    closed: bool = False
+    misfit: float
+    jump: float = 20.0
+    slack_fraction: float = 0.5
 
 
 @dataclass(frozen=True)
-class Walk:
-    """A line along others.
+class Candidates:
+    """Positions on curves that the points of a path may have: (C,) arrays in the order of the points.
 
-    distance, tolerance : (M,) px, of each point to its place, or to the nearest where it has none; infinite where there
-    are no others. line : (M,) the line that it goes along on; -1 where it has no place. arc : (M,) px along that.
-    jumps : pairs of points, one after the other but for those without a place, that are not so on the others.
-    """
-
-    distance: Floats
-    tolerance: Floats
-    line: Ints
-    arc: Floats
-    jumps: tuple[tuple[int, int], ...]
-
-
-def resampled(joints: Floats, half: Floats, closed: bool = False) -> Line:
-    """(N + 1, 2) px and (N + 1,) px as a line."""
-    if len(joints) < 2:
-        return Line(joints, np.zeros(len(joints)), half, closed)
-    arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(joints, axis=0), axis=1))))
-    at = np.linspace(0, arcs[-1], int(np.ceil(arcs[-1] / STEP)) + 1)
-    points = np.column_stack([np.interp(at, arcs, column) for column in joints.T])
-    return Line(points, at, np.interp(at, arcs, half), closed)
-
-
-def walk(line: Line, others: Sequence[Line], beyond: float, least: float) -> Walk:
-    """Walk `line` along on `others`.
-
-    beyond : px by which the open ones are carried straight on at their ends. least : px, the tolerance, or half the width
-    of either line where that is more.
-    """
-    walker = _round(line, SEAM * beyond) if line.closed else line
-    tracks = [_round(other, float(other.arcs[-1])) if other.closed else _longer(other, beyond) for other in others]
-    gaps = [cdist(walker.points, track.points) for track in tracks]
-    allowed = [np.maximum(least, np.maximum(walker.half[:, None], track.half)) for track in tracks]
-    distance, tolerance = _nearest(walker.points, tracks, gaps, allowed, least)
-    on, arc = np.full(len(walker.points), -1), np.full(len(walker.points), np.nan)
-    jumps: list[tuple[int, int]] = []
-    places = _Places.of(walker, tracks, gaps, allowed)
-    if len(places.point):
-        chosen = _likeliest(places, walker.arcs)
-        point = places.point[chosen]
-        distance[point], tolerance[point] = places.distance[chosen], places.tolerance[chosen]
-        on[point], arc[point] = places.track[chosen], places.arc[chosen]
-        broken = _change(places, walker.arcs, chosen[:-1], chosen[1:]) >= JUMP
-        jumps = [(int(point[i]), int(point[i + 1])) for i in np.flatnonzero(broken)]
-    count = len(line.points)
-    rounds = np.array([other.arcs[-1] if other.closed else np.inf for other in others] + [np.inf])
-    arc = np.where(np.isfinite(rounds[on]), np.mod(arc, rounds[on]), arc)
-    return Walk(distance[:count], tolerance[:count], on[:count], arc[:count], tuple((a % count, b % count) for a, b in jumps))
-
-
-def _nearest(
-    points: Floats, tracks: Sequence[Line], gaps: Sequence[Floats], allowed: Sequence[Floats], least: float
-) -> tuple[Floats, Floats]:
-    """(M,) px from each point to the nearest track, and the tolerance there; gaps, allowed : per track (M, T) px."""
-    nearest, tolerance = np.full(len(points), np.inf), np.full(len(points), least)
-    rows = np.arange(len(points))
-    for track, gap, limit in zip(tracks, gaps, allowed, strict=True):
-        if gap.size:
-            place = gap.argmin(axis=1)
-            _, distance = _beside(points, track, place)
-            tolerance = np.where(distance < nearest, limit[rows, place], tolerance)
-            nearest = np.minimum(distance, nearest)
-    return nearest, tolerance
-
-
-def _round(line: Line, length: float) -> Line:
-    """A closed line and `length` px of its next round."""
-    more = slice(1, 1 + int(np.ceil(length / STEP)))
-    return Line(
-        np.concatenate((line.points, line.points[more])),
-        np.concatenate((line.arcs, line.arcs[-1] + line.arcs[more])),
-        np.concatenate((line.half, line.half[more])),
-        True,
-    )
-
-
-def _longer(line: Line, length: float) -> Line:
-    """An open line carried straight on by `length` px at both ends."""
-    if len(line.points) < 2:
-        return line
-    at = STEP * np.arange(1, round(length / STEP) + 1)
-    back = min(len(line.points) - 1, max(1, len(at)))
-    first, last = (line.points[0] - line.points[back]), (line.points[-1] - line.points[-1 - back])
-    before = line.points[0] + np.outer(at[::-1], first / max(float(np.linalg.norm(first)), 1e-9))
-    after = line.points[-1] + np.outer(at, last / max(float(np.linalg.norm(last)), 1e-9))
-    half = np.ones(len(at))
-    return Line(
-        np.concatenate((before, line.points, after)),
-        np.concatenate((-at[::-1], line.arcs, line.arcs[-1] + at)),
-        np.concatenate((half * line.half[0], line.half, half * line.half[-1])),
-    )
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Places that points may have, in the order of the points, (C,) each; every one twice, for it may be followed either way.
-
-    sign : 1 where the track is followed forwards, -1 where backwards.
+    point : index of the point. curve : index of the curve. arc : length along the curve. distance : of the point from the
+    curve. tolerance : of the distance. slack : length, in addition to the fraction of `AlignmentCosts`, by which a step along
+    the curve may differ from that along the path. direction : 1 or -1, in which the curve is followed; 0 for either.
+    period : length of a closed curve, so that the shorter way round counts; infinite for an open one. path_position : of the
+    point along the path, in units of `path_unit`, which is a length.
     """
 
     point: Ints
-    track: Ints
-    sign: Ints
+    curve: Ints
     arc: Floats
     distance: Floats
     tolerance: Floats
+    slack: Floats
+    direction: Ints
+    period: Floats
+    path_position: Floats
+    path_unit: float = 1.0
 
-    @staticmethod
-    def of(walker: Line, tracks: Sequence[Line], gaps: Sequence[Floats], allowed: Sequence[Floats]) -> _Places:
-        """All places on the tracks within the tolerances; gaps, allowed : per track (M, T) px."""
-        columns: list[tuple[Array, ...]] = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0))]
-        for number, (track, gap, limit) in enumerate(zip(tracks, gaps, allowed, strict=True)):
-            if not gap.size:
-                continue
-            window = 2 * int(np.ceil(np.median(limit) / STEP)) + 1
-            lowest = gap == minimum_filter1d(gap, window, axis=1, mode="nearest")
-            point, place = np.nonzero(lowest & (gap <= limit + STEP))
-            arc, distance = _beside(walker.points[point], track, place)
-            limits = limit[point, place]
-            near = distance <= limits
-            columns.append(tuple(part[near] for part in (point, np.full(len(point), number), arc, distance, limits)))
-        points, numbers, arcs, distances, tolerances = (np.tile(np.concatenate(parts), 2) for parts in zip(*columns, strict=True))
-        order = np.argsort(points, kind="stable")
-        signs = np.repeat((1, -1), len(points) // 2)[order]
-        return _Places(points[order], numbers[order], signs, arcs[order], distances[order], tolerances[order])
+    def step_cost(self, a: Ints, b: Ints, costs: AlignmentCosts) -> Floats:
+        """Return the cost of the steps from candidates a to b, indices that broadcast: up to `costs.jump`, which is a jump."""
+        run = (self.path_position[b] - self.path_position[a]) * self.path_unit
+        step = self.arc[b] - self.arc[a]
+        period = self.period[a]
+        step = np.where(np.abs(step) > period / 2, step - np.copysign(period, step), step)
+        step = np.where(self.direction[a] == 0, np.abs(step), self.direction[a] * step)
+        excess = np.abs(step - run) / (costs.slack_fraction * run + np.maximum(self.slack[a], self.slack[b]))
+        leaves_curve = (self.curve[a] != self.curve[b]) | (self.direction[a] != self.direction[b])
+        return np.asarray(costs.jump * np.where(leaves_curve, 1.0, np.minimum(excess**2, 1.0)))
+
+    def choose(self, costs: AlignmentCosts) -> Ints:
+        """Return the index of the chosen candidate of each point that has any, of least total cost (Viterbi)."""
+        if not len(self.point):
+            return np.zeros(0, dtype=int)
+        groups = np.split(np.arange(len(self.point)), np.flatnonzero(np.diff(self.point)) + 1)
+        total = costs.misfit * (self.distance / self.tolerance) ** 2
+        predecessor = np.full(len(total), -1)
+        for before, group in pairwise(groups):
+            sums = total[before][:, None] + self.step_cost(before[:, None], group[None], costs)
+            best = sums.argmin(axis=0)
+            predecessor[group] = before[best]
+            total[group] += sums[best, np.arange(len(group))]
+        chosen = [int(groups[-1][total[groups[-1]].argmin()])]
+        while predecessor[chosen[-1]] >= 0:
+            chosen.append(int(predecessor[chosen[-1]]))
+        return np.array(chosen[::-1])
 
 
-def _beside(points: Floats, track: Line, place: Ints) -> tuple[Floats, Floats]:
-    """px along the track, and px off it, of points near its points `place`."""
-    tangent = np.gradient(track.points, axis=0)
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9)
-    offset = points - track.points[place]
-    back, on = np.where(place == 0, 0.0, -STEP), np.where(place == len(track.points) - 1, 0.0, STEP)
-    along = np.clip(np.einsum("ij,ij->i", offset, tangent[place]), back, on)
-    return track.arcs[place] + along, np.linalg.norm(offset - along[:, None] * tangent[place], axis=1)
+def nearest_samples(
+    distances: Floats, limits: Floats, half_window: int, mode: Literal["nearest", "wrap"] = "nearest"
+) -> tuple[Ints, Ints]:
+    """Return where points come nearest to a curve: local minima of the distance along it, within limits.
 
+    Parameters
+    ----------
+    distances : (N, P), from each point to each sample of the curve.
+    limits : (P,) or (N, P), the greatest distance.
+    half_window : samples on either side of which none may be nearer.
+    mode : "wrap" for a closed curve.
 
-def _likeliest(places: _Places, arcs: Floats) -> Ints:
-    """The place chosen for each point that has any.
-
-    A point near a crossing has places on both strands: all are chosen together (Viterbi).
+    Returns
+    -------
+    points, samples : (C,) indices, in the order of the points.
     """
-    groups = np.split(np.arange(len(places.point)), np.flatnonzero(np.diff(places.point)) + 1)
-    total = MISFIT * (places.distance / places.tolerance) ** 2
-    before = np.full(len(total), -1)
-    for last, this in pairwise(groups):
-        sums = total[last][:, None] + _change(places, arcs, last[:, None], this[None])
-        best = sums.argmin(axis=0)
-        before[this] = last[best]
-        total[this] += sums[best, np.arange(len(this))]
-    chosen = [int(groups[-1][total[groups[-1]].argmin()])]
-    while before[chosen[-1]] >= 0:
-        chosen.append(int(before[chosen[-1]]))
-    return np.array(chosen[::-1])
-
-
-def _change(places: _Places, arcs: Floats, a: Ints, b: Ints) -> Floats:
-    """The cost of going from place a to place b, up to JUMP, which is one."""
-    run = arcs[places.point[b]] - arcs[places.point[a]]
-    more = np.abs(places.sign[a] * (places.arc[b] - places.arc[a]) - run)
-    slack = SLACK_RUN * run + SLACK * np.maximum(places.tolerance[a], places.tolerance[b])
-    other = (places.track[a] != places.track[b]) | (places.sign[a] != places.sign[b])
-    return np.asarray(JUMP * np.where(other, 1.0, np.minimum((more / slack) ** 2, 1.0)))
+    lowest: Bools = distances == minimum_filter1d(distances, 2 * half_window + 1, axis=1, mode=mode)
+    points, samples = np.nonzero(lowest & (distances <= limits))
+    return points, samples

@@ -44,6 +44,9 @@ MAD_TO_DEVIATION = 1.4826
 NOISE_DEVIATIONS = 3.0
 """Standard deviations of the depth noise that a step in depth must exceed."""
 
+USE_FILTERED_POINTS = True
+"""Voxelize the points of filtered depth: noise of single readings breaks thin strands apart (`doo3d evaluate ablations`)."""
+
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """Return the occupied voxels with the centroids of their points, small components removed.
@@ -139,7 +142,9 @@ def _local_minimum(values: Array, window: int) -> Array:
 
 def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float) -> Floats:
     """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand."""
-    points = foreground.points if foreground.filtered is None else foreground.filtered
+    points = foreground.points
+    if USE_FILTERED_POINTS and foreground.filtered is not None:
+        points = foreground.filtered
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
         return points

@@ -37,7 +37,7 @@ def painted(labels):
     return np.array([(0, 0, 0), *COLORS], np.uint8)[labels]
 
 
-def entry(chains, subset="S1", name="img0"):
+def photo_ref(chains, subset="S1", name="img0"):
     labels = labelled(chains)
     return PhotoRef(subset, name, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
 

@@ -31,11 +31,11 @@ def even(points: np.ndarray, step: float = STEP) -> np.ndarray:
     return np.array(joints)
 
 
-def flat(points: np.ndarray, radius: float = 4.0, closed: bool = False) -> Chain:
+def chain_2d(points: np.ndarray, radius: float = 4.0, closed: bool = False) -> Chain:
     return Chain(even(points), STEP, radius, closed=closed)
 
 
-def solid(points: np.ndarray, depth: float = 0.6, closed: bool = False) -> Chain:
+def chain_3d(points: np.ndarray, depth: float = 0.6, closed: bool = False) -> Chain:
     """The 3-D chain that is seen as the line, at one depth; 12 mm segments."""
     space = CAMERA.unproject(points, np.full(len(points), depth))
     return Chain(even(space, 0.012), 0.012, 0.004, closed=closed)
@@ -56,11 +56,11 @@ def ring(lift: float = 0.0) -> np.ndarray:
     return np.column_stack((320 + 100 * np.cos(angle), 240 + 100 * np.sin(angle)))
 
 
-def loop(way: int) -> np.ndarray:
+def loop(direction: int) -> np.ndarray:
     """A line that crosses itself at (320, 300): straight on (1), or with a sharp turn before and after the loop (-1)."""
     lobe = np.column_stack((320 + 80 * np.sin(2 * np.pi * T), 300 - 140 * np.sin(np.pi * T)))
     arm = np.column_stack((160 * T, 140 * T))
-    return np.concatenate(((320, 300) - arm[::-1] * (1, -1), lobe[::way], arm + np.array((320, 300))))
+    return np.concatenate(((320, 300) - arm[::-1] * (1, -1), lobe[::direction], arm + np.array((320, 300))))
 
 
 def against(threes: list[Chain], twos: list[Chain]) -> Comparison:
@@ -68,27 +68,27 @@ def against(threes: list[Chain], twos: list[Chain]) -> Comparison:
 
 
 def near(result: Comparison, x: float, y: float, within: float = 25.0) -> bool:
-    """Every place lies near (x, y), and there is one."""
-    return bool(result.places) and all(np.hypot(place.at[0] - x, place.at[1] - y) < within for place in result.places)
+    """Every difference lies near (x, y), and there is one."""
+    return bool(result.differences) and all(np.hypot(item.at[0] - x, item.at[1] - y) < within for item in result.differences)
 
 
 def test_the_same():
-    result = against([solid(wave())], [flat(wave())])
+    result = against([chain_3d(wave())], [chain_2d(wave())])
     assert result.agrees
-    assert result.largest < 1
-    assert result.rms <= result.largest
+    assert result.max_distance < 1
+    assert result.rms_distance <= result.max_distance
     assert result.tolerance == 4
     assert result.to_dict()["agrees"] is True
     assert json.loads(json.dumps(result.to_dict()))["chains_3d"] == 1
 
 
 @pytest.mark.parametrize("line", [wave(), loop(1)])
-def test_the_way_round_does_not_matter(line):
-    assert against([solid(line)], [flat(line[::-1])]).agrees
+def test_the_direction_does_not_matter(line):
+    assert against([chain_3d(line)], [chain_2d(line[::-1])]).agrees
 
 
 def test_the_depth_does_not_matter():
-    assert against([solid(wave(), 0.3), solid(wave(150), 1.2)], [flat(wave(150)), flat(wave())]).agrees
+    assert against([chain_3d(wave(), 0.3), chain_3d(wave(150), 1.2)], [chain_2d(wave(150)), chain_2d(wave())]).agrees
 
 
 @pytest.mark.parametrize(
@@ -96,84 +96,87 @@ def test_the_depth_does_not_matter():
 )
 def test_shifted(shift, radius, agrees):
     line = np.column_stack((60 + 500 * T, 240 + 0 * T))
-    result = against([solid(line + np.array((0, shift)))], [flat(line, radius)])
+    result = against([chain_3d(line + np.array((0, shift)))], [chain_2d(line, radius)])
     assert result.agrees is agrees
-    assert result.largest == pytest.approx(shift, abs=0.05)
-    assert result.rms == pytest.approx(shift, abs=0.05)
+    assert result.max_distance == pytest.approx(shift, abs=0.05)
+    assert result.rms_distance == pytest.approx(shift, abs=0.05)
     assert result.tolerance == max(2, radius)
     if not agrees:
-        assert f"{shift:.1f} px beside the nearest 2-D chain" in result.places[0].what
-        assert result.places[0].distance == pytest.approx(shift, abs=0.05)
+        assert f"{shift:.1f} px from the nearest 2-D chain" in result.differences[0].what
+        assert result.differences[0].distance == pytest.approx(shift, abs=0.05)
 
 
 def test_the_local_width_counts():
     line = np.column_stack((60 + 500 * T, 240 + 0 * T))
     joints = even(line)
     two = Chain(joints, STEP, 4.0, radii=np.where(joints[:, 0] < 310, 8.0, 3.0))
-    result = against([solid(line + np.array((0, 5)))], [two])
-    assert all(place.at[0] > 300 for place in result.places)
+    result = against([chain_3d(line + np.array((0, 5)))], [two])
+    assert all(item.at[0] > 300 for item in result.differences)
     assert not result.agrees
 
 
 def test_a_detour_is_found_where_it_is():
     bump = wave() + np.column_stack((0 * T, 20 * np.exp(-(((T - 0.5) / 0.03) ** 2))))
-    result = against([solid(bump)], [flat(wave())])
+    result = against([chain_3d(bump)], [chain_2d(wave())])
     x, y = bump[2000]
     assert near(result, x, y, 40)
-    assert result.largest == pytest.approx(20, abs=4)
+    assert result.max_distance == pytest.approx(20, abs=4)
 
 
 @pytest.mark.parametrize(("shift", "agrees"), [(-3, True), (4, True), (11, True), (-10, False), (20, False)])
 def test_ends_may_differ_by_a_segment(shift, agrees):
     """492 px against 500 px."""
     line = np.column_stack((60 + 500 * T, 240 + 0 * T))
-    result = against([solid(line + np.array((shift, 0)))], [flat(line)])
+    result = against([chain_3d(line + np.array((shift, 0)))], [chain_2d(line)])
     assert result.agrees is agrees
 
 
 def test_cut_short():
     line = wave()
-    result = against([solid(line[:3000])], [flat(line)])
+    result = against([chain_3d(line[:3000])], [chain_2d(line)])
     assert not result.agrees
-    assert result.places[0].what.startswith("2-D chain 1 runs")
-    assert result.places[0].at[0] > line[3000, 0]
-    assert against([solid(line)], [flat(line[:3000])]).places[0].what.startswith("3-D chain 1 runs")
+    assert result.differences[0].what.startswith("2-D chain 1 runs")
+    assert result.differences[0].at[0] > line[3000, 0]
+    assert against([chain_3d(line)], [chain_2d(line[:3000])]).differences[0].what.startswith("3-D chain 1 runs")
 
 
 @pytest.mark.parametrize("gap", [0, 60, 400])
 def test_cut_in_two(gap):
     line = wave()
     pieces = [line[: 2000 - gap // 2], line[2000 + gap // 2 :]]
-    for result in (against([solid(line)], [flat(piece) for piece in pieces]), against([solid(p) for p in pieces], [flat(line)])):
+    for result in (
+        against([chain_3d(line)], [chain_2d(piece) for piece in pieces]),
+        against([chain_3d(p) for p in pieces], [chain_2d(line)]),
+    ):
         assert near(result, *line[2000], within=35)
-        assert any("goes from" in place.what for place in result.places)
+        assert any("jumps from" in item.what for item in result.differences)
 
 
 def test_reordered():
     """The same three stretches of line, joined in another order."""
     line = np.column_stack((60 + 500 * T, 240 + 0 * T))
     parts = [line[:1300], line[1300:2600], line[2600:]]
-    result = against([solid(np.concatenate((parts[1], parts[0][::-1], parts[2])))], [flat(line)])
+    result = against([chain_3d(np.concatenate((parts[1], parts[0][::-1], parts[2])))], [chain_2d(line)])
     assert not result.agrees
-    assert any(place.distance is None for place in result.places)
+    assert any(item.distance is None for item in result.differences)
 
 
 @pytest.mark.parametrize("turn", [20, 60, 160])
 def test_swapped_at_a_crossing(turn):
     angle = np.radians(turn)
-    ways = [(-1, 0), (1, 0), (-np.cos(angle), -np.sin(angle)), (np.cos(angle), np.sin(angle))]
-    arms = [np.array((320, 240)) + 180 * np.outer(T, way) for way in ways]
+    directions = [(-1, 0), (1, 0), (-np.cos(angle), -np.sin(angle)), (np.cos(angle), np.sin(angle))]
+    arms = [np.array((320, 240)) + 180 * np.outer(T, direction) for direction in directions]
     straight = [np.concatenate((arms[0][::-1], arms[1])), np.concatenate((arms[2][::-1], arms[3]))]
     swapped = [np.concatenate((arms[0][::-1], arms[3])), np.concatenate((arms[2][::-1], arms[1]))]
-    assert against([solid(line) for line in straight], [flat(line) for line in straight]).agrees
-    result = against([solid(line) for line in straight], [flat(line) for line in swapped])
+    assert against([chain_3d(line) for line in straight], [chain_2d(line) for line in straight]).agrees
+    result = against([chain_3d(line) for line in straight], [chain_2d(line) for line in swapped])
     assert near(result, 320, 240, 4 / np.sin(angle) + 25)
 
 
-def test_a_loop_taken_the_other_way():
-    result = against([solid(loop(1))], [flat(loop(-1))])
+def test_a_loop_followed_the_other_way():
+    result = against([chain_3d(loop(1))], [chain_2d(loop(-1))])
     assert near(result, 320, 300, 40)
-    assert any("goes from" in place.what for place in result.places)
+    assert any("jumps from" in item.what for item in result.differences)
 
 
 def test_rings_start_anywhere():
@@ -191,19 +194,19 @@ def test_rings_start_anywhere():
     ("threes", "twos", "names"), [([0], [0, 120], "2-D chain 2"), ([0, 120], [0], "3-D chain 2"), ([0], [], "3-D")]
 )
 def test_one_chain_too_many(threes, twos, names):
-    result = against([solid(wave(shift)) for shift in threes], [flat(wave(shift)) for shift in twos])
-    assert [place.what.startswith(names) for place in result.places] == [True]
+    result = against([chain_3d(wave(shift)) for shift in threes], [chain_2d(wave(shift)) for shift in twos])
+    assert [item.what.startswith(names) for item in result.differences] == [True]
     assert json.dumps(result.to_dict())
 
 
 def test_no_chains():
     assert against([], []).agrees
-    assert not against([], [flat(wave())]).agrees
+    assert not against([], [chain_2d(wave())]).agrees
 
 
 def test_behind_the_camera():
     joints = np.column_stack((np.zeros(9), np.zeros(9), -0.01 * np.arange(9)))
-    assert against([Chain(joints, 0.01, 0.004), solid(wave())], [flat(wave())]).agrees
+    assert against([Chain(joints, 0.01, 0.004), chain_3d(wave())], [chain_2d(wave())]).agrees
 
 
 # --- the samples, both ways --------------------------------------------------------------------------------------------
@@ -217,15 +220,16 @@ FRAMES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), FRAMES)
 def test_samples(name, index):
     """The number of cables is given: what hides a cable the 2-D mode cannot know."""
     wanted = {"merge.chains": CABLES[name]}
-    shot = open_capture(SAMPLES / name).frames[index].load()
-    result = compare(shot.data, load_config("default", wanted), load_config("image", wanted), shot.mask)
-    assert len(result.solid) == len(result.flat) == CABLES[name]
-    assert result.agrees, [place.what for place in result.places]
-    assert 0 < result.largest < result.tolerance
+    frame = open_capture(SAMPLES / name).frames[index].load()
+    result = compare(frame.data, load_config("default", wanted), load_config("image", wanted), frame.mask)
+    assert len(result.lines_3d) == len(result.lines_2d) == CABLES[name]
+    assert result.agrees, [item.what for item in result.differences]
+    assert 0 < result.max_distance < result.tolerance
 
 
 # --- the command -------------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from builders.paths import SAMPLES
 SMALL = ("--size", "640x480", "--sensor", "perfect", "--families", "straight")
 
 
+@pytest.mark.slow
 def test_scenes_are_scored_and_written(doo3d):
     options = ("--seeds", 2, "--start", 3, "--csv", "rows.csv", "--json", "all.json", "--pictures", "worst", "--worst", 2)
     code, out, err = doo3d("evaluate", "scenes", *SMALL, *options)
@@ -37,7 +38,7 @@ def test_the_number_may_be_left_to_the_data(doo3d):
         doo3d("evaluate", "scenes", *SMALL, "--seeds", 1, "--count", "auto", "--json", "a.json", "--set", "merge.chains=3")[0]
         == 0
     )
-    assert json.loads(Path("a.json").read_text())["summary"]["all"]["number_right"] == 1
+    assert json.loads(Path("a.json").read_text())["summary"]["all"]["count_correct"] == 1
 
 
 @pytest.mark.parametrize(
@@ -58,6 +59,7 @@ def test_bad_options_are_named(doo3d, options, code, part):
     assert part in err
 
 
+@pytest.mark.slow
 def test_a_capture_and_results_are_scored_against_a_truth_file(doo3d, tmp_path):
     truth = tmp_path / "mine.json"
     truth.write_bytes((SAMPLES / "straight" / "truth.json").read_bytes())
@@ -89,16 +91,18 @@ def test_frames_that_cannot_be_read_are_wrong(doo3d, tmp_path):
     code, out, err = doo3d("evaluate", "capture", folder, "--json", "e.json", "--pictures", "worst", "--worst", 3)
     assert code == 0
     assert re.search(r" 1/3 +33\.3 %", out)
-    told = [line for line in err.splitlines() if "cannot be read" in line]
-    assert [line.split()[0] for line in told] == ["000001", "000002"]
-    assert "is cut off" in told[0]
+    lines = [line for line in err.splitlines() if "cannot be read" in line]
+    assert [line.split()[0] for line in lines] == ["000001", "000002"]
+    assert "is cut off" in lines[0]
+    assert code_in(lines[0]) == "file-damaged"
     rows = json.loads(Path("e.json").read_text())["frames"]
     assert [row["correct"] for row in rows] == [True, False, False]
     assert [row["chains"] for row in rows] == [1, 0, 0]
+    assert [row["code"] for row in rows] == [None, *map(code_in, lines)]
     assert [path.name for path in Path("worst").iterdir()] == ["rope_000000.png"]
 
 
-def test_how_a_capture_is_to_be_read_is_told_to_evaluate(doo3d):
+def test_how_a_capture_is_to_be_read_is_lines_to_evaluate(doo3d):
     code, _, err = doo3d("evaluate", "capture", SAMPLES / "straight", "--input-option", "nothing=1")
     assert code == 2
     assert code_in(err) == "key-unknown"
@@ -110,17 +114,19 @@ def test_how_a_capture_is_to_be_read_is_told_to_evaluate(doo3d):
     assert re.search(r" 0/1 +0\.0 %", out)
 
 
+@pytest.mark.slow
 def test_ablations_are_a_line_each(doo3d):
     code, out, _ = doo3d("evaluate", "ablations", *SMALL, "--seeds", 1)
     assert code == 0
     lines = out.splitlines()
     assert lines[1].startswith("everything on")
     assert "1/1" in lines[1]
-    surface = next(line for line in lines if "seen surface" in line)
+    surface = next(line for line in lines if line.startswith("no refinement"))
     seen = [float(line.split()[-2]) for line in (lines[1], surface)]
     assert seen[1] > 2 + seen[0]  # mm: a radius or so beside the axis
 
 
+@pytest.mark.slow
 def test_a_bar_on_a_terminal_only(tmp_path):
     pty = pytest.importorskip("pty")
     main_end, terminal = pty.openpty()

@@ -20,6 +20,7 @@ def _files(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_same_bytes_every_time(tmp_path, monkeypatch):
     monkeypatch.setattr(samples, "CAPTURES", {"crossing": ("crossing", 3, 1)})
     monkeypatch.setattr(samples, "CLOUDS", {"open.ply": samples.CLOUDS["open.ply"], "both.npz": samples.CLOUDS["two_cables.npz"]})

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from golden.renew import AXES, CASES, HERE, difference, found, gap, golden, text
 
-from doo3d.geometry.curve_alignment import resampled, walk
+from doo3d.compare.line_alignment import align_line, resample_line
 
 MOVED = 0.5  # px
 
@@ -35,18 +35,18 @@ def test_what_is_kept_is_true(photo):
     cables = [(np.array(cable["axis"]), cable["radius"]) for cable in AXES[photo]]
     chains = json.loads(golden(photo, "image").read_text())
     assert len(chains) == len(cables)
-    truths = [resampled(axis, np.full(len(axis), radius)) for axis, radius in cables]
-    ways = []
+    truths = [resample_line(axis, np.full(len(axis), radius)) for axis, radius in cables]
+    followed = []
     for chain in chains:
         joints = np.array(chain["joints"])[:, :2]
-        way = walk(resampled(joints, np.zeros(len(joints))), truths, chain["segment_length"], 2.0)
-        assert (way.distance <= way.tolerance).all()
-        assert way.jumps == ()
-        cable = way.line[0]
-        ways.append(int(cable))
+        alignment = align_line(resample_line(joints, np.zeros(len(joints))), truths, chain["segment_length"], 2.0)
+        assert (alignment.distance <= alignment.tolerance).all()
+        assert alignment.jumps == ()
+        cable = alignment.line[0]
+        followed.append(int(cable))
         assert chain["radius"] == pytest.approx(cables[cable][1], abs=0.8)
-        assert np.ptp(way.arc) == pytest.approx(truths[cable].arcs[-1], abs=1.2 * chain["segment_length"])
-    assert sorted(ways) == list(range(len(cables)))
+        assert np.ptp(alignment.arc) == pytest.approx(truths[cable].arcs[-1], abs=1.2 * chain["segment_length"])
+    assert sorted(followed) == list(range(len(cables)))
 
 
 def test_every_file_is_of_a_photograph():

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from doo3d.config import Config, load_config
 from doo3d.errors import InputError
-from doo3d.evaluation.benchmark.fused_views import View, fused_score, shown, views_round, with_block
+from doo3d.evaluation.benchmark.fused_views import RenderedView, circle_views, fused_score, seen_fraction, with_block
 from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.inputs import FrameData, FrameRef
@@ -35,12 +35,12 @@ def scene(family: str = "crossings", seed: int = 2) -> Scene:
 
 
 @lru_cache
-def views(family: str = "crossings", seed: int = 2, count: int = 4, sensor: str = "d435") -> tuple[View, ...]:
-    return tuple(views_round(scene(family, seed), count, sensor=sensor))
+def views(family: str = "crossings", seed: int = 2, count: int = 4, sensor: str = "d435") -> tuple[RenderedView, ...]:
+    return tuple(circle_views(scene(family, seed), count, sensor=sensor))
 
 
-def frame_refs(seen: tuple[View, ...] = ()) -> list[FrameRef]:
-    return [view.entry() for view in seen or views()]
+def frame_refs(seen: tuple[RenderedView, ...] = ()) -> list[FrameRef]:
+    return [view.ref() for view in seen or views()]
 
 
 def frame_ref(shot: FrameData | Exception, name: str = "other") -> FrameRef:
@@ -53,7 +53,7 @@ def give(shot):
     return shot
 
 
-def shot_of(view: View, **changes) -> FrameData:
+def shot_of(view: RenderedView, **changes) -> FrameData:
     return replace(FrameData(view.rendered.frame, view.rendered.mask, view.pose), **changes)
 
 
@@ -61,7 +61,7 @@ def shot_of(view: View, **changes) -> FrameData:
 def test_what_one_view_misses_comes_into_view():
     """Each view hides another part, and four show more than any one; all of it is found, in one piece, within 0.5 mm."""
     own = views()
-    assert shown(list(own)) > max(shown([view]) for view in own) + 0.05
+    assert seen_fraction(list(own)) > max(seen_fraction([view]) for view in own) + 0.05
     alone, together = (fused_score(scene(), list(some), CONFIG) for some in (own[:1], own))
     assert not alone.correct
     assert together.correct

@@ -1,1 +1,1 @@
-"""The table of the paper over frames of known truth: cases, the score of each, tables and pictures."""
+"""Evaluate the detection over frames with known truth: cases, scores, tables and pictures."""

@@ -1,61 +1,122 @@
-"""What each means of the method is worth: the same frames again and again, with one of them turned off at a time."""
+"""Measure what each part of the method contributes: the same frames with one part turned off at a time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import importlib
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
 
-from ...config import Config
+from ...config import Config, load_config
 from .cases import Case
-from .evaluate import detected
+from .evaluate import detect_case
 from .rows import Row, by_family, summary
 
+
+@dataclass(frozen=True)
+class Ablation:
+    """What turns one part of the method off.
+
+    settings : dotted key -> value. constants : "module:NAME" -> value, for what is no setting.
+    """
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, Any] = field(default_factory=dict)
+
+
 DEFAULT = "everything on"
-ABLATIONS: dict[str, dict[str, object]] = {
-    DEFAULT: {},
-    "what the camera saw through does not count": {"merge.free_space_weight": 0},
-    "nor does what it did not see": {"merge.free_space_weight": 0, "merge.unknown_weight": 0},
-    "connections one by one, the cheapest first": {"merge.strategy": "greedy"},
-    "ends point as their last segment does": {"merge.direction_length": 0},
-    "ends are not expected to keep bending": {"merge.keep_bending": 0},
-    "paths not cut back at junctions": {"traverse.separation": 0},
-    "voxels from the whole width of the strands": {"voxelize.core": 0},
-    "voxels from single depth readings": {"segment.smooth": False},
-    "the chain stays on the seen surface": {"refine.rounds": 0},
-    "the axis is not smoothed": {"refine.smooth": 0},
-    "depth counts as much as sideways": {"refine.depth_weight": 1},
+ABLATIONS: dict[str, Ablation] = {
+    DEFAULT: Ablation(),
+    "no cost for free space": Ablation({"merge.free_space_weight": 0}),
+    "no cost for free or unknown space": Ablation({"merge.free_space_weight": 0, "merge.unknown_weight": 0}),
+    "greedy merging": Ablation({"merge.strategy": "greedy"}),
+    "end tangents of the last segment": Ablation({"merge.tangent_window_radii": 0}),
+    "no curvature persistence": Ablation({"merge.curvature_persistence": 0}),
+    "paths not cut back at junctions": Ablation(constants={"doo3d.stages.traverse.traverse:JUNCTION_CLEARANCE_RADII": 0.0}),
+    "voxels from the whole strand width": Ablation({"voxelize.core_fraction": 0}),
+    "voxels from unfiltered depth": Ablation(
+        constants={
+            "doo3d.stages.voxelize:USE_FILTERED_POINTS": False,
+            "doo3d.stages.segment.depth_filter:MAX_DEPTH_ERROR_RADII": math.inf,
+        }
+    ),
+    "no refinement from surface to axis": Ablation({"refine.iterations": 0}),
+    "no smoothing of the axis": Ablation(constants={"doo3d.stages.refine.estimation:SMOOTHING_RADII": 0.0}),
+    "depth weighted as lateral offset": Ablation(constants={"doo3d.stages.refine.estimation:DEPTH_WEIGHT": 1.0}),
 }
 
 
-def ablate(
-    cases: Sequence[Case], variants: Mapping[str, Config], report: Callable[[Row], None] = lambda row: None
+@contextmanager
+def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
+    """Set module constants, by "module:NAME", for the duration of the context, and restore them.
+
+    Raises
+    ------
+    AttributeError : a module has no such constant.
+    """
+    places = [(importlib.import_module(module), name) for module, _, name in (key.partition(":") for key in constants)]
+    before = [getattr(module, name) for module, name in places]
+    try:
+        for (module, name), value in zip(places, constants.values(), strict=True):
+            setattr(module, name, value)
+        yield
+    finally:
+        for (module, name), value in zip(places, before, strict=True):
+            setattr(module, name, value)
+
+
+def ablated_config(preset: str, overrides: Mapping[str, Any], ablation: Ablation) -> Config:
+    """Return the config of a preset or YAML file with overrides and the settings of an ablation."""
+    return load_config(preset, {**overrides, **ablation.settings})
+
+
+def run_ablations(
+    cases: Sequence[Case],
+    preset: str = "default",
+    overrides: Mapping[str, Any] | None = None,
+    report: Callable[[Row], None] = lambda row: None,
 ) -> dict[str, list[Row]]:
-    """The rows of each variant over the same cases, each rendered or read once; the number of cables and the mask are given."""
-    rows: dict[str, list[Row]] = {name: [] for name in variants}
+    """Score each ablation over the same cases, with their masks and numbers of cables given.
+
+    Parameters
+    ----------
+    cases : each is rendered or read once.
+    preset, overrides : the config that the ablations change.
+    report : called with each case's first row when the case is done.
+
+    Returns
+    -------
+    Name of the ablation -> a row per case.
+    """
+    configs = {name: ablated_config(preset, overrides or {}, ablation) for name, ablation in ABLATIONS.items()}
+    rows: dict[str, list[Row]] = {name: [] for name in ABLATIONS}
     for case in cases:
-        there = case.load()
-        for name, config in variants.items():
-            rows[name].append(detected(case, there, config))
-        report(rows[next(iter(variants))][-1])
+        known = case.load()
+        for name, ablation in ABLATIONS.items():
+            with constants_set(ablation.constants):
+                rows[name].append(detect_case(case, known, configs[name]))
+        report(rows[DEFAULT][-1])
     return rows
 
 
 def format_ablations(rows: Mapping[str, Sequence[Row]]) -> str:
-    """A line per variant: frames correct per family and in all, occlusions, and medians of distances."""
+    """Return a line per ablation: frames correct per family and in all, occlusions, and medians of distances."""
     families = list(by_family(next(iter(rows.values()))))
-    wide = max(map(len, rows))
+    name_width = max(map(len, rows))
     columns = [(name, max(7, len(name))) for name in (*families, "all")]
     columns += [("occlusions", 10), ("wrong", 6), ("RMS seen", 9), ("hidden", 7)]
-    lines = [" ".join([" " * wide, *(f"{name:>{width}s}" for name, width in columns)])]
-    for name, own in rows.items():
-        groups, total = by_family(own), summary(own)
-        cells = [_share([row.score.correct for row in group]) for group in (*groups.values(), own)]
+    lines = [" ".join([" " * name_width, *(f"{name:>{width}s}" for name, width in columns)])]
+    for name, group in rows.items():
+        total = summary(group)
+        cells = [_share([row.score.correct for row in part]) for part in (*by_family(group).values(), group)]
         cells += [f"{total.occlusions_correct}/{total.occlusions}", f"{total.connections - total.connections_correct}"]
         cells += [f"{total.rms_seen:.2f}", f"{total.rms_hidden:.2f}"]
-        lines.append(
-            " ".join([f"{name:{wide}s}", *(f"{cell:>{width}s}" for cell, (_, width) in zip(cells, columns, strict=True))])
-        )
+        values = zip(cells, columns, strict=True)
+        lines.append(" ".join([f"{name:{name_width}s}", *(f"{cell:>{width}s}" for cell, (_, width) in values)]))
     return "\n".join(lines)
 
 
-def _share(good: Sequence[bool]) -> str:
-    return f"{sum(good)}/{len(good)}"
+def _share(correct: Sequence[bool]) -> str:
+    return f"{sum(correct)}/{len(correct)}"

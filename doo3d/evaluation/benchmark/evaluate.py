@@ -1,4 +1,4 @@
-"""The detection run over frames of known truth."""
+"""Run the detection over frames with known truth, and score it."""
 
 from __future__ import annotations
 
@@ -18,42 +18,33 @@ from ..metrics.score import score
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Color, Truth
 from ..scenes.registry import make_scene
-from .cases import Case, Known, folder_cases, known, scene_cases
-from .rows import Row, surest
-from .tables import format_table
-
-__all__ = [
-    "Row",
-    "detected",
-    "evaluate",
-    "evaluate_captures",
-    "evaluate_rendered",
-    "evaluate_scenes",
-    "format_table",
-    "render_scenes",
-    "surest",
-]
+from .cases import Case, KnownFrame, folder_cases, known_frame, scene_cases
+from .rows import Row
 
 Masking = Literal["mask", "hsv", "auto"]
-HUE, SATURATION, VALUE = 10, 90, 25  # half-width in hue, least saturation and value of a cable's HSV box, OpenCV's units
+
+HUE_HALF_WIDTH, MIN_SATURATION, MIN_VALUE = 10, 90, 25
+"""The box of a cable's color, in OpenCV's 8-bit HSV."""
 
 
 def evaluate(
     cases: Sequence[Case],
     config: Config,
-    chains_wanted: bool = True,
+    known_count: bool = True,
     method: Masking = "mask",
     report: Callable[[Row], None] = lambda row: None,
 ) -> list[Row]:
-    """Detect in every case and score; the first is run twice and counts once, since compiling is not detecting.
+    """Detect in every case and score.
 
-    A frame that cannot be read counts as wrong, as does one in which the detection fails; its row says why.
+    The first case is run twice and counted once, so that compiling is not timed. A frame that cannot be read counts as
+    wrong, as does one in which the detection fails; its row holds the error.
 
     Parameters
     ----------
-    chains_wanted : tell the detection how many cables there are; else it decides from the data.
-    method : mask: the mask of the case is given, unless the config names another way; hsv: boxes round the cables' colour;
-    auto: whatever the config does by itself.
+    cases, config : the frames, and the config of the detection.
+    known_count : give the detection the number of cables; else it decides from the data.
+    method : "mask" gives the mask of the case unless the config names another method; "hsv" gives boxes round the cables'
+        colors; "auto" leaves the config as it is.
     report : called with each row when it is done.
 
     Raises
@@ -62,46 +53,54 @@ def evaluate(
     """
     if config.mode == "2d":
         raise ConfigError(
-            "the truth is in 3-D, the config for 2-D, for which there are evaluate mbest and evaluate cset", code="config-mode"
+            "the truth is in 3-D and the config is for 2-D: use a 3-D config, or evaluate dataset mbest or cset",
+            code="config-mode",
         )
     rows: list[Row] = []
-    warm = False
+    compiled = False
     for case in cases:
         try:
-            there = case.load()
+            known = case.load()
         except InputError as error:
-            rows.append(unreadable(case, str(error)))
+            rows.append(unreadable(case, error))
         else:
-            if not warm:
-                detected(case, there, config, chains_wanted, method)
-            warm = True
-            rows.append(detected(case, there, config, chains_wanted, method))
+            if not compiled:
+                detect_case(case, known, config, known_count, method)
+            compiled = True
+            rows.append(detect_case(case, known, config, known_count, method))
         report(rows[-1])
     return rows
 
 
-def unreadable(case: Case, error: str) -> Row:
-    """The row of a case that cannot be read: nothing was found, and it is wrong though nothing is there."""
-    got = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
-    return Row(case.name, case.family, got, float("nan"), error)
+def unreadable(case: Case, error: DooError) -> Row:
+    """Return the row of a case that cannot be read: it is wrong even if there is no cable in it."""
+    empty_score = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
+    return Row(case.name, case.family, empty_score, float("nan"), str(error), error.code)
 
 
-def detected(case: Case, there: Known, config: Config, chains_wanted: bool = True, method: Masking = "mask") -> Row:
-    """The row of one case that is loaded; arguments as of `evaluate`."""
+def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Row:
+    """Return the row of one case.
+
+    Parameters
+    ----------
+    case, known : the case, and what it loads.
+    config, known_count, method : as of `evaluate`.
+    """
     from ...pipeline import detect
 
-    used = _config(config, there.truths, chains_wanted, method)
-    mask = there.mask if method == "mask" and used.segment.method in ("auto", "mask") else None
+    used = _case_config(config, known.truths, known_count, method)
+    mask = known.mask if method == "mask" and used.segment.method in ("auto", "mask") else None
     run: Callable[..., Detection] = detect
+    error = code = None
     start = time.perf_counter()
     try:
-        found, error = run(there.data, used, mask=mask), None
+        detection = run(known.data, used, mask=mask)
     except DooError as failure:
-        found, error = Detection(()), str(failure)
+        detection, error, code = Detection(()), str(failure), failure.code
     seconds = time.perf_counter() - start
-    crossings = found.crossings if isinstance(there.data, Frame) else None
-    got = score(found.chains, there.truths, crossings)
-    return Row(case.name, case.family, got, seconds, error, found.confidence, found, case)
+    crossings = detection.crossings if isinstance(known.data, Frame) else None
+    frame_score = score(detection.chains, known.truths, crossings)
+    return Row(case.name, case.family, frame_score, seconds, error, code, detection.confidence, detection, case)
 
 
 def evaluate_scenes(
@@ -109,20 +108,30 @@ def evaluate_scenes(
     seeds: Iterable[int],
     config: Config,
     sensor: str = "d435",
-    chains_wanted: bool = True,
+    known_count: bool = True,
     method: Masking = "mask",
     size: tuple[int, int] = (1280, 720),
 ) -> list[Row]:
-    """Render scenes, detect and score, as `evaluate` does."""
-    return evaluate(scene_cases(families, seeds, sensor, size), config, chains_wanted, method)
+    """Render scenes, detect and score.
+
+    Parameters
+    ----------
+    families, seeds, sensor, size : as of `scene_cases`.
+    config, known_count, method : as of `evaluate`.
+    """
+    return evaluate(scene_cases(families, seeds, sensor, size), config, known_count, method)
 
 
 def render_scenes(
     families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
 ) -> Iterator[tuple[str, Rendered]]:
-    """(family, rendered scene) of every family and seed, one at a time; make a list of them to try several configs.
+    """Yield (family, rendered scene) of every family and seed; make a list of them to try several configs.
 
-    Of a family that is read from a file, the file's name is the family.
+    If a family is read from a file, the file's name is the family.
+
+    Parameters
+    ----------
+    families, seeds, sensor, size : as of `scene_cases`.
     """
     seeds = list(seeds)
     for family in families:
@@ -131,25 +140,36 @@ def render_scenes(
 
 
 def evaluate_rendered(
-    scenes: Iterable[tuple[str, Rendered]], config: Config, chains_wanted: bool = True, method: Masking = "mask"
+    scenes: Iterable[tuple[str, Rendered]], config: Config, known_count: bool = True, method: Masking = "mask"
 ) -> list[Row]:
-    """The same over scenes that are rendered already."""
-    cases = [Case(scene.frame.name, family, lambda scene=scene: known(scene)) for family, scene in scenes]  # type: ignore[misc]
-    return evaluate(cases, config, chains_wanted, method)
+    """Detect and score in scenes that are rendered already.
+
+    Parameters
+    ----------
+    scenes : as of `render_scenes`.
+    config, known_count, method : as of `evaluate`.
+    """
+    cases = [Case(scene.frame.name, family, lambda scene=scene: known_frame(scene)) for family, scene in scenes]  # type: ignore[misc]
+    return evaluate(cases, config, known_count, method)
 
 
-def evaluate_captures(folder: str | Path, config: Config, chains_wanted: bool = True) -> list[Row]:
-    """Detect and score all captures and clouds below `folder` that have their truth beside them.
+def evaluate_captures(folder: str | Path, config: Config, known_count: bool = True) -> list[Row]:
+    """Detect and score in all captures and clouds below a folder that have a truth file beside them.
+
+    Parameters
+    ----------
+    folder : as of `folder_cases`.
+    config, known_count : as of `evaluate`.
 
     Raises
     ------
     InputError : there are none.
     """
-    return evaluate(folder_cases(folder), config, chains_wanted)
+    return evaluate(folder_cases(folder), config, known_count)
 
 
-def _config(config: Config, truths: tuple[Truth, ...], chains_wanted: bool, method: Masking) -> Config:
-    merge = config.merge.model_copy(update={"chains": max(len(truths), 1) if chains_wanted else None})
+def _case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, method: Masking) -> Config:
+    merge = config.merge.model_copy(update={"chains": max(len(truths), 1) if known_count else None})
     segment = config.segment
     if method == "hsv":
         ranges = tuple(_hsv_range(color) for color in sorted({truth.color for truth in truths}))
@@ -158,6 +178,6 @@ def _config(config: Config, truths: tuple[Truth, ...], chains_wanted: bool, meth
 
 
 def _hsv_range(color: Color) -> HsvRange:
-    """A box round a colour that holds it from shadow to highlight."""
+    """Return a box round an RGB color that holds it from shadow to highlight."""
     hue = int(cv2.cvtColor(np.array([[color]], dtype=np.uint8), cv2.COLOR_RGB2HSV)[0, 0, 0])
-    return HsvRange(low=((hue - HUE) % 180, SATURATION, VALUE), high=((hue + HUE) % 180, 255, 255))
+    return HsvRange(low=((hue - HUE_HALF_WIDTH) % 180, MIN_SATURATION, MIN_VALUE), high=((hue + HUE_HALF_WIDTH) % 180, 255, 255))

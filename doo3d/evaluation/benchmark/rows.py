@@ -1,4 +1,4 @@
-"""The scores of many frames: a row each, and what they come to."""
+"""The scores of many frames: a row each, and their summary."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from ...types import Detection
 from ..metrics.score import FrameScore
 from .cases import Case
 
-DOUBTFUL = 0.1  # share of the frames that are left out to see what the surest are worth
+DOUBTFUL_FRACTION = 0.1
+"""Fraction of the frames, those of least confidence, that is left out to see how much more often the rest is correct."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One frame: its name and family, the score, seconds that the detection took, and the error that ended it, if any.
+    """The score of one frame.
 
-    confidence : 0 to 1, how sure the detection is. detection, case : what was found and in what; None where that is not known.
+    seconds : of the detection. error, code : sentence and code of the error that ended it; None where it ended well.
+    confidence : of the detection, 0 to 1. detection, case : the detection and its frame; None where they are unknown.
     """
 
     name: str
@@ -28,30 +30,32 @@ class Row:
     score: FrameScore
     seconds: float
     error: str | None = None
+    code: str | None = None
     confidence: float = 1.0
     detection: Detection | None = None
     case: Case | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, in the order of the columns of the CSV file."""
+        """Return plain values, in the order of the columns of the CSV file."""
         values = asdict(self.score)
         reasons = "; ".join(values.pop("reasons"))
         name = {"family": self.family, "frame": self.name}
-        return name | values | {"confidence": self.confidence, "ms": 1e3 * self.seconds, "reasons": reasons, "error": self.error}
+        timing = {"confidence": self.confidence, "ms": 1e3 * self.seconds}
+        return name | values | timing | {"reasons": reasons, "error": self.error, "code": self.code}
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What rows come to: numbers of things, and of those that are right; medians over the frames of the rest.
+    """Totals over rows, of each count and of the correct ones, and medians over the frames of the other values.
 
-    number_right : frames with as many chains as objects. surest : frames without the tenth that is least sure.
+    count_correct : frames with as many chains as objects. confident : frames without the tenth of least confidence.
     """
 
     frames: int
     frames_correct: int
-    number_right: int
-    surest: int
-    surest_correct: int
+    count_correct: int
+    confident: int
+    confident_correct: int
     occlusions: int
     occlusions_correct: int
     merges: int
@@ -59,7 +63,7 @@ class Summary:
     connections: int
     connections_correct: int
     crossings: int
-    crossings_right: int
+    crossings_correct: int
     crossings_extra: int
     rms_seen: float
     rms_hidden: float
@@ -69,18 +73,17 @@ class Summary:
     ms: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, with how many are wrong and the share of those that are right, 0 to 1."""
-        wrong = {
-            f"{what}_{kind}": count
-            for what in ("occlusions", "merges", "connections")
-            for kind, count in _wrong(getattr(self, what), getattr(self, f"{what}_correct"))
-        }
-        return asdict(self) | wrong | {"frames_accuracy": _accuracy(self.frames, self.frames_correct)}
+        """Return plain values, with the number of incorrect ones and the fraction of correct ones, 0 to 1."""
+        result = asdict(self) | {"frames_accuracy": _accuracy(self.frames, self.frames_correct)}
+        for kind in ("occlusions", "merges", "connections"):
+            total, correct = getattr(self, kind), getattr(self, f"{kind}_correct")
+            result |= {f"{kind}_incorrect": total - correct, f"{kind}_accuracy": _accuracy(total, correct)}
+        return result
 
 
 def summary(rows: Sequence[Row]) -> Summary:
-    """Of the rows of a family, or of all."""
-    scores, surest_rows = [row.score for row in rows], surest(rows)
+    """Return the summary of the rows of a family, or of all."""
+    scores, confident = [row.score for row in rows], most_confident(rows)
 
     def total(value: Callable[[FrameScore], int]) -> int:
         return sum(map(value, scores))
@@ -88,9 +91,9 @@ def summary(rows: Sequence[Row]) -> Summary:
     return Summary(
         frames=len(rows),
         frames_correct=total(lambda item: item.correct),
-        number_right=total(lambda item: item.chains == item.objects),
-        surest=len(surest_rows),
-        surest_correct=sum(row.score.correct for row in surest_rows),
+        count_correct=total(lambda item: item.chains == item.objects),
+        confident=len(confident),
+        confident_correct=sum(row.score.correct for row in confident),
         occlusions=total(lambda item: item.occlusions),
         occlusions_correct=total(lambda item: item.occlusions_correct),
         merges=total(lambda item: item.merges),
@@ -98,7 +101,7 @@ def summary(rows: Sequence[Row]) -> Summary:
         connections=total(lambda item: item.connections),
         connections_correct=total(lambda item: item.connections - item.connections_wrong),
         crossings=total(lambda item: item.crossings),
-        crossings_right=total(lambda item: item.crossings_right),
+        crossings_correct=total(lambda item: item.crossings_correct),
         crossings_extra=total(lambda item: item.crossings_extra),
         rms_seen=_median([item.rms_seen for item in scores]),
         rms_hidden=_median([item.rms_hidden for item in scores]),
@@ -110,31 +113,27 @@ def summary(rows: Sequence[Row]) -> Summary:
 
 
 def by_family(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """The rows of each family, in the order in which families first come."""
+    """Return the rows of each family, in the order in which families first appear."""
     return {family: [row for row in rows if row.family == family] for family in dict.fromkeys(row.family for row in rows)}
 
 
-def surest(rows: Sequence[Row]) -> list[Row]:
-    """The rows without the tenth that is least sure; of equals the later go."""
+def most_confident(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows without the tenth of least confidence; of equal ones the later are left out."""
     order = sorted(range(len(rows)), key=lambda k: (-rows[k].confidence, k))
-    return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL * len(rows))])]
+    return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL_FRACTION * len(rows))])]
 
 
 def worst(rows: Sequence[Row], count: int) -> list[Row]:
-    """The `count` worst rows, the worst first: wrong ones before right ones, by how much is wrong, then by the greater RMS."""
+    """Return the `count` worst rows, worst first: wrong before correct, then by the number of faults, then by the RMS."""
 
     def badness(row: Row) -> tuple[bool, int, float, float]:
         score = row.score
-        wrong = score.connections_wrong + score.occlusions - score.occlusions_correct + abs(score.chains - score.objects)
-        wrong += score.crossings - score.crossings_right + score.crossings_extra
-        missing = 0.0 if score.correct else 1 - score.coverage + score.off
-        return not score.correct, wrong, missing, max(filter(math.isfinite, (0.0, score.rms_seen, score.rms_hidden)))
+        faults = score.connections_wrong + score.occlusions - score.occlusions_correct + abs(score.chains - score.objects)
+        faults += score.crossings - score.crossings_correct + score.crossings_extra
+        missing = 0.0 if score.correct else 1 - score.coverage + score.off_fraction
+        return not score.correct, faults, missing, max(filter(math.isfinite, (0.0, score.rms_seen, score.rms_hidden)))
 
     return sorted(rows, key=badness, reverse=True)[:count]
-
-
-def _wrong(total: int, correct: int) -> list[tuple[str, Any]]:
-    return [("incorrect", total - correct), ("accuracy", _accuracy(total, correct))]
 
 
 def _accuracy(total: int, correct: int) -> float:

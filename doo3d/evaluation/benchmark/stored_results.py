@@ -1,4 +1,4 @@
-"""Results that are on the disk already, scored: the folder that `doo3d detect` wrote."""
+"""Score results on disk: the folder that `doo3d detect` wrote."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from .rows import Row
 
 
 def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
-    """The score of every frame that the truth knows; one without a result counts as one in which nothing was found.
+    """Return the score of every frame that the truth names; a frame without a result counts as one without chains.
 
     Parameters
     ----------
-    folder : with a <frame>.json of schema doo3d/detection/1 for each frame. truth : a file as `write_truth` writes it.
+    folder : with a <frame>.json of a doo3d/detection schema for each frame.
+    truth : a file as written by `write_truth`.
 
     Raises
     ------
@@ -27,26 +28,27 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
     paths = {name: folder / f"{name}.json" for name in frames}
     if not any(path.exists() for path in paths.values()):
         raise InputError(
-            f"{folder}: has a result for none of the frames that {truth} knows ({_some(list(frames))})", code="results-missing"
+            f"{folder}: has a result for none of the frames that {truth} names ({_first_names(list(frames))})",
+            code="results-missing",
         )
     rows = []
     for name, truths in frames.items():
-        there = paths[name].exists()
-        found = _in_3d(paths[name]) if there else Detection(())
-        crossings = found.crossings if found.coordinates == "camera" else None
-        seconds = sum(found.seconds.values()) if found.seconds else float("nan")
-        error = None if there else "no result"
-        family = folder.resolve().name
-        rows.append(Row(name, family, score(found.chains, truths, crossings), seconds, error, found.confidence, found))
+        missing = not paths[name].exists()
+        detection = Detection(()) if missing else _read_3d(paths[name])
+        crossings = detection.crossings if detection.coordinates == "camera" else None
+        frame_score = score(detection.chains, truths, crossings)
+        seconds = sum(detection.seconds.values()) if detection.seconds else float("nan")
+        error, code = ("no result", "results-missing") if missing else (None, None)
+        rows.append(Row(name, folder.resolve().name, frame_score, seconds, error, code, detection.confidence, detection))
     return rows
 
 
-def _in_3d(path: Path) -> Detection:
-    found = read_detection(path)
-    if found.mode != "3d":
-        raise InputError(f"{path}: is of the 2-D mode, the truth is in 3-D", code="results-2d")
-    return found
+def _read_3d(path: Path) -> Detection:
+    detection = read_detection(path)
+    if detection.mode != "3d":
+        raise InputError(f"{path}: is of the 2-D mode, the truth is in 3-D: detect with a 3-D config", code="results-2d")
+    return detection
 
 
-def _some(names: list[str]) -> str:
+def _first_names(names: list[str]) -> str:
     return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")

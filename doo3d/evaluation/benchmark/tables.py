@@ -1,4 +1,4 @@
-"""Rows as a table for people, as CSV and as JSON."""
+"""Format rows as a table for people, as CSV and as JSON."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 from ...outputs.detection_json import dumps
 from .rows import Row, Summary, by_family, summary
 
-SCHEMA = "doo3d/evaluation/1"
+SCHEMA = "doo3d/evaluation/2"
 COLUMNS = (
     ("frames correct", "", 15),
-    ("number", "right", 8),
-    ("surest", "90 %", 8),
+    ("number", "correct", 8),
+    ("confident", "90 %", 9),
     ("occlusions", "correct", 15),
     ("merges", "correct", 15),
     ("connections", "correct", 20),
@@ -28,73 +28,75 @@ COLUMNS = (
     ("radius", "ratio", 7),
     ("time", "ms", 6),
 )
+"""Two lines of a column's title, and its width in characters."""
 
 
 def format_table(rows: Sequence[Row]) -> str:
-    """Per family and in all: counts by the paper's strict rule; medians over frames of distances, radius and time.
+    """Return a line per family and one for all: counts by the paper's strict rule; medians of distances, radius and time.
 
-    number right: frames with as many chains as objects. surest 90 %: correct ones of the frames without the tenth whose
-    connections are least sure. upper strand: crossings at which the right strand is on top, of all that the camera sees.
+    number correct: frames with as many chains as objects. confident 90 %: correct ones of the frames without the tenth of
+    least confidence. upper strand: crossings with the right strand on top, of all that the camera sees.
     """
     families = by_family(rows)
-    wide = max(map(len, [*families, "all"]))
-    lines = [" ".join([" " * wide, *(f"{column[k]:>{column[2]}s}" for column in COLUMNS)]) for k in (0, 1)]
-    lines += [_line(family, wide, summary(own)) for family, own in families.items()]
+    name_width = max(map(len, [*families, "all"]))
+    lines = [" ".join([" " * name_width, *(f"{column[k]:>{column[2]}s}" for column in COLUMNS)]) for k in (0, 1)]
+    lines += [_line(family, name_width, summary(group)) for family, group in families.items()]
     if len(families) > 1:
-        lines += ["-" * len(lines[0]), _line("all", wide, summary(rows))]
+        lines += ["-" * len(lines[0]), _line("all", name_width, summary(rows))]
     return "\n".join(lines)
 
 
-def _line(name: str, wide: int, own: Summary) -> str:
+def _line(name: str, name_width: int, total: Summary) -> str:
     cells = (
-        _share(own.frames_correct, own.frames, 1),
-        _percent(own.number_right, own.frames),
-        _percent(own.surest_correct, own.surest),
-        _share(own.occlusions_correct, own.occlusions, 1),
-        _share(own.merges_correct, own.merges, 1),
-        _share(own.connections_correct, own.connections, 2),
-        f"{own.connections - own.connections_correct}",
-        _share(own.crossings_right, own.crossings, 1),
-        _number(own.rms_seen, 2),
-        _number(own.rms_hidden, 2),
-        _number(own.node_error, 1),
-        _number(own.end_error, 1),
-        _number(own.radius_ratio, 2),
-        _number(own.ms, 0),
+        _share(total.frames_correct, total.frames, 1),
+        _percent(total.count_correct, total.frames),
+        _percent(total.confident_correct, total.confident),
+        _share(total.occlusions_correct, total.occlusions, 1),
+        _share(total.merges_correct, total.merges, 1),
+        _share(total.connections_correct, total.connections, 2),
+        f"{total.connections - total.connections_correct}",
+        _share(total.crossings_correct, total.crossings, 1),
+        _number(total.rms_seen, 2),
+        _number(total.rms_hidden, 2),
+        _number(total.node_error, 1),
+        _number(total.end_error, 1),
+        _number(total.radius_ratio, 2),
+        _number(total.ms, 0),
     )
-    return " ".join([f"{name:{wide}s}", *(f"{cell:>{column[2]}s}" for cell, column in zip(cells, COLUMNS, strict=True))])
+    values = zip(cells, COLUMNS, strict=True)
+    return " ".join([f"{name:{name_width}s}", *(f"{cell:>{column[2]}s}" for cell, column in values)])
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """A line per frame below a line of names; numbers in full, what is not known left empty."""
+    """Return a line of names and a line per frame; numbers in full, unknown values left empty."""
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
     for k, row in enumerate(rows):
         values = row.to_dict()
         if k == 0:
             table.writerow(values)
-        table.writerow(["" if _unknown(value) else value for value in values.values()])
+        table.writerow(["" if _is_unknown(value) else value for value in values.values()])
     return file.getvalue()
 
 
 def json_text(rows: Sequence[Row], settings: Mapping[str, Any]) -> str:
-    """The settings, the summary of each family and of all, and every frame; null for what is not known."""
+    """Return the settings, the summary of each family and of all, and every frame as JSON; null for unknown values."""
     groups = by_family(rows) | {"all": list(rows)}
-    summaries = {name: summary(own).to_dict() for name, own in groups.items()}
+    summaries = {name: summary(group).to_dict() for name, group in groups.items()}
     frames = [row.to_dict() for row in rows]
     return dumps({"schema": SCHEMA, "settings": dict(settings), "summary": summaries, "frames": frames})
 
 
-def _unknown(value: Any) -> bool:
+def _is_unknown(value: Any) -> bool:
     return value is None or (isinstance(value, float) and not math.isfinite(value))
 
 
-def _percent(good: int, total: int) -> str:
-    return f"{100 * good / total:.1f} %" if total else "-"
+def _percent(correct: int, total: int) -> str:
+    return f"{100 * correct / total:.1f} %" if total else "-"
 
 
-def _share(good: int, total: int, digits: int) -> str:
-    return f"{good}/{total} {100 * good / total:.{digits}f} %" if total else "-"
+def _share(correct: int, total: int, digits: int) -> str:
+    return f"{correct}/{total} {100 * correct / total:.{digits}f} %" if total else "-"
 
 
 def _number(value: float, digits: int) -> str:

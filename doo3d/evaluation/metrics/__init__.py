@@ -1,1 +1,1 @@
-"""What a detection is worth beside the truth: the strict score, crossings, merges, node distances."""
+"""Measure a detection against the truth: the strict score of a frame, its crossings, merges and node distances."""

@@ -1,8 +1,8 @@
-"""Where true cables cross in the view, and whether a detection says rightly which of them is on top."""
+"""Find where true cables cross in the view, and count the crossings detected with the right strand on top."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,95 +11,126 @@ from scipy.optimize import linear_sum_assignment
 from ...geometry.intersections import PolylineSet, find_intersections
 from ...types import Bools, Chain, Crossing, Floats, Ints, SegmentRef
 from ..scenes.model import Truth
-from .alignment import Walk
+from .alignment import ChainAlignment
 
-NEIGHBOURS = 4.0  # radii along a cable; nearer places of it are one place, which does not cross itself
-NEAR_RADII = 5.0  # a crossing that was found is the true one within so many radii and a segment along both strands
-NEVER = 1e6  # m, instead of infinity, which the assignment does not take
+MIN_SELF_CROSSING_RADII = 4.0
+"""Radii along a cable between the two strands of a crossing; nearer ones are one place, not a crossing."""
 
-View = Callable[[Floats], tuple[Floats, Floats]]
+MAX_OFFSET_RADII = 5.0
+"""Radii, in addition to a segment, by which a detected crossing may lie off the true one along each strand."""
+
+NO_MATCH = 1e6
+"""m; cost of an impossible match, instead of infinity, with which the assignment cannot work."""
 
 
 @dataclass(frozen=True)
 class TrueCrossings:
-    """C crossings of true cables. cable, arc : (C, 2), upper strand first; m along the cable. seen : (C,) bool, the upper is."""
+    """C crossings of true cables.
+
+    cable, arc : (C, 2), upper strand first; index of the cable, and m along it. seen : (C,) bool, the upper strand is seen.
+    """
 
     cable: Ints
     arc: Floats
     seen: Bools
 
 
-def from_camera(points: Floats) -> tuple[Floats, Floats]:
-    """Points (N, 3) m of the camera frame as the camera sees them: (N, 2) on the plane z = 1, and their distance (N,)."""
+def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
+    """Return all crossings of the cables' axes in the camera's view; the upper strand is the nearer one there."""
+    if not truths:
+        return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
+    closed = [truth.closed for truth in truths]
+    axes = [np.concatenate((truth.axis, truth.axis[:1])) if truth.closed else truth.axis for truth in truths]
+    seen = [_seen_samples(truth, len(axis)) for truth, axis in zip(truths, axes, strict=True)]
+    planar, depths = zip(*map(_project, axes), strict=True)
+    intersections = find_intersections(planar, closed)
+    values = PolylineSet.from_polylines([np.column_stack(both) for both in zip(depths, seen, strict=True)], closed)
+    at_crossing = values.interpolate(intersections.chain, intersections.segment + intersections.t)
+    arc = (intersections.segment + intersections.t) * np.array([truth.spacing for truth in truths])[intersections.chain]
+    cable, upper = intersections.chain, (at_crossing[:, 1, 0] < at_crossing[:, 0, 0]).astype(int)
+    order = np.column_stack((upper, 1 - upper))
+    cable, arc = np.take_along_axis(cable, order, axis=1), np.take_along_axis(arc, order, axis=1)
+    upper_seen = np.take_along_axis(at_crossing[:, :, 1], order, axis=1)[:, 0] > 0
+    gaps = [_arc_gap(truths[a], *arcs) if a == b else np.inf for (a, b), arcs in zip(cable.tolist(), arc.tolist(), strict=True)]
+    apart = np.array(gaps) > MIN_SELF_CROSSING_RADII * np.array([truth.radius for truth in truths])[cable[:, 0]]
+    return TrueCrossings(cable[apart], arc[apart], upper_seen[apart])
+
+
+def _project(points: Floats) -> tuple[Floats, Floats]:
+    """Return points (N, 3) m of the camera frame as (N, 2) on the plane z = 1, and their depth (N,) m."""
     z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
     return points[:, :2] / z[:, None], points[:, 2]
 
 
-def true_crossings(truths: Sequence[Truth], view: View = from_camera) -> TrueCrossings:
-    """Every place where the axes of cables cross in the view; the upper one is the nearer there."""
-    if not truths:
-        return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
-    closed = [truth.closed for truth in truths]
-    ways = [np.concatenate((truth.axis, truth.axis[:1])) if truth.closed else truth.axis for truth in truths]
-    seen = [np.ones(len(way)) if truth.seen is None else truth.seen[np.arange(len(way)) % len(truth.axis)]
-            for truth, way in zip(truths, ways, strict=True)]  # fmt: skip
-    flat, away = zip(*map(view, ways), strict=True)
-    found = find_intersections(flat, closed)
-    lines = PolylineSet.from_polylines([np.column_stack(both) for both in zip(away, seen, strict=True)], closed)
-    there = lines.interpolate(found.chain, found.segment + found.t)
-    arc = (found.segment + found.t) * np.array([truth.spacing for truth in truths])[found.chain]
-    cable, upper = found.chain, (there[:, 1, 0] < there[:, 0, 0]).astype(int)
-    order = np.column_stack((upper, 1 - upper))
-    cable, arc = np.take_along_axis(cable, order, axis=1), np.take_along_axis(arc, order, axis=1)
-    shown = np.take_along_axis(there[:, :, 1], order, axis=1)[:, 0] > 0
-    gap = [_gap(truths[a], *arcs) if a == b else np.inf for (a, b), arcs in zip(cable.tolist(), arc.tolist(), strict=True)]
-    apart = np.array(gap) > NEIGHBOURS * np.array([truth.radius for truth in truths])[cable[:, 0]]
-    return TrueCrossings(cable[apart], arc[apart], shown[apart])
+def _seen_samples(truth: Truth, count: int) -> Floats:
+    """Return 1 for each of the first `count` axis samples that is seen, else 0; a closed axis is repeated."""
+    return np.ones(count) if truth.seen is None else truth.seen[np.arange(count) % len(truth.axis)].astype(float)
 
 
-def _gap(truth: Truth, one: float, other: float) -> float:
-    """m along the cable from one arc to another, the shorter way round a ring."""
-    gap = abs(one - other)
+def _arc_gap(truth: Truth, a: float, b: float) -> float:
+    """Return the length in m between two arcs, the shorter way round a closed cable."""
+    gap = abs(a - b)
     return min(gap % truth.length, -gap % truth.length) if truth.closed else gap
 
 
-def count_right(
-    found: Sequence[Crossing], chains: Sequence[Chain], walks: Sequence[Walk], truths: Sequence[Truth], true: TrueCrossings
+def count_crossings(
+    detected: Sequence[Crossing],
+    chains: Sequence[Chain],
+    alignments: Sequence[ChainAlignment],
+    truths: Sequence[Truth],
+    true: TrueCrossings,
 ) -> tuple[int, int]:
-    """How many of the true crossings that are seen were found with the right strand on top, and how many found are none.
+    """Count the detected crossings that are correct, and those that do not exist.
 
-    walks : of each of the chains along the cables.
+    Parameters
+    ----------
+    detected : the crossings of the detection.
+    chains, alignments : its chains, and each one's alignment with the cables.
+    truths, true : the cables, and their crossings.
+
+    Returns
+    -------
+    correct : true crossings, with the upper strand seen, that were detected with the right strand on top.
+    extra : detected crossings without a true one.
     """
-    miss = np.full((len(true.cable), len(found), 2), NEVER)
-    for k, crossing in enumerate(found):
-        sides = [_arc(walks[side.chain], side) for side in (crossing.upper, crossing.lower)]
+    offsets = np.full((len(true.cable), len(detected), 2), NO_MATCH)
+    for k, crossing in enumerate(detected):
+        sides = [_position(alignments[side.chain], side) for side in (crossing.upper, crossing.lower)]
         if sides[0] is None or sides[1] is None:
             continue
         slack = chains[crossing.upper.chain].segment_length
-        for c in range(len(miss)):
+        for c in range(len(offsets)):
             for flip, pair in enumerate(((sides[0], sides[1]), (sides[1], sides[0]))):
-                miss[c, k, flip] = _miss(truths, true, c, pair, slack)
-    rows, columns = linear_sum_assignment(miss.min(axis=2))
-    paired = miss[rows, columns].min(axis=1) < NEVER
-    right = paired & (miss[rows, columns, 0] <= miss[rows, columns, 1]) & true.seen[rows]
-    return int(right.sum()), len(found) - int(paired.sum())
+                offsets[c, k, flip] = _offset(truths, true, c, pair, slack)
+    rows, columns = linear_sum_assignment(offsets.min(axis=2))
+    matched = offsets[rows, columns].min(axis=1) < NO_MATCH
+    correct = matched & (offsets[rows, columns, 0] <= offsets[rows, columns, 1]) & true.seen[rows]
+    return int(correct.sum()), len(detected) - int(matched.sum())
 
 
-def _arc(walk: Walk, place: SegmentRef) -> tuple[int, float] | None:
-    """The cable and the arc in m of the middle of a segment; None where the chain follows nothing."""
-    joint = place.segment + 0.5
-    for track in walk.tracks:
-        if track.joints[0] - 0.5 <= joint <= track.joints[-1] + 0.5:
-            return track.cable, float(np.interp(joint, track.joints, track.arcs))
+def _position(alignment: ChainAlignment, ref: SegmentRef) -> tuple[int, float] | None:
+    """Return the cable and the arc in m of the middle of a segment; None if it is on no cable."""
+    joint = ref.segment + 0.5
+    for stretch in alignment.stretches:
+        if stretch.joints[0] - 0.5 <= joint <= stretch.joints[-1] + 0.5:
+            return stretch.cable, float(np.interp(joint, stretch.joints, stretch.arcs))
     return None
 
 
-def _miss(truths: Sequence[Truth], true: TrueCrossings, c: int, pair: tuple[tuple[int, float], ...], slack: float) -> float:
-    """How far, m, the places of a pair lie from the strands of a true crossing, upper first; NEVER when not near."""
+def _offset(truths: Sequence[Truth], true: TrueCrossings, c: int, pair: tuple[tuple[int, float], ...], slack: float) -> float:
+    """Return the total distance in m of a pair of positions from the strands of true crossing c.
+
+    Parameters
+    ----------
+    truths, true : the cables, and their crossings.
+    c : index of the true crossing.
+    pair : cable and arc in m of the upper and of the lower strand.
+    slack : m that each position may be off in addition to MAX_OFFSET_RADII; NO_MATCH is returned beyond that.
+    """
     total = 0.0
-    for (cable, arc), is_cable, is_arc in zip(pair, true.cable[c], true.arc[c], strict=True):
-        gap = _gap(truths[cable], arc, is_arc)
-        if cable != is_cable or gap > NEAR_RADII * truths[cable].radius + slack:
-            return NEVER
+    for (cable, arc), true_cable, true_arc in zip(pair, true.cable[c], true.arc[c], strict=True):
+        gap = _arc_gap(truths[cable], arc, true_arc)
+        if cable != true_cable or gap > MAX_OFFSET_RADII * truths[cable].radius + slack:
+            return NO_MATCH
         total += gap
     return total

@@ -1,4 +1,4 @@
-"""Whether the connections that merging made hold together what belongs together."""
+"""Count the connections made by merging that join parts which do not belong together."""
 
 from __future__ import annotations
 
@@ -7,28 +7,29 @@ from itertools import pairwise
 import numpy as np
 
 from ...types import Chain
-from .alignment import Walk
+from .alignment import ChainAlignment
 
-AROUND = 3.0  # segments beside what a connection filled in, within which a break of the order is its doing
+MAX_SEGMENTS_FROM_FILL = 3.0
+"""Segments beside a filled gap within which a break of the order is blamed on the connection."""
 
 
-def wrong_merges(chain: Chain, walk: Walk) -> int:
-    """How many of the chain's connections are wrong: the order along the cables breaks there, or one side follows nothing.
+def wrong_merges(chain: Chain, alignment: ChainAlignment) -> int:
+    """Return the number of wrong connections: the order along the cables breaks there, or one side is on no cable.
 
-    A break belongs to the nearest connection, and to none where that is farther than AROUND segments.
+    A break is blamed on the nearest connection, or on none if that is more than MAX_SEGMENTS_FROM_FILL away.
     """
-    spans = [_span(chain, connection.segment) for connection in chain.connections]
-    wrong = {k for k, span in enumerate(spans) if not all(_followed(walk, joint) for joint in _beside(chain, span))}
-    for before, after in pairwise(walk.tracks):
+    spans = [_filled_span(chain, connection.segment) for connection in chain.connections]
+    wrong = {k for k, span in enumerate(spans) if not all(_is_aligned(alignment, joint) for joint in _joints_beside(chain, span))}
+    for before, after in pairwise(alignment.stretches):
         first, last = float(before.joints[-1]), float(after.joints[0])
-        away = [max(low - last, first - high, 0.0) for low, high in spans]
-        if away and min(away) <= AROUND:
-            wrong.add(int(np.argmin(away)))
+        distances = [max(low - last, first - high, 0.0) for low, high in spans]
+        if distances and min(distances) <= MAX_SEGMENTS_FROM_FILL:
+            wrong.add(int(np.argmin(distances)))
     return len(wrong)
 
 
-def _span(chain: Chain, segment: int) -> tuple[int, int]:
-    """The first and the last joint of what was filled in round a segment."""
+def _filled_span(chain: Chain, segment: int) -> tuple[int, int]:
+    """Return the first and the last joint of the filled gap that a segment is in."""
     low, high = segment, segment + 1
     while low > 0 and chain.occluded[low - 1]:
         low -= 1
@@ -37,9 +38,9 @@ def _span(chain: Chain, segment: int) -> tuple[int, int]:
     return low, high
 
 
-def _beside(chain: Chain, span: tuple[int, int]) -> tuple[int, int]:
+def _joints_beside(chain: Chain, span: tuple[int, int]) -> tuple[int, int]:
     return max(span[0] - 1, 0), min(span[1] + 1, len(chain.joints) - 1)
 
 
-def _followed(walk: Walk, joint: int) -> bool:
-    return any(track.joints[0] - 1 <= joint <= track.joints[-1] + 1 for track in walk.tracks)
+def _is_aligned(alignment: ChainAlignment, joint: int) -> bool:
+    return any(stretch.joints[0] - 1 <= joint <= stretch.joints[-1] + 1 for stretch in alignment.stretches)

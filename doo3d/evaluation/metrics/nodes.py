@@ -1,4 +1,4 @@
-"""How far the nodes of a chain lie from the same nodes of the true cable, as trackers count them."""
+"""Measure the distance of a chain's nodes from the same nodes of the true cable, as trackers are measured."""
 
 from __future__ import annotations
 
@@ -8,32 +8,35 @@ from scipy.spatial.distance import cdist
 from ...types import Chain, Floats
 from ..scenes.model import Truth
 
-SEAMS = 10  # places per node at which a ring is tried to begin
+STARTS_PER_NODE = 10
+"""Positions per node at which the first node of a closed cable is tried."""
 
 
 def node_error(chain: Chain, truth: Truth) -> float:
-    """Mean distance in mm between joint i of the chain and node i of the cable, as many and evenly along it.
+    """Return the mean distance in mm of joint i of the chain from node i of as many even nodes of the cable.
 
-    Order counts, place along the cable counts, too; of the two directions, and of a ring's beginnings, the better.
+    Both the order and the position along the cable count. Of the two directions, and of the starts on a closed cable, the
+    best one is taken.
     """
     if truth.closed:
-        return 1e3 * _round(chain.joints[:-1] if chain.closed else chain.joints, truth)
-    nodes = _at(truth, np.linspace(0, truth.length, len(chain.joints)))
-    return 1e3 * float(min(np.linalg.norm(chain.joints - way, axis=1).mean() for way in (nodes, nodes[::-1])))
+        return 1e3 * _closed_error(chain.joints[:-1] if chain.closed else chain.joints, truth)
+    nodes = _axis_points(truth, np.linspace(0, truth.length, len(chain.joints)))
+    return 1e3 * float(min(np.linalg.norm(chain.joints - ordered, axis=1).mean() for ordered in (nodes, nodes[::-1])))
 
 
-def _round(joints: Floats, truth: Truth) -> float:
-    """The mean distance in m of nodes (K, 3) to K nodes round a ring, begun where it fits best."""
+def _closed_error(joints: Floats, truth: Truth) -> float:
+    """Return the mean distance in m of joints (K, 3) from K even nodes of a closed cable, from the best start."""
     count = len(joints)
-    ring = _at(truth, np.arange(count * SEAMS) * truth.length / (count * SEAMS))
-    start, node = np.arange(count * SEAMS)[:, None], np.arange(count)[None]
-    gap = [cdist(way, ring)[node, (start + SEAMS * node) % len(ring)].mean(axis=1).min() for way in (joints, joints[::-1])]
-    return float(min(gap))
+    starts = count * STARTS_PER_NODE
+    ring = _axis_points(truth, np.arange(starts) * truth.length / starts)
+    start, node = np.arange(starts)[:, None], np.arange(count)[None]
+    matching = (start + STARTS_PER_NODE * node) % len(ring)
+    return float(min(cdist(ordered, ring)[node, matching].mean(axis=1).min() for ordered in (joints, joints[::-1])))
 
 
-def _at(truth: Truth, arcs: Floats) -> Floats:
-    """(K, 3) points of the axis at arcs (K,) in m."""
-    axis, along = truth.axis, truth.arcs
+def _axis_points(truth: Truth, arcs: Floats) -> Floats:
+    """Return the points (K, 3) of the axis at arcs (K,) in m."""
+    axis, axis_arcs = truth.axis, truth.arcs
     if truth.closed:
-        axis, along = np.vstack((axis, axis[:1])), np.append(along, truth.length)
-    return np.column_stack([np.interp(arcs, along, axis[:, k]) for k in range(3)])
+        axis, axis_arcs = np.vstack((axis, axis[:1])), np.append(axis_arcs, truth.length)
+    return np.column_stack([np.interp(arcs, axis_arcs, axis[:, k]) for k in range(3)])

@@ -1,1 +1,1 @@
-"""Labelled photographs for the 2-D mode: reading them, scoring, tables and pictures."""
+"""Evaluate the 2-D mode on public photographs with instance labels."""

@@ -1,4 +1,4 @@
-"""Public photographs of cables with instance labels: mBEST's S1 to S3 and the C1 to C3 of FASTDLO, RT-DLO and mBEST."""
+"""Read public photographs of cables with instance labels: mBEST's S1 to S3, and C1 to C3 of FASTDLO, RT-DLO and mBEST."""
 
 from __future__ import annotations
 
@@ -13,16 +13,23 @@ import numpy as np
 from ...errors import ConfigError, InputError
 from ...types import Array, Bools, Ints
 
-# what parts the coloured cables from the black cloth, in OpenCV's 8-bit HSV: pink on both sides of hue 0, green, teal
 HSV_RANGES = (
     ((0, 20, 75), (20, 255, 255)),
     ((160, 20, 75), (180, 255, 255)),
     ((25, 20, 75), (50, 255, 255)),
     ((50, 20, 20), (120, 255, 255)),
 )
-CSET_SIZE = (640, 360)  # px, width and height: some of the labels are a row or a column short
-SPECK = 30  # px: what a label image has fewer of, of a colour or in one piece, is no cable
-NETWORK_OBJECT = 127  # of 255: what is above is object for the network
+"""Boxes in OpenCV's 8-bit HSV that separate mBEST's cables from the black cloth: pink on both sides of hue 0, green, teal."""
+
+CSET_SIZE = (640, 360)
+"""px, width and height of the C1 to C3 images: some of the labels are a row or a column short."""
+
+MIN_CABLE_PIXELS = 30
+"""Pixels; a smaller region of a label image, or a color with fewer, is not a cable."""
+
+MIN_NETWORK_SCORE = 127
+"""Of 255; a higher value of the network's mask is object."""
+
 _IMAGES = ("images", "test_imgs")
 _LABELS = ("labels", "gt_labels", "test_labels")
 _MASKS = ("masks", "test_masks")
@@ -32,8 +39,8 @@ _MASKS = ("masks", "test_masks")
 class Photo:
     """One photograph and its truth.
 
-    subset, name : such as S1 and img0. image : (H, W, 3) uint8 RGB. mask : (H, W) bool, what the detection is given.
-    labels : (H, W) int, 0 background, i the pixels that show cable i; at a crossing those of the upper one.
+    subset, name : such as S1 and img0. image : (H, W, 3) uint8 RGB. mask : (H, W) bool, the mask that the detection is given.
+    labels : (H, W) int, 0 background, i the pixels that show cable i; at a crossing those of the upper cable.
     """
 
     subset: str
@@ -44,7 +51,7 @@ class Photo:
 
     @property
     def cables(self) -> int:
-        """How many there are."""
+        """The number of cables."""
         return int(self.labels.max(initial=0))
 
 
@@ -58,134 +65,145 @@ class PhotoRef:
 
 
 def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
-    """The photographs below S1, S2, S3 in `folder`, or in dataset/ of the public repository's checkout.
+    """List the photographs below S1, S2, S3 in a folder, or in dataset/ of the public repository's checkout.
 
-    Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/. The masks: labels, their
-    foreground; hsv, the colour of the cables.
+    Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/.
+
+    Parameters
+    ----------
+    folder : the data set.
+    masks : "labels" for the labels' foreground, "hsv" for the color of the cables.
+    subsets : such as S1; None for all.
 
     Raises
     ------
-    InputError : there are none, or a label is missing. ConfigError : there are no such masks.
+    InputError : there are no photographs, or a label is missing.
+    ConfigError : there are no such masks.
     """
-    folder = _checked(folder, masks, ("labels", "hsv"))
+    folder = _check_masks(folder, masks, ("labels", "hsv"))
 
     def loader(subset: str, image: Path, label: Path) -> Callable[[], Photo]:
         def load() -> Photo:
-            color, labels = _color(image), _numbers(label)
-            _same_size(image, color, label, labels)
+            color, labels = _read_color(image), _read_labels(label)
+            _check_size(image, color, label, labels)
             return Photo(subset, image.stem, color, labels, labels > 0 if masks == "labels" else hsv_mask(color))
 
         return load
 
-    places = [place for root in (folder, folder / "dataset") for place in [root, *sorted(root.glob("S*"))] if _has(place)]
-    pairs = [(place.name, image, _beside(image, place, _LABELS)) for place in places for image in _pictures(place)]
-    return _chosen(
-        [PhotoRef(subset, image.stem, loader(subset, image, label)) for subset, image, label in pairs], folder, subsets
+    folders = [child for root in (folder, folder / "dataset") for child in [root, *sorted(root.glob("S*"))] if _has_images(child)]
+    files = [(child.name, image, _file_beside(image, child, _LABELS)) for child in folders for image in _image_files(child)]
+    return _select(
+        [PhotoRef(subset, image.stem, loader(subset, image, label)) for subset, image, label in files], folder, subsets
     )
 
 
 def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
-    """The photographs in `folder`, or in data/ of the public repository's checkout, at 640x360; the subset is in the name.
+    """List the photographs in a folder, or in data/ of the public repository's checkout, at 640x360.
 
-    It holds images/, labels/ (a colour per cable on black) and masks/, which the repository calls test_imgs/ and so on.
-    The masks given: labels, their foreground; network, what is in masks/.
+    It holds images/, labels/ (a color per cable on black) and masks/, which the repository calls test_imgs/ and so on. The
+    subset is part of a photograph's name.
+
+    Parameters
+    ----------
+    folder : the data set.
+    masks : "labels" for the labels' foreground, "network" for the images in masks/.
+    subsets : such as C1; None for all.
 
     Raises
     ------
-    InputError : there are none, or a label or mask is missing. ConfigError : there are no such masks.
+    InputError : there are no photographs, or a label or mask is missing.
+    ConfigError : there are no such masks.
     """
-    folder = _checked(folder, masks, ("labels", "network"))
+    folder = _check_masks(folder, masks, ("labels", "network"))
 
     def loader(subset: str, image: Path, label: Path, mask: Path | None) -> Callable[[], Photo]:
         def load() -> Photo:
-            color = cv2.resize(_color(image), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
-            labels = _color_numbers(cv2.resize(_decoded(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
+            color = cv2.resize(_read_color(image), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
+            labels = _labels_of_colors(cv2.resize(_decode(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
             if mask is None:
                 return Photo(subset, image.stem, color, labels, labels > 0)
-            grey = cv2.resize(_decoded(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
-            return Photo(subset, image.stem, color, labels, np.asarray(grey > NETWORK_OBJECT))
+            grey = cv2.resize(_decode(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
+            return Photo(subset, image.stem, color, labels, np.asarray(grey > MIN_NETWORK_SCORE))
 
         return load
 
-    entries = []
-    for place in [root for root in (folder, folder / "data") if _has(root)]:
-        for image in _pictures(place):
-            subset, label = image.stem.partition("_")[0].upper(), _beside(image, place, _LABELS)
-            mask = _beside(image, place, _MASKS) if masks == "network" else None
-            entries.append(PhotoRef(subset, image.stem, loader(subset, image, label, mask)))
-    return _chosen(entries, folder, subsets)
+    refs = []
+    for root in [root for root in (folder, folder / "data") if _has_images(root)]:
+        for image in _image_files(root):
+            subset, label = image.stem.partition("_")[0].upper(), _file_beside(image, root, _LABELS)
+            mask = _file_beside(image, root, _MASKS) if masks == "network" else None
+            refs.append(PhotoRef(subset, image.stem, loader(subset, image, label, mask)))
+    return _select(refs, folder, subsets)
 
 
 def hsv_mask(color: Array) -> Bools:
-    """(H, W, 3) uint8 RGB -> (H, W) bool: mBEST's cables by their colour, closed and opened with 3x3."""
+    """Return the mask (H, W) bool of mBEST's cables by their color in (H, W, 3) uint8 RGB, closed and opened with 3x3."""
     hsv = cv2.cvtColor(color, cv2.COLOR_RGB2HSV)
-    seen = np.zeros(color.shape[:2], np.uint8)
+    mask = np.zeros(color.shape[:2], np.uint8)
     for low, high in HSV_RANGES:
-        seen |= cv2.inRange(hsv, np.array(low), np.array(high))
+        mask |= cv2.inRange(hsv, np.array(low), np.array(high))
     square = np.ones((3, 3), np.uint8)
-    return np.asarray(cv2.morphologyEx(cv2.morphologyEx(seen, cv2.MORPH_CLOSE, square), cv2.MORPH_OPEN, square) > 0)
+    return np.asarray(cv2.morphologyEx(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, square), cv2.MORPH_OPEN, square) > 0)
 
 
-def _checked(folder: str | Path, masks: str, known: tuple[str, ...]) -> Path:
-    if masks not in known:
-        raise ConfigError(f"masks {masks}: there are {', '.join(known)}", code="choice-unknown")
+def _check_masks(folder: str | Path, masks: str, choices: tuple[str, ...]) -> Path:
+    if masks not in choices:
+        raise ConfigError(f"masks {masks}: there are {', '.join(choices)}", code="choice-unknown")
     return Path(folder)
 
 
-def _chosen(entries: list[PhotoRef], folder: Path, subsets: Sequence[str] | None) -> list[PhotoRef]:
-    """Those of the subsets wanted, in the order of their numbers."""
-    if not entries:
+def _select(refs: list[PhotoRef], folder: Path, subsets: Sequence[str] | None) -> list[PhotoRef]:
+    """Return the photographs of the wanted subsets, in the order of their numbers."""
+    if not refs:
         raise InputError(
             f"{folder}: no photographs here: expected images/ with labels/ beside it, see the help for the layout",
             code="photos-missing",
         )
-    there = sorted({entry.subset for entry in entries})
+    available = sorted({ref.subset for ref in refs})
     for subset in subsets or ():
-        if subset.upper() not in there:
-            raise InputError(f"{folder}: has no subset {subset}, only {', '.join(there)}", code="subset-unknown")
-    wanted = {subset.upper() for subset in subsets or there}
-    numbered = [entry for entry in entries if entry.subset in wanted]
-    return sorted(
-        numbered, key=lambda entry: (entry.subset, [int(number) for number in re.findall(r"\d+", entry.name)], entry.name)
-    )
+        if subset.upper() not in available:
+            raise InputError(f"{folder}: has no subset {subset}, only {', '.join(available)}", code="subset-unknown")
+    wanted = {subset.upper() for subset in subsets or available}
+    selected = [ref for ref in refs if ref.subset in wanted]
+    return sorted(selected, key=lambda ref: (ref.subset, [int(number) for number in re.findall(r"\d+", ref.name)], ref.name))
 
 
-def _has(place: Path) -> bool:
-    return any((place / name).is_dir() for name in _IMAGES)
+def _has_images(folder: Path) -> bool:
+    return any((folder / name).is_dir() for name in _IMAGES)
 
 
-def _pictures(place: Path) -> list[Path]:
-    """The images in the first folder of that kind."""
-    folder = next(place / name for name in _IMAGES if (place / name).is_dir())
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
+def _image_files(folder: Path) -> list[Path]:
+    """Return the images in the first folder of that kind."""
+    images = next(folder / name for name in _IMAGES if (folder / name).is_dir())
+    return sorted(path for path in images.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
 
 
-def _beside(image: Path, place: Path, kinds: tuple[str, ...]) -> Path:
-    """The file of the image's name in the first folder of the kind that is there."""
-    for folder in (place / kind for kind in kinds):
+def _file_beside(image: Path, root: Path, kinds: tuple[str, ...]) -> Path:
+    """Return the file with the image's name in the first of the folders that has one."""
+    for folder in (root / kind for kind in kinds):
         for suffix in (".png", ".npy"):
             if (path := folder / f"{image.stem}{suffix}").is_file():
                 return path
     raise InputError(
-        f"{image}: no {image.stem}.png or .npy beside it in {' or '.join(f'{kind}/' for kind in kinds)} of {place}",
+        f"{image}: no {image.stem}.png or .npy beside it in {' or '.join(f'{kind}/' for kind in kinds)} of {root}",
         code="label-missing",
     )
 
 
-def _decoded(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> Array:
+def _decode(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> Array:
     image = cv2.imdecode(np.fromfile(path, np.uint8), flags)
     if image is None:
         raise InputError(f"{path}: is no image that OpenCV can read: copy it again", code="image-unreadable")
     return np.asarray(image)
 
 
-def _color(path: Path) -> Array:
-    return np.ascontiguousarray(_decoded(path, cv2.IMREAD_COLOR)[:, :, ::-1])
+def _read_color(path: Path) -> Array:
+    return np.ascontiguousarray(_decode(path, cv2.IMREAD_COLOR)[:, :, ::-1])
 
 
-def _numbers(path: Path) -> Ints:
-    """(H, W) uint8, from an 8-bit image or a NumPy file that hold the numbers."""
-    labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decoded(path)
+def _read_labels(path: Path) -> Ints:
+    """Return (H, W) uint8 numbers of cables, without gaps, from an 8-bit image or a NumPy file."""
+    labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decode(path)
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
         raise InputError(
             f"{path}: has shape {labels.shape} and type {labels.dtype}, expected (height, width) numbers of cables",
@@ -194,18 +212,19 @@ def _numbers(path: Path) -> Ints:
     return np.where(labels > 0, 1 + np.searchsorted(np.unique(labels[labels > 0]), labels), 0).astype(np.uint8)
 
 
-def _color_numbers(colors: Array) -> Ints:
-    """(H, W) uint8 numbers of the colours of (H, W, 3 or 4) uint8; black and colours of a few pixels are 0."""
+def _labels_of_colors(colors: Array) -> Ints:
+    """Return (H, W) uint8 numbers of the colors of (H, W, 3 or 4) uint8; black and colors of a few pixels are 0."""
     if colors.ndim == 2:
         colors = np.repeat(colors[:, :, None], 3, axis=2)
     packed = colors[:, :, :3].astype(np.int64) @ (1, 1 << 8, 1 << 16)
-    values, where, counts = np.unique(packed, return_inverse=True, return_counts=True)
-    cable = (values > 0) & (counts >= SPECK)
-    return np.where(cable, np.cumsum(cable), 0).astype(np.uint8)[where].reshape(packed.shape)
+    values, inverse, counts = np.unique(packed, return_inverse=True, return_counts=True)
+    is_cable = (values > 0) & (counts >= MIN_CABLE_PIXELS)
+    return np.where(is_cable, np.cumsum(is_cable), 0).astype(np.uint8)[inverse].reshape(packed.shape)
 
 
-def _same_size(image: Path, color: Array, label: Path, labels: Ints) -> None:
+def _check_size(image: Path, color: Array, label: Path, labels: Ints) -> None:
     if color.shape[:2] != labels.shape:
         raise InputError(
-            f"{label}: is {labels.shape[1]}x{labels.shape[0]}, {image} is {color.shape[1]}x{color.shape[0]}", code="label-size"
+            f"{label}: is {labels.shape[1]}x{labels.shape[0]}, {image} is {color.shape[1]}x{color.shape[0]}: they must be equal",
+            code="label-size",
         )

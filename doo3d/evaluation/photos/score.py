@@ -1,4 +1,4 @@
-"""How well chains in the image fit the instance labels of a photograph."""
+"""Score chains in the image against the instance labels of a photograph."""
 
 from __future__ import annotations
 
@@ -12,24 +12,33 @@ from scipy.spatial import cKDTree
 
 from ...errors import require
 from ...types import Array, Bools, Chain, Floats, Ints
-from .datasets import SPECK
+from .datasets import MIN_CABLE_PIXELS
 
-STEP = 0.5  # px, between the samples of a chain that distances are measured to: wrong by 0.03 px at a distance of 1
-NEAR = 5.0  # px: a chain this close to the centre line follows it
-TRACED = 0.95  # recall and precision above which a cable is traced
-BRIDGE = 41  # px: parts of a cable this far apart, with another cable between them, are one below it
-_CELLS = 4_000_000  # pixels of boxes that are looked at together
+SAMPLE_SPACING_PX = 0.5
+"""px between the samples of a chain that distances are measured to: wrong by 0.03 px at a distance of 1."""
+
+MAX_DISTANCE_PX = 5.0
+"""px from the center line within which a chain follows it."""
+
+MIN_TRACED = 0.95
+"""Recall and precision above which a cable is traced."""
+
+BRIDGE_PX = 41
+"""px; regions of a cable up to this far apart, with another cable between them, are one cable below it."""
+
+_MAX_BOX_PIXELS = 4_000_000
+"""Pixels of boxes that are drawn together, for memory."""
 
 
 @dataclass(frozen=True)
 class PhotoScore:
     """One photograph.
 
-    drawn, labelled : DICE, 0 to 1, averaged over the cables; of the chains as drawn with their own width, and of the mask
-    with each pixel given to the nearest chain. ordered : as labelled, but a pixel that the right chain covers as drawn is
-    its own: which of two cables shows at a crossing is no matter of order, and costs even the true lines 0.7 % on S2 and
-    1.2 % on S3. cables, chains : how many there are and were found.
-    match : (cables,) int, the chain that each cable has as drawn; -1 where it has none.
+    drawn, labelled : DICE, 0 to 1, averaged over the cables; of the chains drawn with their own width, and of the mask
+    with each pixel assigned to the nearest chain. ordered : as labelled, but a pixel that the right chain covers as drawn is
+    assigned to it: which of two cables shows at a crossing is no matter of order, and costs even the true lines 0.7 % on S2
+    and 1.2 % on S3. cables, chains : number of each.
+    match : (cables,) int, index of the chain matched with each cable as drawn; -1 for none.
     """
 
     drawn: float
@@ -40,107 +49,150 @@ class PhotoScore:
     match: Ints
 
     @property
-    def count_right(self) -> bool:
+    def count_correct(self) -> bool:
+        """There are as many chains as cables."""
         return self.cables == self.chains
 
 
 @dataclass(frozen=True)
-class Traced:
-    """One cable alone. recall : share of its centre line that the chain is near to. precision : share of the chain near it."""
+class CableTrace:
+    """One cable alone.
+
+    recall : fraction of its center line that the chain is near. precision : fraction of the chain near the center line.
+    """
 
     recall: float
     precision: float
 
     @property
-    def good(self) -> bool:
-        return self.recall > TRACED and self.precision > TRACED
+    def traced(self) -> bool:
+        """Both recall and precision are above MIN_TRACED."""
+        return self.recall > MIN_TRACED and self.precision > MIN_TRACED
 
 
 def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScore:
-    """The chains against (H, W) labels, 0 = background; the mask (H, W) is what they were found in."""
+    """Return the score of the chains of one photograph.
+
+    Parameters
+    ----------
+    chains : the detected chains, px.
+    labels : (H, W), 0 = background.
+    mask : (H, W) in which the chains were detected.
+    """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
-    drawn, match = _matched(_dice(labels, cables, [labels[pixels] for pixels in covers]))
-    owner = nearest_chain(chains, _places(mask)) if len(chains) else np.full(mask.sum(), -1)
-    labelled, nearest = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
+    drawn, match = _match(_dice(labels, cables, [labels[pixels] for pixels in covers]))
+    owner = nearest_chain(chains, _pixel_positions(mask)) if len(chains) else np.full(mask.sum(), -1)
+    labelled, nearest = _match(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
     for cable, chain in enumerate(nearest, start=1):
         if chain >= 0:
             owner = np.where((labels[mask] == cable) & covers[chain][mask], chain, owner)
-    ordered, _ = _matched(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
+    ordered, _ = _match(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
     return PhotoScore(drawn, labelled, ordered, cables, len(chains), match)
 
 
-def trace(chain: Chain | None, labels: Ints, cable: int) -> Traced:
-    """A chain that was found in the pixels of one cable of (H, W) labels alone.
+def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
+    """Score a chain that was detected in the pixels of one cable alone.
 
-    Recall is over the skeleton of the cable's own pixels but for specks, which the labels have at other cables' edges.
-    Where another cable lies over it the centre line is not known; there a chain is as good as on it within the bridge:
-    what closing the cable's pixels adds of other cables'.
+    Recall is over the skeleton of the cable's own pixels without specks, which the labels have at other cables' edges.
+    Where another cable lies over it the center line is unknown; there a chain is on it anywhere within the bridge:
+    the pixels of other cables that closing the cable's own pixels adds.
+
+    Parameters
+    ----------
+    chain : px; None if nothing was detected.
+    labels : (H, W), 0 = background.
+    cable : its number in the labels.
     """
     if chain is None:
-        return Traced(0.0, 0.0)
+        return CableTrace(0.0, 0.0)
     skeletonize = require("skimage.morphology", "test").skeletonize
-    own = _without_specks(labels == cable)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (BRIDGE, BRIDGE))
-    closed = cv2.morphologyEx(np.pad(own, BRIDGE).astype(np.uint8), cv2.MORPH_CLOSE, disc)[BRIDGE:-BRIDGE, BRIDGE:-BRIDGE] > 0
-    center, bridge = skeletonize(own), closed & ~own & (labels > 0)
-    line = samples(chain)
-    return Traced(_near(_places(center), line), _near(line, np.concatenate((_places(center), _places(bridge)))))
+    cable_pixels = _without_specks(labels == cable)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (BRIDGE_PX, BRIDGE_PX))
+    padded = np.pad(cable_pixels, BRIDGE_PX).astype(np.uint8)
+    closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)[BRIDGE_PX:-BRIDGE_PX, BRIDGE_PX:-BRIDGE_PX] > 0
+    center, bridge = _pixel_positions(skeletonize(cable_pixels)), _pixel_positions(closed & ~cable_pixels & (labels > 0))
+    line = sample_chain(chain)
+    return CableTrace(_near_fraction(center, line), _near_fraction(line, np.concatenate((center, bridge))))
 
 
-def samples(chain: Chain) -> Floats:
-    """(P, 2) px: points on the chain, evenly spaced, at most STEP apart."""
-    return chain.nodes(max(2, int(np.ceil(chain.length / STEP)) + 1))
+def sample_chain(chain: Chain) -> Floats:
+    """Return points on the chain, evenly spaced, at most SAMPLE_SPACING_PX apart, (P, 2) px."""
+    return chain.nodes(max(2, int(np.ceil(chain.length / SAMPLE_SPACING_PX)) + 1))
 
 
 def drawn_pixels(chain: Chain, shape: tuple[int, int]) -> Bools:
-    """(H, W) bool: the pixels whose centre is in the chain drawn with its own width.
+    """Return the pixels whose center is in the chain drawn with its own width, (H, W) bool.
 
     Each segment is as wide as `radii` says at its two joints; joints are round, the two ends of the chain flat.
     """
     out = np.zeros(shape, dtype=bool)
     radii = np.clip(np.nan_to_num(chain.radii), 0, np.hypot(*shape))
-    count, along = len(chain.joints) - 1, np.diff(chain.joints, axis=0)
-    reach = chain.segment_length / 2 + float(radii.max())
-    low = np.floor((chain.joints[:-1] + chain.joints[1:]) / 2 - reach).astype(int)
-    box = np.arange(int(np.ceil(2 * reach)) + 2)
-    at_once = max(1, _CELLS // len(box) ** 2)
+    count = len(chain.joints) - 1
+    half_box = chain.segment_length / 2 + float(radii.max())
+    low = np.floor((chain.joints[:-1] + chain.joints[1:]) / 2 - half_box).astype(int)
+    box = np.arange(int(np.ceil(2 * half_box)) + 2)
+    at_once = max(1, _MAX_BOX_PIXELS // len(box) ** 2)
     for start in range(0, count, at_once):
-        part = np.arange(start, min(start + at_once, count))
-        u, v = low[part, 0, None, None] + box, low[part, 1, None, None] + box[:, None]
-        x, y = u - chain.joints[part, 0, None, None], v - chain.joints[part, 1, None, None]
-        along_u, along_v = along[part, 0, None, None], along[part, 1, None, None]
-        beyond = (x * along_u + y * along_v) / chain.segment_length**2
-        at = np.clip(beyond, 0, 1)
-        wide = radii[part, None, None] + at * (radii[part + 1] - radii[part])[:, None, None]
-        inside = (x - at * along_u) ** 2 + (y - at * along_v) ** 2 <= wide**2
-        if not chain.closed:
-            inside &= (beyond >= 0) | (part > 0)[:, None, None]
-            inside &= (beyond <= 1) | (part < count - 1)[:, None, None]
+        segments = np.arange(start, min(start + at_once, count))
+        u, v = low[segments, 0, None, None] + box, low[segments, 1, None, None] + box[:, None]
+        inside = _in_segments(chain, radii, segments, u, v)
         inside &= (u >= 0) & (u < shape[1]) & (v >= 0) & (v < shape[0])
-        which, row, column = np.nonzero(inside)
-        out[v[which, row, 0], u[which, 0, column]] = True
+        segment, row, column = np.nonzero(inside)
+        out[v[segment, row, 0], u[segment, 0, column]] = True
     return out
 
 
+def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) -> Bools:
+    """Tell which pixels of a box round each segment lie in the segment.
+
+    Parameters
+    ----------
+    chain, radii : the chain, and its radii (N + 1,) px.
+    segments : (K,) indices.
+    u, v : (K, 1, B) and (K, B, 1) px.
+
+    Returns
+    -------
+    (K, B, B) bool.
+    """
+    joints, step = chain.joints[segments], np.diff(chain.joints, axis=0)[segments]
+    x, y = u - joints[:, 0, None, None], v - joints[:, 1, None, None]
+    step_u, step_v = step[:, 0, None, None], step[:, 1, None, None]
+    t = (x * step_u + y * step_v) / chain.segment_length**2
+    clipped = np.clip(t, 0, 1)
+    radius = radii[segments, None, None] + clipped * (radii[segments + 1] - radii[segments])[:, None, None]
+    inside: Bools = (x - clipped * step_u) ** 2 + (y - clipped * step_v) ** 2 <= radius**2
+    if not chain.closed:
+        inside &= (t >= 0) | (segments > 0)[:, None, None]
+        inside &= (t <= 1) | (segments < len(chain.joints) - 2)[:, None, None]
+    return inside
+
+
 def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
-    """(P,) int: of each pixel (P, 2) (x, y) the index of the chain whose line is nearest."""
-    lines = [samples(chain) for chain in chains]
+    """Return the index of the chain whose line is nearest to each pixel (P, 2) (x, y): (P,) int."""
+    lines = [sample_chain(chain) for chain in chains]
     owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
     return np.asarray(owner[cKDTree(np.concatenate(lines)).query(pixels)[1]])
 
 
-def _dice(labels: Ints, cables: int, shown: Sequence[Ints]) -> Floats:
-    """(cables, chains): DICE of each cable with each chain, of whose pixels `shown` has the labels."""
+def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
+    """Return the DICE of each cable with each chain, (cables, chains), from the labels at each chain's pixels."""
     sizes = np.bincount(labels.ravel(), minlength=cables + 1)[1:]
-    dice = np.zeros((cables, len(shown)))
-    for i, numbers in enumerate(shown):
+    dice = np.zeros((cables, len(chain_labels)))
+    for i, numbers in enumerate(chain_labels):
         dice[:, i] = 2 * np.bincount(numbers, minlength=cables + 1)[1:] / (sizes + len(numbers))
     return dice
 
 
-def _matched(dice: Floats) -> tuple[float, Ints]:
-    """Mean over the cables, (cables,) the chain of each, of the one-to-one assignment that has the highest sum."""
+def _match(dice: Floats) -> tuple[float, Ints]:
+    """Match cables and chains one to one by the highest sum of DICE (cables, chains).
+
+    Returns
+    -------
+    mean : DICE over the cables.
+    match : (cables,) index of the chain of each cable, -1 for none.
+    """
     rows, columns = linear_sum_assignment(dice, maximize=True)
     match = np.full(len(dice), -1)
     match[rows] = np.where(dice[rows, columns] > 0, columns, -1)
@@ -148,18 +200,18 @@ def _matched(dice: Floats) -> tuple[float, Ints]:
 
 
 def _without_specks(pixels: Bools) -> Bools:
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(pixels.astype(np.uint8), connectivity=8)
-    return np.asarray(pixels & (stats[:, cv2.CC_STAT_AREA] >= SPECK)[parts])
+    _, regions, stats, _ = cv2.connectedComponentsWithStats(pixels.astype(np.uint8), connectivity=8)
+    return np.asarray(pixels & (stats[:, cv2.CC_STAT_AREA] >= MIN_CABLE_PIXELS)[regions])
 
 
-def _near(points: Floats, line: Floats) -> float:
-    """The share of the points that lie within NEAR of the line's."""
+def _near_fraction(points: Floats, line: Floats) -> float:
+    """Return the fraction of the points that lie within MAX_DISTANCE_PX of the line's."""
     if not len(points) or not len(line):
         return 0.0
-    return float(np.isfinite(cKDTree(line).query(points, distance_upper_bound=NEAR)[0]).mean())
+    return float(np.isfinite(cKDTree(line).query(points, distance_upper_bound=MAX_DISTANCE_PX)[0]).mean())
 
 
-def _places(pixels: Bools) -> Floats:
-    """(P, 2) (x, y) of the true pixels, row by row."""
+def _pixel_positions(pixels: Bools) -> Floats:
+    """Return the positions (P, 2) (x, y) of the true pixels, row by row."""
     row, column = np.nonzero(pixels)
     return np.column_stack((column, row)).astype(float)

@@ -1,1 +1,1 @@
-"""RGB-D frames of scenes: tube meshes, rays, the depth sensor's noise."""
+"""Render RGB-D frames of scenes: tube meshes, rays, the noise of the depth sensor."""

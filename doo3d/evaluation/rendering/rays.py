@@ -1,4 +1,4 @@
-"""Rays against a scene: what they hit first, where, and which samples of the true axes the camera sees."""
+"""Cast rays into a scene: their first hits, and the samples of the true axes that the camera sees."""
 
 from __future__ import annotations
 
@@ -10,20 +10,34 @@ import numpy as np
 from ...inputs.support.open3d import open3d
 from ...types import Array, Bools, Floats, Ints
 from ..scenes.model import Scene, Truth
-from .tube_mesh import frames, sweep, tangents
+from .tube_mesh import parallel_frames, sweep, tangents
 
-OCCLUDER = 255  # the label of everything that is neither cable nor background
-GRAZE = 0.2  # radii that a ray may stop short of the point it was sent to and still see it
-ROUND = np.radians((-60.0, -30.0, 0.0, 30.0, 60.0))  # where round the visible half of a cable rays are sent
-CHUNK = 1_000_000  # rays at once
+OCCLUDER = 255
+"""Label of all that is neither cable nor background."""
+
+TABLE, NOTHING = -1, -2
+"""Indices of a hit on no solid."""
+
+MAX_SHORTFALL_RADII = 0.2
+"""Radii by which a ray may stop short of its target and still see it."""
+
+TARGET_ANGLES = np.radians((-60.0, -30.0, 0.0, 30.0, 60.0))
+"""Angles round the visible half of a cable of the points that rays are sent to."""
+
+SHADOW_OFFSET = 2e-4
+"""m off the surface at which shadow rays start, so that they do not hit the surface itself."""
+
+RAYS_AT_ONCE = 1_000_000
+"""Rays, for memory."""
 
 
 @dataclass(frozen=True)
 class Hits:
-    """What each of R rays met. depth : (R,) along the ray, inf = nothing. label : (R,) uint8, 0 = table or nothing.
+    """The first hits of R rays.
 
-    normals : (R, 3) unit, smooth on cables. solid : (R,) int, which cable or occluder, -1 = table, -2 = nothing.
-    shiny : (R,) bool.
+    depth : (R,) along the ray, inf for nothing. label : (R,) uint8, 0 for table or nothing, i for cable i. normals : (R, 3)
+    unit, smooth on cables. solid : (R,) int, index of the cable or, after all cables, the occluder; TABLE or NOTHING.
+    shiny : (R,) bool, on a cable without depth.
     """
 
     depth: Floats
@@ -33,8 +47,8 @@ class Hits:
     shiny: Bools
 
 
-class Rays:
-    """A scene made ready for ray casting; cables come first, then occluders."""
+class RayCaster:
+    """A scene prepared for ray casting; cables come first, then occluders."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -46,8 +60,11 @@ class Rays:
             self._caster.add_triangles(_tensor(vertices.astype(np.float32)), _tensor(triangles.astype(np.uint32)))
 
     def cast(self, origins: Floats, directions: Floats) -> Hits:
-        """What rays from origins (R, 3) m along directions (R, 3) meet first; depth is in units of the direction."""
-        parts = [self._cast(origins[k : k + CHUNK], directions[k : k + CHUNK]) for k in range(0, len(origins), CHUNK)]
+        """Return the first hits of rays from origins (R, 3) m along directions (R, 3); depth is in units of the direction."""
+        parts = [
+            self._cast(origins[k : k + RAYS_AT_ONCE], directions[k : k + RAYS_AT_ONCE])
+            for k in range(0, len(origins), RAYS_AT_ONCE)
+        ]
         return Hits(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 
     def _cast(self, origins: Floats, directions: Floats) -> Hits:
@@ -56,7 +73,7 @@ class Rays:
         solid = answer["geometry_ids"].numpy().astype(np.int64)
         normals = answer["primitive_normals"].numpy().astype(float)
         triangle, uv = answer["primitive_ids"].numpy().astype(np.int64), answer["primitive_uvs"].numpy().astype(float)
-        solid[~np.isfinite(depth)] = -2
+        solid[~np.isfinite(depth)] = NOTHING
         label = np.where(solid >= 0, OCCLUDER, 0).astype(np.uint8)
         shiny = np.zeros(len(depth), dtype=bool)
         for k, (tube, cable) in enumerate(zip(self.tubes, self.scene.cables, strict=True)):
@@ -79,32 +96,34 @@ class Rays:
         with np.errstate(divide="ignore", invalid="ignore"):
             to_table = ((table.point - origins) @ table.normal) / (directions @ table.normal)
         nearer = (to_table > 0) & (to_table < depth)
-        depth[nearer], label[nearer], solid[nearer] = to_table[nearer], 0, -1
+        depth[nearer], label[nearer], solid[nearer] = to_table[nearer], 0, TABLE
         normals[nearer] = table.normal
 
-    def shadowed(self, points: Floats, normals: Floats) -> Bools:
-        """(R,) bool: a solid stands between the point (R, 3) m on a surface and the light."""
+    def in_shadow(self, points: Floats, normals: Floats) -> Bools:
+        """Tell whether a solid is between points (R, 3) m on a surface and the light, (R,) bool."""
         light = np.broadcast_to(np.asarray(self.scene.light), points.shape)
-        rays = np.hstack((points + 2e-4 * normals, light)).astype(np.float32)
-        parts = [self._caster.test_occlusions(_tensor(rays[k : k + CHUNK])).numpy() for k in range(0, len(rays), CHUNK)]
+        rays = np.hstack((points + SHADOW_OFFSET * normals, light)).astype(np.float32)
+        parts = [
+            self._caster.test_occlusions(_tensor(rays[k : k + RAYS_AT_ONCE])).numpy() for k in range(0, len(rays), RAYS_AT_ONCE)
+        ]
         return np.concatenate(parts)
 
-    def seen(self, cable: Truth) -> Bools:
-        """(P,) bool: the camera sees the surface of the cable at each axis sample, in the image.
+    def seen_samples(self, cable: Truth) -> Bools:
+        """Tell at which axis samples the camera sees the surface of the cable in the image, (P,) bool.
 
-        Rays go to points round the half that faces the camera; most of them have to arrive.
+        Rays are sent to points round the half that faces the camera; most of them must arrive.
         """
-        pair = frames(cable.axis, tangents(cable.axis, cable.closed))
+        normals = parallel_frames(cable.axis, tangents(cable.axis, cable.closed))
         view = cable.axis / np.linalg.norm(cable.axis, axis=1, keepdims=True)
-        facing = -np.einsum("pij,pj->pi", pair, view)
+        facing = -np.einsum("pij,pj->pi", normals, view)
         middle = np.arctan2(facing[:, 1], facing[:, 0])
-        angle = middle[:, None] + ROUND
+        angle = middle[:, None] + TARGET_ANGLES
         circle = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
-        targets = cable.axis[:, None] + cable.radius * (circle @ pair)
-        flat = targets.reshape(-1, 3)
-        reach = np.linalg.norm(flat, axis=1)
-        hits = self.cast(np.zeros_like(flat), flat / reach[:, None])
-        arrived = (hits.depth > reach - GRAZE * cable.radius).reshape(len(cable.axis), -1)
+        targets = cable.axis[:, None] + cable.radius * (circle @ normals)
+        targets = targets.reshape(-1, 3)
+        distance = np.linalg.norm(targets, axis=1)
+        hits = self.cast(np.zeros_like(targets), targets / distance[:, None])
+        arrived = (hits.depth > distance - MAX_SHORTFALL_RADII * cable.radius).reshape(len(cable.axis), -1)
         pixels = self.scene.camera.project(cable.axis)
         camera = self.scene.camera
         inside = ((pixels >= -0.5) & (pixels < np.array([camera.width, camera.height]) - 0.5)).all(axis=1)

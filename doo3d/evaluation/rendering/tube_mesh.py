@@ -1,4 +1,4 @@
-"""Surfaces of cables: tubes swept along an axis with frames that do not twist, half spheres at the tips."""
+"""Build the surfaces of cables: tubes swept along an axis with frames that do not twist, half spheres at the tips."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ import numpy as np
 from ...types import Floats, Ints
 from ..scenes.model import Truth
 
-SIDES = 32  # of a ring: the flats lie 0.5 % of the radius inside the true surface
+SIDES = 32
+"""Sides of a ring: the flats lie 0.5 % of the radius inside the true surface."""
+
 CAP_RINGS = 5
-EVERY = 2  # axis points from ring to ring: 1 mm
+"""Rings of a half sphere."""
+
+AXIS_STRIDE = 2
+"""Axis points from ring to ring: 1 mm."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class Tube:
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:
-    """(P, 3) unit tangents by central differences."""
+    """Return the unit tangents (P, 3) by central differences."""
     if closed:
         difference = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     else:
@@ -36,56 +41,57 @@ def tangents(points: Floats, closed: bool = False) -> Floats:
     return np.asarray(difference / np.linalg.norm(difference, axis=1, keepdims=True))
 
 
-def frames(points: Floats, along: Floats) -> Floats:
-    """(P, 2, 3): two unit normals at each point, carried along with the least rotation.
+def parallel_frames(points: Floats, tangent: Floats) -> Floats:
+    """Return rotation-minimizing frames along a curve: two unit normals at each point, (P, 2, 3).
 
-    The double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation Minimizing Frames" (2008); a
-    reflection keeps the normals square to each other, so that both are carried the same way.
+    The double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation Minimizing Frames" (2008). Reflections
+    keep the two normals orthogonal.
 
     Parameters
     ----------
-    points : (P, 3) m. along : (P, 3) unit tangents.
+    points : (P, 3) m.
+    tangent : (P, 3) unit.
     """
     result = np.empty((len(points), 2, 3))
-    result[0] = np.linalg.svd(along[:1])[2][1:]
+    result[0] = np.linalg.svd(tangent[:1])[2][1:]
     for k in range(len(points) - 1):
         v = points[k + 1] - points[k]
         normals = result[k] - np.outer(2 * (result[k] @ v) / (v @ v), v)
-        tangent = along[k] - 2 * (along[k] @ v) / (v @ v) * v
-        w = along[k + 1] - tangent
+        reflected = tangent[k] - 2 * (tangent[k] @ v) / (v @ v) * v
+        w = tangent[k + 1] - reflected
         size = w @ w
         result[k + 1] = normals - np.outer(2 * (normals @ w) / size, w) if size > 1e-18 else normals
     return result
 
 
 def sweep(cable: Truth) -> Tube:
-    """The surface of a cable."""
+    """Return the surface of a cable."""
     if cable.closed:
-        points, arcs = cable.axis[::EVERY], cable.arcs[::EVERY]
+        points, arcs = cable.axis[::AXIS_STRIDE], cable.arcs[::AXIS_STRIDE]
     else:
-        index = np.unique(np.append(np.arange(0, len(cable.axis), EVERY), len(cable.axis) - 1))
+        index = np.unique(np.append(np.arange(0, len(cable.axis), AXIS_STRIDE), len(cable.axis) - 1))
         points, arcs = cable.axis[index], cable.arcs[index]
-    along = tangents(points, cable.closed)
-    pair = frames(points, along)
+    tangent = tangents(points, cable.closed)
+    pair = parallel_frames(points, tangent)
     radii, slope, centers = np.ones(len(points)), np.zeros(len(points)), points
     if not cable.closed:
         bend = np.linspace(np.pi / 2 - 1e-3, 0, CAP_RINGS, endpoint=False)
         radii = np.concatenate((np.cos(bend), radii, np.cos(bend[::-1])))
         slope = np.concatenate((-np.sin(bend), slope, np.sin(bend[::-1])))
-        grow = ((CAP_RINGS, CAP_RINGS), (0, 0))
-        centers, along = np.pad(points, grow, "edge"), np.pad(along, grow, "edge")
-        pair = np.pad(pair, ((CAP_RINGS, CAP_RINGS), (0, 0), (0, 0)), "edge")
+        padding = ((CAP_RINGS, CAP_RINGS), (0, 0))
+        centers, tangent = np.pad(points, padding, "edge"), np.pad(tangent, padding, "edge")
+        pair = np.pad(pair, (*padding, (0, 0)), "edge")
         arcs = np.pad(arcs, CAP_RINGS, "edge")
     angle = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)
     circle = np.column_stack((np.cos(angle), np.sin(angle)))
-    normals = radii[:, None, None] * (circle @ pair) + slope[:, None, None] * along[:, None]
+    normals = radii[:, None, None] * (circle @ pair) + slope[:, None, None] * tangent[:, None]
     vertices = centers[:, None] + cable.radius * normals
     triangles = _ring_triangles(len(centers), cable.closed)
     return Tube(vertices.reshape(-1, 3), normals.reshape(-1, 3), triangles, np.repeat(arcs, 2 * SIDES)[: len(triangles)])
 
 
 def _ring_triangles(rings: int, closed: bool) -> Ints:
-    """Two triangles per side from each ring to the next, ring after ring; the tiny holes at the poles stay open."""
+    """Return two triangles per side from each ring to the next, ring after ring; the tiny holes at the poles stay open."""
     ring = np.arange(rings if closed else rings - 1)[:, None]
     side = np.arange(SIDES)[None, :]
     following = (ring + 1) % rings

@@ -1,1 +1,1 @@
-"""Scenes of known truth by family and seed."""
+"""Scenes with known truth, by family and seed."""

@@ -1,4 +1,4 @@
-"""Scenes by family name and seed."""
+"""Build scenes by family name and seed."""
 
 from __future__ import annotations
 
@@ -33,17 +33,20 @@ FAMILIES: dict[str, Builder] = {
     "far": hard.far,
     "knots": knots.knots,
 }
-TUBES = "tubes"  # the family whose scenes come from a file
-ATTEMPTS = 400  # draws of a scene before a family is given up
+TUBES = "tubes"
+"""The family whose scenes are read from a file."""
+
+MAX_ATTEMPTS = 400
+"""Draws of a scene before a family is given up."""
 
 
 def family_rng(family: str, seed: int) -> Generator:
-    """The random numbers of one scene."""
+    """Return the random number generator of one scene."""
     return np.random.default_rng([zlib.crc32(family.encode()), seed])
 
 
 def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> Scene:
-    """A scene of known truth; the same arguments give the same scene.
+    """Return a scene with known truth; the same arguments give the same scene.
 
     Parameters
     ----------
@@ -61,7 +64,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
         raise ValueError(f"no scene family {family!r}: there are {', '.join(FAMILIES)} and {TUBES}:FILE")
     builder = partial(tubes.tubes, path) if family == TUBES else FAMILIES[family]
     rng = family_rng(family + Path(path).stem, seed)
-    for _ in range(ATTEMPTS):
+    for _ in range(MAX_ATTEMPTS):
         scene = builder(rng, size)
         if scene is not None:
             name = f"{family}_{Path(path).stem + '_' if path else ''}{seed:03d}"

@@ -1,8 +1,8 @@
-"""Tubes in a bin, read from a text file of straight cylinders.
+"""Read tubes in a bin from a text file of straight cylinders.
 
-First line: the number of tubes. Then per tube `id nodes edges`; nodes `id x y z radius`; edges, of which the name
-`e_a_b` and the two nodes a and b count. Metres, z up, the bin's floor at z = 0. A tube's nodes are in the order of
-its edges, not of the file.
+First line: the number of tubes. Then per tube `id nodes edges`; nodes `id x y z radius`; edges, of which only the name
+`e_a_b` and the two nodes a and b are used. Metres, z up, the bin's floor at z = 0. The edges give the order of a tube's
+nodes, the file does not.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from ...geometry.polyline import densify
 from ...types import Floats
 from .families import Size
 from .model import Scene, Truth
-from .stacking import SPACING
+from .stacking import AXIS_SPACING
 from .studio import cable_color, make_studio
 
-STEP_BACK, FARTHEST = 1.05, 2.5  # the camera goes back by this factor until all is in view, m at most
+DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
+"""Factor by which the camera is moved back until all tubes are in view, and its greatest distance in m."""
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
-    """Each tube's nodes (K, 3) m in order, and its radius in m.
+    """Return each tube's nodes (K, 3) m in order, and its radius in m.
 
     Raises
     ------
@@ -43,38 +44,49 @@ def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
 
 def _read_tube(words: Iterator[str]) -> tuple[Floats, float]:
     _, nodes, edges = (int(next(words)) for _ in range(3))
-    places, radius = {}, 0.0
+    positions, radius = {}, 0.0
     for _ in range(nodes):
         name, x, y, z, radius = (float(next(words)) for _ in range(5))
-        places[int(name)] = (x, y, z)
+        positions[int(name)] = (x, y, z)
     pairs = []
     for _ in range(edges):
         row = [next(words) for _ in range(13)]
         pairs.append((int(row[1]), int(row[2])))
-    order = _chain(pairs)
-    return np.array([places[name] for name in order]), radius
+    order = _ordered_nodes(pairs)
+    return np.array([positions[name] for name in order]), radius
 
 
-def _chain(pairs: list[tuple[int, int]]) -> list[int]:
-    """The nodes from one end to the other."""
-    beside: dict[int, list[int]] = {}
+def _ordered_nodes(pairs: list[tuple[int, int]]) -> list[int]:
+    """Return the nodes from one end to the other."""
+    neighbors: dict[int, list[int]] = {}
     for a, b in pairs:
-        beside.setdefault(a, []).append(b)
-        beside.setdefault(b, []).append(a)
-    order = [min(name for name, others in beside.items() if len(others) == 1)]
+        neighbors.setdefault(a, []).append(b)
+        neighbors.setdefault(b, []).append(a)
+    order = [min(name for name, others in neighbors.items() if len(others) == 1)]
     while len(order) <= len(pairs):
-        order.append(next(name for name in beside[order[-1]] if name not in order[-2:-1]))
+        order.append(next(name for name in neighbors[order[-1]] if name not in order[-2:-1]))
     return order
 
 
 def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
-    """The bin from above, without its walls; the camera as far away as it takes to see all of the tubes."""
+    """Return the bin from above, without its walls, with the camera far enough away to see all tubes.
+
+    Parameters
+    ----------
+    path : a tube configuration.
+    rng : the random numbers of the camera and the color.
+    size : (width, height) px of the image.
+
+    Returns
+    -------
+    None if the camera would be too far away.
+    """
     studio = make_studio(rng, size, (0.8, 1.1), 8.0)
     color = cable_color(rng)
-    found = [(densify(nodes, SPACING), radius) for nodes, radius in read_tubes(path)]
-    while not all(studio.inside(axis) for axis, _ in found):
-        studio = replace(studio, distance=STEP_BACK * studio.distance)
-        if studio.distance > FARTHEST:
+    centerlines = [(densify(nodes, AXIS_SPACING), radius) for nodes, radius in read_tubes(path)]
+    while not all(studio.contains(axis) for axis, _ in centerlines):
+        studio = replace(studio, distance=DISTANCE_FACTOR * studio.distance)
+        if studio.distance > MAX_DISTANCE:
             return None
-    cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in found)
+    cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in centerlines)
     return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)

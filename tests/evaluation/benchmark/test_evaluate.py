@@ -15,10 +15,9 @@ from doo3d.evaluation.benchmark.evaluate import (
     evaluate_captures,
     evaluate_rendered,
     evaluate_scenes,
-    format_table,
-    surest,
 )
-from doo3d.evaluation.benchmark.rows import summary
+from doo3d.evaluation.benchmark.rows import most_confident, summary
+from doo3d.evaluation.benchmark.tables import format_table
 from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
@@ -65,7 +64,7 @@ def test_perfect_chains_fill_the_table(calls):
     assert len({len(line) for line in text.splitlines()}) == 1
 
 
-def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand_is_right(calls):
+def test_the_table_has_the_most_confident_frames_and_the_upper_strands(calls):
     rendered = render(make_scene("crossing", 5, SMALL), "none")
     chains = tuple(even(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
     (upper, lower), *_ = (true_crossings(rendered.truths).arc / 0.01).astype(int).tolist()
@@ -73,13 +72,13 @@ def test_the_table_says_what_the_surest_are_worth_and_how_often_the_upper_strand
         places = SegmentRef(0, upper), SegmentRef(0, lower)
         calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
         (row,) = evaluate_rendered([("crossing", rendered)], Config())
-        assert (row.score.crossings, row.score.crossings_right, row.confidence) == (1, int(right), 1.0)
+        assert (row.score.crossings, row.score.crossings_correct, row.confidence) == (1, int(right), 1.0)
         assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row]).splitlines()[-1].partition(" 0 ")[2]
     doubtful = [replace(row, confidence=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
-    assert [row.confidence for row in surest(doubtful)] == [k / 30 for k in range(2, 20)]
-    assert "17/20 85.0 %  100.0 %   94.4 %" in format_table(doubtful)
-    assert surest([]) == []
-    assert len(surest(doubtful[:3])) == 2
+    assert [row.confidence for row in most_confident(doubtful)] == [k / 30 for k in range(2, 20)]
+    assert "17/20 85.0 %  100.0 %    94.4 %" in format_table(doubtful)
+    assert most_confident([]) == []
+    assert len(most_confident(doubtful[:3])) == 2
 
 
 def test_method_and_wanted_chains_are_passed_on(calls):
@@ -99,7 +98,8 @@ def test_method_and_wanted_chains_are_passed_on(calls):
 def test_a_frame_that_fails_counts_as_wrong(calls):
     calls.give = InputError("no depth anywhere", code="depth-none")
     rows = evaluate_scenes(["straight"], [0, 1], Config(), "none", size=SMALL)
-    assert [row.error for row in rows] == ["no depth anywhere"] * 2
+    assert [(row.error, row.code) for row in rows] == [("no depth anywhere", "depth-none")] * 2
+    assert rows[0].to_dict()["code"] == "depth-none"
     assert "0/2 0.0 %" in format_table(rows)
 
 
@@ -109,7 +109,7 @@ def test_the_number_of_chains_is_counted(calls):
     (one,) = evaluate_rendered([("several", rendered)], Config(), False)
     calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
     (all_,) = evaluate_rendered([("several", rendered)], Config(), False)
-    assert (summary([one, all_]).number_right, summary([one, all_]).frames_correct) == (1, 1)
+    assert (summary([one, all_]).count_correct, summary([one, all_]).frames_correct) == (1, 1)
     assert "1/2 50.0 %   50.0 %" in format_table([one, all_])
 
 
@@ -133,6 +133,7 @@ def test_no_captures_is_an_error(tmp_path):
         evaluate_captures(tmp_path, Config())
 
 
+@pytest.mark.slow
 def test_colour_boxes_hold_the_cable_and_nothing_else():
     for family, seed in (("crossing", 1), ("crossing", 3), ("open", 2), ("several", 6), ("straight", 0)):
         rendered = render(make_scene(family, seed, SMALL))

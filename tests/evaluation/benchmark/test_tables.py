@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.evaluation.benchmark.cases import Case, Known
-from doo3d.evaluation.benchmark.pictures import _in_order, picture, write_pictures
+from doo3d.evaluation.benchmark.cases import Case, KnownFrame
+from doo3d.evaluation.benchmark.pictures import _matching_order, picture, write_pictures
 from doo3d.evaluation.benchmark.rows import Row, summary, worst
 from doo3d.evaluation.benchmark.tables import csv_text, json_text
 from doo3d.evaluation.metrics.score import score
@@ -31,8 +31,8 @@ def found(axis=AXIS):
 def row(detection, family="one", name="a", seconds=0.02, data=None):
     grey = np.full((480, 640, 3), 128, np.uint8)
     frame = Frame(grey, np.full((480, 640), 0.5, np.float32), CAMERA) if data is None else data
-    case = Case(name, family, lambda: Known(frame, (TRUTH,)))
-    return Row(name, family, score(detection.chains, [TRUTH]), seconds, None, 1.0, detection, case)
+    case = Case(name, family, lambda: KnownFrame(frame, (TRUTH,)))
+    return Row(name, family, score(detection.chains, [TRUTH]), seconds, None, None, 1.0, detection, case)
 
 
 GOOD, NONE, SHORT = row(found()), row(Detection(()), "two", "b"), row(found(AXIS[:280]), "two", "c", 0.04)
@@ -40,7 +40,7 @@ GOOD, NONE, SHORT = row(found()), row(Detection(()), "two", "b"), row(found(AXIS
 
 def test_the_summary_counts_what_is_there_right_and_wrong():
     got = summary([GOOD, NONE, SHORT]).to_dict()
-    assert (got["frames"], got["frames_correct"], got["number_right"]) == (3, 1, 2)
+    assert (got["frames"], got["frames_correct"], got["count_correct"]) == (3, 1, 2)
     assert (got["occlusions"], got["occlusions_correct"], got["occlusions_incorrect"]) == (3, 2, 1)
     assert got["occlusions_accuracy"] == pytest.approx(2 / 3)
     assert got["connections"] == got["connections_correct"] == GOOD.score.connections + SHORT.score.connections
@@ -55,7 +55,7 @@ def test_csv_has_a_line_per_frame():
     assert [line["frame"] for line in lines] == ["a", "b"]
     assert [line["correct"] for line in lines] == ["True", "False"]
     assert float(lines[0]["node_error"]) == GOOD.score.node_error
-    assert lines[1]["node_error"] == lines[1]["error"] == ""
+    assert lines[1]["node_error"] == lines[1]["error"] == lines[1]["code"] == ""
     assert "0 chains for 1 objects" in lines[1]["reasons"]
 
 
@@ -94,12 +94,12 @@ def test_pictures_of_clouds_of_nothing_and_of_rows_without_a_frame(tmp_path):
     paths = write_pictures(tmp_path / "new", [GOOD, cloud, replace(NONE, family="x/y z", error="no depth")])
     assert [path.name for path in paths] == ["one_a.png", "one_a.png", "x_y_z_b.png"]
     assert all(cv2.imread(str(path)) is not None for path in paths)
-    with pytest.raises(ValueError, match="not known"):
+    with pytest.raises(ValueError, match="unknown"):
         picture(replace(GOOD, case=None))
 
 
 def test_the_truth_has_the_colours_of_the_chains_that_lie_on_it():
     cables = [found(AXIS + np.array([0, y, 0])).chains[0] for y in (0.0, 0.05, 0.1)]
-    assert _in_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
-    assert _in_order(cables, Detection(())) == tuple(cables)
-    assert _in_order([], Detection((cables[0],))) == ()
+    assert _matching_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
+    assert _matching_order(cables, Detection(())) == tuple(cables)
+    assert _matching_order([], Detection((cables[0],))) == ()

@@ -120,7 +120,7 @@ def test_results_are_scored_and_a_frame_without_one_is_wrong(tmp_path):
     assert first.score.correct, first.score.reasons
     assert (first.family, first.name, first.seconds, first.confidence, first.score.merges) == ("out", "a", 0.75, 0.7, 1)
     assert not second.score.correct
-    assert second.error == "no result"
+    assert (second.error, second.code) == ("no result", "results-missing")
 
 
 def test_results_that_are_none_are_refused(tmp_path):

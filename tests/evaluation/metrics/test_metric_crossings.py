@@ -72,7 +72,7 @@ def crossing_of(true, row, flip=False):
 
 def counts(crossings, chains=CHAINS, truths=TRUTHS):
     got = score(chains, truths, crossings)
-    return got.crossings, got.crossings_right, got.crossings_extra
+    return got.crossings, got.crossings_correct, got.crossings_extra
 
 
 def test_right_wrong_missing_and_extra():

@@ -64,7 +64,7 @@ def test_the_truth_itself_scores_in_full(name, segment, turned):
     assert got.end_error < 1e3 * segment / 2 + 0.1
     assert got.node_error < 1e3 * segment / 2 + sag
     assert got.coverage > 0.96
-    assert got.off == 0
+    assert got.off_fraction == 0
 
 
 @pytest.mark.parametrize("name", TRUTHS)
@@ -89,7 +89,7 @@ def test_two_radii_beside_is_off():
     truth = TRUTHS["wave"]
     got = score([even(truth.axis + np.array([0, 0, 2 * RADIUS]), 0.002)], [truth])
     assert not got.correct
-    assert got.off > 0.7  # all but the hidden parts, where more is allowed
+    assert got.off_fraction > 0.7  # all but the hidden parts, where more is allowed
     assert got.rms_seen == pytest.approx(8.0, abs=0.1)
     assert got.connections_wrong == 0
     assert got.occlusions_correct == 2
@@ -146,7 +146,7 @@ def test_extra_chain_and_missing_chain():
     extra = Chain(np.array([[0.0, 0.3, 0.6], [0.01, 0.3, 0.6], [0.02, 0.3, 0.6]]), 0.01, RADIUS)
     got = score([even(truth.axis), extra], [truth])
     assert not got.correct
-    assert got.off == 1
+    assert got.off_fraction == 1
     assert got.rms_seen < 0.4
     got = score([], [truth])
     assert not got.correct

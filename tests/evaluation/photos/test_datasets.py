@@ -8,7 +8,7 @@ from builders.paths import DATA
 from builders.photos import COLORS, cross, labelled, painted, save
 
 from doo3d.errors import ConfigError
-from doo3d.evaluation.photos.datasets import CSET_SIZE, SPECK, cset, hsv_mask, mbest
+from doo3d.evaluation.photos.datasets import CSET_SIZE, MIN_CABLE_PIXELS, cset, hsv_mask, mbest
 
 LABELS = labelled(cross())
 WIDE = cv2.resize(LABELS, CSET_SIZE, interpolation=cv2.INTER_NEAREST)
@@ -32,9 +32,9 @@ def cset_folder(root, names=("images", "labels", "masks"), labels=WIDE, name="c2
 
 
 def test_mbest_gives_images_labels_and_their_foreground(tmp_path):
-    entries = mbest(mbest_folder(tmp_path))
-    assert [(entry.subset, entry.name) for entry in entries] == [("S1", "img2"), ("S1", "img10"), ("S2", "img2"), ("S2", "img10")]
-    photo = entries[0].load()
+    refs = mbest(mbest_folder(tmp_path))
+    assert [(ref.subset, ref.name) for ref in refs] == [("S1", "img2"), ("S1", "img10"), ("S2", "img2"), ("S2", "img10")]
+    photo = refs[0].load()
     assert photo.image.shape == (*LABELS.shape, 3)
     assert (photo.labels == LABELS).all()
     assert (photo.mask == (LABELS > 0)).all()
@@ -49,14 +49,14 @@ def test_mbest_reads_the_public_repository(tmp_path):
         (tmp_path / "dataset/S3/gt_labels").mkdir(exist_ok=True)
         np.save(tmp_path / "dataset/S3/gt_labels" / f"{name}.npy", LABELS * 3)
     for root in (tmp_path, tmp_path / "dataset", tmp_path / "dataset/S3"):
-        entries = mbest(root)
-        assert [(entry.subset, entry.name) for entry in entries] == [("S3", "img0"), ("S3", "img1")]
-        assert (entries[1].load().labels == LABELS).all()
+        refs = mbest(root)
+        assert [(ref.subset, ref.name) for ref in refs] == [("S3", "img0"), ("S3", "img1")]
+        assert (refs[1].load().labels == LABELS).all()
 
 
 def test_subsets_are_chosen_and_others_refused(tmp_path):
     folder = mbest_folder(tmp_path)
-    assert {entry.subset for entry in mbest(folder, subsets=["s2"])} == {"S2"}
+    assert {ref.subset for ref in mbest(folder, subsets=["s2"])} == {"S2"}
     with refuses("subset-unknown", "S7", "S1, S2"):
         mbest(folder, subsets=["S7"])
 
@@ -106,9 +106,9 @@ def test_hsv_mask_takes_the_cables_colours_and_drops_specks(tmp_path):
 )
 def test_cset_numbers_the_colours(tmp_path, below, names):
     cset_folder(tmp_path / below, names)
-    (entry,) = cset(tmp_path)
-    photo = entry.load()
-    assert (entry.subset, entry.name, photo.cables) == ("C2", "c2_4", 2)
+    (ref,) = cset(tmp_path)
+    photo = ref.load()
+    assert (ref.subset, ref.name, photo.cables) == ("C2", "c2_4", 2)
     assert photo.image.shape == (360, 640, 3)
     assert (photo.mask == (WIDE > 0)).all()
     for number in (1, 2):
@@ -118,13 +118,13 @@ def test_cset_numbers_the_colours(tmp_path, below, names):
 
 def test_cset_is_scaled_to_one_size_and_specks_are_no_cables(tmp_path):
     short = WIDE[:, :-1].copy()
-    short[0, : SPECK // 2] = 3
+    short[0, : MIN_CABLE_PIXELS // 2] = 3
     cset_folder(tmp_path, labels=short)
     photo = cset(tmp_path)[0].load()
     assert photo.labels.shape == photo.mask.shape == photo.image.shape[:2] == (360, 640)
     assert photo.cables == 2
     assert not photo.mask[0].any()
-    cset_folder(tmp_path, labels=np.where(np.arange(640) < SPECK, np.uint8(3), WIDE))
+    cset_folder(tmp_path, labels=np.where(np.arange(640) < MIN_CABLE_PIXELS, np.uint8(3), WIDE))
     assert cset(tmp_path)[0].load().cables == 3
 
 
@@ -138,11 +138,11 @@ def test_cset_without_the_networks_masks(tmp_path):
 
 @pytest.mark.skipif(not DATA.is_dir(), reason="the public photographs are not beside the checkout")
 def test_the_public_photographs_are_as_they_are_said_to_be():
-    for entry in mbest(DATA / "mbest")[::40]:
-        photo = entry.load()
-        assert photo.cables == int(entry.subset[1])
+    for ref in mbest(DATA / "mbest")[::40]:
+        photo = ref.load()
+        assert photo.cables == int(ref.subset[1])
         assert photo.labels.shape == (896, 672)
-    for entry in cset(DATA / "cset", "network")[::20]:
-        photo = entry.load()
+    for ref in cset(DATA / "cset", "network")[::20]:
+        photo = ref.load()
         assert 2 <= photo.cables <= 6
         assert (photo.mask & (photo.labels > 0)).sum() > 0.5 * (photo.labels > 0).sum()

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from builders.errors import code_in
 from builders.paths import DATA
-from builders.photos import HEIGHT, WIDTH, cross, entry, labelled, painted, save, strand
+from builders.photos import HEIGHT, WIDTH, cross, labelled, painted, photo_ref, save, strand
 
 from doo3d.config import Config, load_config
 from doo3d.evaluation.photos.datasets import cset, mbest
-from doo3d.evaluation.photos.evaluate import caption, csv_text, evaluate_cables, evaluate_photos, format_rows, worst
+from doo3d.evaluation.photos.evaluate import evaluate_cables, evaluate_photos, worst
 from doo3d.evaluation.photos.pictures import picture, write_pictures
+from doo3d.evaluation.photos.tables import caption, csv_text, format_rows
 from doo3d.types import Detection
 
 APART = [strand((20, 30), (180, 30)), strand((20, 90), (180, 90))]
@@ -34,7 +35,9 @@ class Known:
 
 def test_the_first_of_a_subset_runs_twice_and_counts_once():
     detect = Known(APART)
-    rows = evaluate_photos([entry(APART, "S1"), entry(APART, "S1", "img2"), entry(APART, "S2")], Config(), detect=detect)
+    rows = evaluate_photos(
+        [photo_ref(APART, "S1"), photo_ref(APART, "S1", "img2"), photo_ref(APART, "S2")], Config(), detect=detect
+    )
     assert [row.name for row in rows] == ["S1/img0", "S1/img2", "S2/img0"]
     assert len(detect.asked) == 5
     assert all(row.milliseconds == pytest.approx(12) for row in rows)
@@ -47,13 +50,13 @@ def test_the_count_is_told_when_asked_for():
     for known, wanted in ((False, 7), (True, 2)):
         detect = Known(APART)
         config = load_config("default", {"merge.chains": 7})
-        evaluate_photos([entry(APART)], config, known, detect)
+        evaluate_photos([photo_ref(APART)], config, known, detect)
         assert detect.asked[-1][1].merge.chains == wanted
 
 
 def test_the_table_has_a_line_per_subset_and_one_for_all():
-    entries = [entry(APART, "S1"), entry(APART, "S1", "img2"), entry(APART, "S2")]
-    rows = evaluate_photos(entries, Config(), detect=Known(APART, APART, APART[:1], APART))
+    refs = [photo_ref(APART, "S1"), photo_ref(APART, "S1", "img2"), photo_ref(APART, "S2")]
+    rows = evaluate_photos(refs, Config(), detect=Known(APART, APART, APART[:1], APART))
     lines = format_rows(rows).splitlines()
     assert [line.split()[0] for line in lines[1:4]] == ["S1", "S2", "all"]
     assert lines[1].split()[1:] == ["2", "75.00", "66.67", "66.67", "1/2", "50.0", "%", "12.0", "12.0", "0"]
@@ -64,23 +67,23 @@ def test_the_table_has_a_line_per_subset_and_one_for_all():
 
 def test_any_exception_counts_as_nothing_found_and_is_named():
     fault = ZeroDivisionError("by nothing")
-    rows = evaluate_photos([entry(APART), entry(APART, name="img2")], Config(), detect=Known(fault, fault, APART))
+    rows = evaluate_photos([photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(fault, fault, APART))
     assert rows[0].score.drawn == rows[0].score.labelled == 0
     assert np.isnan(rows[0].milliseconds)
     text = format_rows(rows)
-    assert "error: ZeroDivisionError: by nothing: S1/img0" in text
+    assert "error: ZeroDivisionError: by nothing [unexpected]: S1/img0" in text
     assert text.splitlines()[1].split()[1:6] == ["2", "50.00", "50.00", "50.00", "1/2"]
     assert text.splitlines()[1].endswith(" 12.0    12.0      1")
-    text = format_rows(evaluate_photos([entry(APART)], Config(), detect=Known(fault)))
+    text = format_rows(evaluate_photos([photo_ref(APART)], Config(), detect=Known(fault)))
     assert text.splitlines()[1].split()[-3:] == ["-", "-", "1"]
 
 
 def test_each_cable_alone():
     below, above = cross()
     detect = Known([below], [below], [strand((100, 15), (100, 75))])
-    rows = evaluate_cables([entry([below, above])], Config(), detect)
+    rows = evaluate_cables([photo_ref([below, above])], Config(), detect)
     assert [row.name for row in rows] == ["S1/img0 cable 1", "S1/img0 cable 2"]
-    assert [row.traced.good for row in rows] == [True, False]
+    assert [row.trace.traced for row in rows] == [True, False]
     labels = labelled([below, above])
     for (_, config, mask), cable in zip(detect.asked, (1, 1, 2), strict=True):
         assert (mask == (labels == cable)).all()
@@ -92,15 +95,17 @@ def test_each_cable_alone():
 
 
 def test_the_csv_has_all_of_a_row():
-    rows = evaluate_photos([entry(APART), entry(APART, name="img2")], Config(), detect=Known(APART, APART, ValueError("a, b")))
+    rows = evaluate_photos(
+        [photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(APART, APART, ValueError("a, b"))
+    )
     first, second = csv.DictReader(csv_text(rows).splitlines())
     assert first == first | {"subset": "S1", "image": "img0", "cables": "2", "chains": "2", "drawn": "1.0", "labelled": "1.0"}
     assert float(first["ms"]) == pytest.approx(12)
-    assert second["error"] == "ValueError: a, b"
+    assert (second["error"], second["code"]) == ("ValueError: a, b", "unexpected")
 
 
 def test_the_worst_are_pictured_worst_first(tmp_path):
-    rows = evaluate_photos([entry(APART), entry(APART, name="img2")], Config(), detect=Known(APART, APART, APART[1:]))
+    rows = evaluate_photos([photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(APART, APART, APART[1:]))
     chosen = worst(rows, 1)
     assert [row.name for row in chosen] == ["S1/img2"]
     assert caption(chosen[0]) == "S1/img2   drawn 50.0   labelled 33.3   ordered 33.3   1 of 2 chains"
@@ -125,7 +130,7 @@ def photographs(tmp_path, monkeypatch):
 def test_the_command_prints_writes_and_draws(photographs, doo3d, tmp_path):
     table, pictures = tmp_path / "rows.csv", tmp_path / "pictures"
     code, out, err = doo3d(
-        "evaluate", "mbest", photographs, "-c", "default", "--csv", table, "--worst", 1, "--pictures", pictures
+        "evaluate", "dataset", "mbest", photographs, "-c", "default", "--csv", table, "--worst", 1, "--pictures", pictures
     )
     assert (code, err) == (0, "")
     assert "2/2 100.0 %" in out
@@ -135,10 +140,10 @@ def test_the_command_prints_writes_and_draws(photographs, doo3d, tmp_path):
 
 
 def test_the_command_takes_cables_alone(photographs, doo3d):
-    code, out, _ = doo3d("evaluate", "mbest", photographs, "-c", "default", "--single")
+    code, out, _ = doo3d("evaluate", "dataset", "mbest", photographs, "-c", "default", "--single")
     assert code == 0
     assert "traced" in out
-    code, _, err = doo3d("evaluate", "mbest", photographs, "--single", "--masks", "hsv")
+    code, _, err = doo3d("evaluate", "dataset", "mbest", photographs, "--single", "--masks", "hsv")
     assert code == 2
     assert code_in(err) == "options-conflict"
 
@@ -150,22 +155,42 @@ def test_the_command_for_busy_backgrounds(tmp_path, doo3d, monkeypatch):
     save(tmp_path / "set/masks/c1_0.png", np.where(labels > 0, np.uint8(255), np.uint8(0)))
     monkeypatch.setattr("doo3d.pipeline.detect", Known(cross()))
     for masks in ("labels", "network"):
-        code, out, _ = doo3d("evaluate", "cset", tmp_path / "set", "-c", "default", "--masks", masks)
+        code, out, _ = doo3d("evaluate", "dataset", "cset", tmp_path / "set", "-c", "default", "--masks", masks)
         assert code == 0
         assert out.splitlines()[1].startswith("C1 ")
         assert "1/1 100.0 %" in out
-    code, _, err = doo3d("evaluate", "cset", tmp_path / "set", "--masks", "hsv")
+    code, _, err = doo3d("evaluate", "dataset", "cset", tmp_path / "set", "--masks", "hsv")
     assert (code, code_in(err)) == (2, "choice-unknown")
     assert "labels, network" in err
-    code, _, err = doo3d("evaluate", "cset", tmp_path)
+    code, _, err = doo3d("evaluate", "dataset", "cset", tmp_path)
     assert code == 2
     assert code_in(err) == "photos-missing"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code", "parts"),
+    [
+        (("s4", "x"), "choice-unknown", ("dataset s4", "mbest, cset, tubes")),
+        (("mbest", "x", "--seeds", 2), "options-conflict", ("--seeds", "mbest")),
+        (("cset", "x", "--single"), "options-conflict", ("--single", "cset")),
+        (("tubes", "x", "--csv", "rows.csv"), "options-conflict", ("--csv", "tubes")),
+        (("tubes", "x", "--chains-from-data"), "options-conflict", ("--known-count", "tubes")),
+        (("tubes", "x", "--sensor", "eye"), "choice-unknown", ("--sensor eye",)),
+        (("tubes", "x"), "tubes-missing", ("x",)),
+    ],
+)
+def test_options_of_another_data_set_are_refused(doo3d, arguments, code, parts):
+    status, out, err = doo3d("evaluate", "dataset", *arguments)
+    assert (status, out, code_in(err)) == (2, "", code)
+    for part in parts:
+        assert part in err
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(not DATA.is_dir(), reason="the public photographs are not beside the checkout")
 def test_real_photographs_are_followed():
-    entries = [*mbest(DATA / "mbest")[::60], *cset(DATA / "cset")[::30]]
-    rows = evaluate_photos(entries, load_config("image"))
+    refs = [*mbest(DATA / "mbest")[::60], *cset(DATA / "cset")[::30]]
+    rows = evaluate_photos(refs, load_config("image"))
     assert not [row.error for row in rows if row.error]
     assert np.mean([row.score.drawn for row in rows]) > 0.9
     assert np.mean([row.score.ordered for row in rows]) > 0.9

@@ -5,7 +5,7 @@ import pytest
 from builders.photos import HEIGHT, WIDTH, cross, labelled, strand
 
 from doo3d.evaluation.photos import score as photos_score
-from doo3d.evaluation.photos.score import drawn_pixels, nearest_chain, samples, score_photo, trace
+from doo3d.evaluation.photos.score import drawn_pixels, nearest_chain, sample_chain, score_photo, trace_cable
 from doo3d.types import Chain
 
 SHAPE = (HEIGHT, WIDTH)
@@ -32,6 +32,7 @@ def ring(count=24, radius=30.0):
     return Chain(joints, float(np.linalg.norm(joints[1] - joints[0])), 3.0, closed=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "chain",
     [
@@ -44,8 +45,8 @@ def ring(count=24, radius=30.0):
 )
 def test_drawing_is_what_the_plain_way_draws(chain, monkeypatch):
     wanted = plain(chain, (80, 100))
-    for cells in (photos_score._CELLS, 1):
-        monkeypatch.setattr(photos_score, "_CELLS", cells)
+    for cells in (photos_score._MAX_BOX_PIXELS, 1):
+        monkeypatch.setattr(photos_score, "_MAX_BOX_PIXELS", cells)
         assert (drawn_pixels(chain, (80, 100)) == wanted).all()
 
 
@@ -68,7 +69,7 @@ def test_the_truth_itself_scores_full_but_for_what_lies_below():
     assert score.ordered == 1
     assert 0.97 < score.labelled < 1
     assert score.match.tolist() == [1, 0]
-    assert score.count_right
+    assert score.count_correct
 
 
 def test_apart_the_labels_are_met_exactly():
@@ -86,7 +87,7 @@ def test_what_is_missing_counts_nothing_and_what_is_too_much_only_as_count():
     assert one.labelled == pytest.approx(2 / 3 / 2)  # the one chain gets all pixels
     assert one.match.tolist() == [0, -1]
     three = score_photo([*chains, strand((20, 140), (180, 140))], labels, labels > 0)
-    assert (three.drawn, three.labelled, three.count_right) == (1, 1, False)
+    assert (three.drawn, three.labelled, three.count_correct) == (1, 1, False)
     none = score_photo([], labels, labels > 0)
     assert (none.drawn, none.labelled, none.ordered, none.chains) == (0, 0, 0, 0)
 
@@ -115,7 +116,7 @@ def test_of_a_cable_in_two_chains_one_counts():
     labels = labelled([strand((20, 30), (180, 30))])
     score = score_photo(chains, labels, labels > 0)
     assert score.labelled == pytest.approx(2 * 83 / (161 + 83))  # cut in the middle between them
-    assert not score.count_right
+    assert not score.count_correct
 
 
 def test_nearest_is_by_distance_to_the_line_and_not_to_joints():
@@ -125,34 +126,34 @@ def test_nearest_is_by_distance_to_the_line_and_not_to_joints():
 
 
 def test_samples_lie_on_the_chain_close_together():
-    line = samples(strand((10, 50), (100, 50), (100, 100), length=7.0))
+    line = sample_chain(strand((10, 50), (100, 50), (100, 100), length=7.0))
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    assert steps.max() <= photos_score.STEP + 1e-9
+    assert steps.max() <= photos_score.SAMPLE_SPACING_PX + 1e-9
     assert steps.min() > 0.3
 
 
 def test_a_cable_is_traced_by_itself():
     chain = strand((20, 75), (180, 75))
     labels = labelled([chain])
-    assert trace(chain, labels, 1).good
-    half = trace(strand((20, 75), (100, 75)), labels, 1)
+    assert trace_cable(chain, labels, 1).traced
+    half = trace_cable(strand((20, 75), (100, 75)), labels, 1)
     assert half.recall == pytest.approx(0.54, abs=0.03)
     assert half.precision == 1
-    assert not half.good
-    astray = trace(strand((20, 75), (180, 75), (180, 135)), labels, 1)
+    assert not half.traced
+    astray = trace_cable(strand((20, 75), (180, 75), (180, 135)), labels, 1)
     assert astray.recall == 1
     assert astray.precision == pytest.approx(164 / 220, abs=0.03)
-    assert trace(strand((20, 82), (180, 82)), labels, 1).recall == 0
-    assert trace(None, labels, 1) == photos_score.Traced(0.0, 0.0)
+    assert trace_cable(strand((20, 82), (180, 82)), labels, 1).recall == 0
+    assert trace_cable(None, labels, 1) == photos_score.CableTrace(0.0, 0.0)
 
 
 def test_below_another_cable_the_way_through_is_right():
     below, above = cross(radius=6.0)
     labels = labelled([below, above])
-    through = trace(below, labels, 1)
+    through = trace_cable(below, labels, 1)
     assert through.recall == 1
     assert through.precision > 0.99
-    along = trace(strand((20, 75), (100, 75), (100, 135)), labels, 1)
+    along = trace_cable(strand((20, 75), (100, 75), (100, 135)), labels, 1)
     assert along.precision < 0.75  # beyond the crossing the other cable is no excuse
 
 
@@ -160,6 +161,6 @@ def test_specks_of_the_label_are_not_the_cable():
     chain = strand((20, 75), (180, 75))
     labels = labelled([chain])
     labels[20:25, ::10] = 1
-    assert trace(chain, labels, 1).recall == 1
+    assert trace_cable(chain, labels, 1).recall == 1
     labels[20:28, 40:60] = 1
-    assert trace(chain, labels, 1).recall < 0.95
+    assert trace_cable(chain, labels, 1).recall < 0.95

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from doo3d.evaluation.rendering.depth_sensor import SENSORS, measured
+from doo3d.evaluation.rendering.depth_sensor import SENSORS, measure_depth
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.model import Scene, Solid, Table, Truth
-from doo3d.evaluation.scenes.stacking import resampled
+from doo3d.evaluation.scenes.stacking import spline_axis
 from doo3d.types import Camera
 
 CAMERA = Camera(fx=460.0, fy=460.0, cx=160.0, cy=90.0, width=320, height=180)
@@ -14,7 +14,7 @@ RADIUS, DEPTH = 0.008, 0.5
 
 
 def _straight(y=0.0, occluders=(), shiny=()):
-    axis = resampled(np.column_stack((np.linspace(-0.1, 0.1, 9), np.full(9, y), np.full(9, DEPTH))))
+    axis = spline_axis(np.column_stack((np.linspace(-0.1, 0.1, 9), np.full(9, y), np.full(9, DEPTH))))
     cable = Truth(axis, RADIUS, shiny=shiny)
     table = Table(np.array([0.0, 0.0, DEPTH + RADIUS]), np.array([0.0, 0.0, -1.0]))
     return Scene("test", "test", 0, CAMERA, (cable,), occluders, table)
@@ -61,7 +61,7 @@ def test_hidden_run_is_the_shadow_of_the_occluder():
 def test_strand_under_another_is_hidden():
     scene = _straight()
     over = np.column_stack((np.zeros(9), np.linspace(-0.05, 0.05, 9), np.full(9, DEPTH - 2 * RADIUS)))
-    scene = Scene(**{**vars(scene), "cables": (*scene.cables, Truth(resampled(over), RADIUS))})
+    scene = Scene(**{**vars(scene), "cables": (*scene.cables, Truth(spline_axis(over), RADIUS))})
     lower, upper = render(scene, "none").truths
     assert upper.seen.all()
     width = (~lower.seen).sum() * 0.0005
@@ -95,20 +95,20 @@ def test_stereo_noise_grows_with_the_square_of_the_depth(name):
     nothing = np.zeros((480, 640), dtype=bool)
     for z in (0.6, 1.2):
         exact = z + np.linspace(0, 0.005, 640) * np.ones((480, 1))  # a ramp, so that rounding acts as noise
-        depth = measured(exact, nothing, camera, sensor, np.random.default_rng(3)).astype(float)
+        depth = measure_depth(exact, nothing, camera, sensor, np.random.default_rng(3)).astype(float)
         got = (depth - exact)[depth > 0]
         per_pixel = z**2 / (camera.fx * sensor.baseline)
-        floor = np.hypot(per_pixel * sensor.step, sensor.depth_step) / np.sqrt(12)
+        floor = np.hypot(per_pixel * sensor.disparity_step, sensor.depth_step) / np.sqrt(12)
         low, high = np.hypot(np.array(sensor.noise) * per_pixel, floor)
         assert 0.9 * low < got.std() < 1.1 * high
         assert np.allclose(depth * 1000, np.round(depth * 1000), atol=1e-3)
-        assert (depth == 0).mean() == pytest.approx(sensor.blotches, rel=0.05)
+        assert (depth == 0).mean() == pytest.approx(sensor.holes, rel=0.05)
 
 
 def test_noise_is_alike_between_neighbours():
     camera = Camera(fx=920.0, fy=920.0, cx=320.0, cy=240.0, width=640, height=480)
     smooth = SENSORS["zivid"]
-    depth = measured(np.full((480, 640), 0.6), np.zeros((480, 640), dtype=bool), camera, smooth, np.random.default_rng(0))
+    depth = measure_depth(np.full((480, 640), 0.6), np.zeros((480, 640), dtype=bool), camera, smooth, np.random.default_rng(0))
     noise = np.where(depth > 0, depth - 0.6, 0.0)
     assert noise.std() == pytest.approx(0.0001, rel=0.05)
     assert np.corrcoef(noise[:, :-1].ravel(), noise[:, 1:].ravel())[0, 1] > 0.3
@@ -119,7 +119,7 @@ def test_edges_get_flying_points_and_holes():
     camera = Camera(fx=920.0, fy=920.0, cx=320.0, cy=240.0, width=640, height=480)
     exact = np.full((480, 640), 0.7)
     exact[:, 320:] = 0.6
-    depth = measured(exact, np.zeros((480, 640), dtype=bool), camera, SENSORS["d435"], np.random.default_rng(0))
+    depth = measure_depth(exact, np.zeros((480, 640), dtype=bool), camera, SENSORS["d435"], np.random.default_rng(0))
     edge = depth[:, 319:321]
     assert ((edge > 0.61) & (edge < 0.69)).mean() == pytest.approx(0.3 * 0.8, abs=0.06)
     assert (edge == 0).mean() == pytest.approx(0.25, abs=0.06)

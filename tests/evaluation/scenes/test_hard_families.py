@@ -5,11 +5,11 @@ import pytest
 from builders.errors import refuses
 
 from doo3d.evaluation.rendering.renderer import render
-from doo3d.evaluation.scenes.curves import find_crossings
-from doo3d.evaluation.scenes.hard_families import HAIRPIN_GAP, SHINY, THIN
-from doo3d.evaluation.scenes.knots import KNOTS, _knot, alternating
+from doo3d.evaluation.scenes.curves import curve_crossings
+from doo3d.evaluation.scenes.hard_families import HAIRPIN_GAP_DIAMETERS, SHINY_LENGTHS, THIN_WIDTHS_PX
+from doo3d.evaluation.scenes.knots import KNOTS, _knot_curve, alternating
 from doo3d.evaluation.scenes.registry import make_scene
-from doo3d.evaluation.scenes.stacking import lowest_clearance
+from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.evaluation.scenes.studio import make_studio
 from doo3d.evaluation.scenes.tubes import read_tubes
 
@@ -29,19 +29,20 @@ e_1_2 1 2 1 0.0125 0 0 0 0 0 0 1 0.2
 """
 
 
+@pytest.mark.slow
 def test_tangles_cross_four_to_ten_times():
     for seed in range(3):
         scene = make_scene("tangle", seed)
         across = np.linalg.svd(scene.table.normal[None])[2][1:]
         flat = scene.cables[0].axis[::4] @ across.T
-        assert 4 <= len(find_crossings(flat, np.zeros(len(flat), dtype=int)).first) <= 10
+        assert 4 <= len(curve_crossings(flat, np.zeros(len(flat), dtype=int)).first) <= 10
 
 
 def test_hairpin_legs_are_less_than_a_diameter_apart():
     for seed in range(5):
         cable = make_scene("hairpin", seed).cables[0]
-        gap = lowest_clearance([cable.axis], cable.radius) - 1
-        assert HAIRPIN_GAP[0] - 0.01 < gap < HAIRPIN_GAP[1] + 0.01
+        gap = min_clearance([cable.axis], cable.radius) - 1
+        assert HAIRPIN_GAP_DIAMETERS[0] - 0.01 < gap < HAIRPIN_GAP_DIAMETERS[1] + 0.01
 
 
 def test_shiny_runs_are_seen_without_depth():
@@ -49,7 +50,7 @@ def test_shiny_runs_are_seen_without_depth():
     rendered = render(scene, "none")
     cable, truth = scene.cables[0], rendered.truths[0]
     start, end = cable.shiny[0]
-    assert SHINY[0] <= end - start <= SHINY[1]
+    assert SHINY_LENGTHS[0] <= end - start <= SHINY_LENGTHS[1]
     u, v = np.round(scene.camera.project(cable.axis[(cable.arcs > start) & (cable.arcs < end)])).astype(int).T
     assert rendered.mask[v, u].mean() > 0.95
     assert (rendered.frame.depth[v, u] == 0).mean() > 0.9
@@ -59,7 +60,7 @@ def test_shiny_runs_are_seen_without_depth():
 def test_thin_cables_are_two_to_three_pixels_wide():
     scene = make_scene("thin", 1)
     wide = 2 * scene.cables[0].radius * scene.camera.fx / np.median(scene.cables[0].axis[:, 2])
-    assert THIN[0] - 0.2 < wide < THIN[1] + 0.2
+    assert THIN_WIDTHS_PX[0] - 0.2 < wide < THIN_WIDTHS_PX[1] + 0.2
 
 
 def _renamed(order):
@@ -73,8 +74,8 @@ def test_knots_are_knots(name, code):
     """By their Gauss codes, crossed over and under in turn: the trefoil's and the figure eight's."""
     rng = np.random.default_rng(0)
     for _ in range(5):
-        curve = _knot(rng, make_studio(rng, (1280, 720)), *KNOTS[name])
-        found = find_crossings(curve, np.zeros(len(curve), dtype=int))
+        curve = _knot_curve(rng, make_studio(rng, (1280, 720)), *KNOTS[name])
+        found = curve_crossings(curve, np.zeros(len(curve), dtype=int))
         order = np.argsort(np.concatenate((found.first, found.second))) % len(found.first)
         assert _renamed(order) in {_renamed(list(code[k:] + code[:k])) for k in range(len(code))}  # closed far away
         over = alternating(found)

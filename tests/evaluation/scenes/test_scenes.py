@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from doo3d.evaluation.scenes.curves import find_crossings
+from doo3d.evaluation.scenes.curves import curve_crossings
 from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
-from doo3d.evaluation.scenes.stacking import least_bend, lowest_clearance
+from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
 
 SEEDS = range(3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_same_seed_gives_the_same_scene(family):
     one, other = make_scene(family, 1), make_scene(family, 1)
@@ -18,16 +19,17 @@ def test_same_seed_gives_the_same_scene(family):
     assert not np.array_equal(one.cables[0].axis[0], make_scene(family, 2).cables[0].axis[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("size", [(1280, 720), (640, 480)])
 def test_cables_are_sound_and_in_view(family, size):
     for seed in SEEDS:
         scene = make_scene(family, seed, size)
-        assert lowest_clearance([cable.axis for cable in scene.cables], scene.cables[0].radius) >= 0.998
+        assert min_clearance([cable.axis for cable in scene.cables], scene.cables[0].radius) >= 0.998
         for cable in scene.cables:
             steps = np.linalg.norm(np.diff(cable.axis, axis=0), axis=1)
             assert steps.max() <= 0.0005 + 1e-6
-            assert least_bend(cable.axis) > 3.99 * cable.radius
+            assert min_bend_radius(cable.axis) > 3.99 * cable.radius
             pixels = scene.camera.project(cable.axis)
             assert (pixels > 5).all()
             assert (pixels < np.array(size) - 5).all()
@@ -40,7 +42,7 @@ def test_cables_lie_on_the_table_and_on_each_other():
         height = (cable.axis - table.point) @ table.normal
         assert height.min() == pytest.approx(cable.radius, abs=2e-5)
         across = np.linalg.svd(table.normal[None])[2][1:]
-        found = find_crossings(cable.axis @ across.T, np.zeros(len(height), dtype=int))
+        found = curve_crossings(cable.axis @ across.T, np.zeros(len(height), dtype=int))
         assert len(found.first) == 1
         apart = abs(np.interp(found.first, range(len(height)), height) - np.interp(found.second, range(len(height)), height))
         assert 2 * cable.radius <= apart[0] <= 2.2 * cable.radius

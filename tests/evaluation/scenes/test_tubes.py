@@ -6,7 +6,7 @@ from builders.errors import refuses
 
 from doo3d.config import Config, load_config
 from doo3d.errors import ConfigError
-from doo3d.evaluation.metrics.tubes import SEEN, Tube, evaluate_tubes, format_tubes, right_tubes, tube_cases
+from doo3d.evaluation.metrics.tubes import MIN_SEEN_FRACTION, Tube, correct_tubes, evaluate_tubes, format_tubes, tube_cases
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.tubes import read_tubes
 from doo3d.geometry.equal_segments import equal_segments
@@ -71,24 +71,25 @@ def test_tubes_need_a_config_in_3d(tmp_path):
 def test_each_tube_is_judged_by_itself(tmp_path):
     truths = make_scene(f"tubes:{write(tmp_path / 'two.txt', LYING, ACROSS)}", 0, SMALL).cables
     whole = [chain_along(truth) for truth in truths]
-    assert right_tubes(whole, truths) == [True, True]
-    assert right_tubes(whole[::-1], truths) == [True, True]
-    assert right_tubes([whole[0], chain_along(truths[1], 0.0, 0.9)], truths) == [True, False]
-    assert right_tubes(whole[1:], truths) == [False, True]
-    assert right_tubes([], truths) == [False, False]
+    assert correct_tubes(whole, truths) == [True, True]
+    assert correct_tubes(whole[::-1], truths) == [True, True]
+    assert correct_tubes([whole[0], chain_along(truths[1], 0.0, 0.9)], truths) == [True, False]
+    assert correct_tubes(whole[1:], truths) == [False, True]
+    assert correct_tubes([], truths) == [False, False]
     moved = Chain(whole[0].joints + np.array([0.0, 0.0, 0.1]), 0.01, 0.0125)
-    assert right_tubes([moved, whole[1]], truths) == [False, True]
+    assert correct_tubes([moved, whole[1]], truths) == [False, True]
 
 
 def test_only_tubes_seen_well_enough_count():
-    lines = format_tubes([Tube("a", 1.0, True), Tube("a", SEEN, False), Tube("b", 0.3, False)]).splitlines()
+    lines = format_tubes([Tube("a", 1.0, True), Tube("a", MIN_SEEN_FRACTION, False), Tube("b", 0.3, False)]).splitlines()
     assert lines[1].split() == ["a", "2", "2", "1", "50.0%"]
     assert lines[2].split() == ["b", "1", "0", "0", "-"]
     assert lines[3].split() == ["all", "3", "2", "1", "50.0%"]
 
 
+@pytest.mark.slow
 def test_crossed_tubes_are_found_and_counted_by_the_command(tmp_path, doo3d):
     write(tmp_path / "two.txt", LYING, ACROSS)
-    code, out, _ = doo3d("evaluate", "tubes", tmp_path, "--seeds", 2)
+    code, out, _ = doo3d("evaluate", "dataset", "tubes", tmp_path, "--seeds", 2)
     assert code == 0
     assert out.splitlines()[-1].split() == ["all", "4", "4", "4", "100.0%"]

@@ -1,0 +1,170 @@
+"""`doo3d evaluate dataset`: the detection on public data sets of other projects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import ConfigError
+from .arguments import Overrides, config_of, save, split
+from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .progress import say_compiling
+
+if TYPE_CHECKING:
+    from ..config import Config
+    from ..evaluation.photos.evaluate import Row
+
+DEFAULT_WORST = 5
+"""Images that are drawn by --pictures without --worst."""
+
+
+@dataclass(frozen=True)
+class _Request:
+    """The data set's folder, the config, and the options given, by their names."""
+
+    folder: Path
+    config: Config
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def get(self, option: str, default: Any = None) -> Any:
+        return self.options.get(option, default)
+
+
+def dataset(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="mbest, cset or tubes.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The data set, or the checkout of its repository.")],
+    config: Annotated[
+        str | None, typer.Option("--config", "-c", help="A preset or a YAML file. Default: image; tubes for tubes.")
+    ] = None,
+    overrides: Overrides = None,
+    subsets: Annotated[
+        str | None, typer.Option("--subset", metavar="S1,S2", help="mbest, cset: comma-separated subsets. Default: all.")
+    ] = None,
+    masks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="labels|hsv|network",
+            help="mbest, cset: the labels' foreground, the cables' colors (mbest) or masks/ (cset). Default: labels.",
+        ),
+    ] = None,
+    known_count: Annotated[
+        bool | None,
+        typer.Option(
+            "--known-count/--chains-from-data",
+            help="mbest, cset: give the number of cables; the default leaves it to the config.",
+        ),
+    ] = None,
+    single: Annotated[bool | None, typer.Option("--single", help="mbest: detect and trace each cable alone.")] = None,
+    table: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="mbest, cset: write a line per image.")] = None,
+    worst: Annotated[int | None, typer.Option(min=0, help="mbest, cset: name this many of the worst images. Default: 0.")] = None,
+    pictures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="mbest, cset: draw the worst images (5 without --worst) into DIR.")
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="tubes: views of each configuration. Default: 3.")] = None,
+    start: Annotated[int | None, typer.Option(min=0, metavar="SEED", help="tubes: seed of the first view. Default: 0.")] = None,
+    sensor: Annotated[str | None, typer.Option(metavar="|".join(SENSORS), help="tubes: depth camera. Default: d435.")] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="tubes: size of the image, px. Default: 1280x720.")] = None,
+) -> None:
+    """Detect in a public data set and score against its labels.
+
+    mbest: photographs of one to three cables; FOLDER holds S1, S2, S3 with images/ and labels/ each. cset: photographs of
+    cables before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their scores are
+    DICE: drawn, of the chains drawn with their own width; labelled, of the mask with each pixel assigned to the nearest
+    chain; ordered, the same with the pixels that the right chain covers assigned to it.
+
+    tubes: configurations of entangled tubes (text files of straight cylinders), rendered with their mask and number given;
+    each tube is scored by itself.
+
+    \b
+    Examples:
+      doo3d evaluate dataset mbest mBEST --single
+      doo3d evaluate dataset cset CVF3D-DLO --masks network
+      doo3d evaluate dataset tubes TUBES --seeds 5
+    """
+    options = {
+        "--subset": subsets,
+        "--masks": masks,
+        "--known-count": known_count,
+        "--single": single,
+        "--csv": table,
+        "--worst": worst,
+        "--pictures": pictures,
+        "--seeds": seeds,
+        "--start": start,
+        "--sensor": sensor,
+        "--size": size,
+    }
+    given = {option: value for option, value in options.items() if value is not None}
+    run, allowed = DATASETS[check_choice("dataset", name, DATASETS)]
+    if conflicts := [option for option in given if option not in allowed]:
+        raise ConfigError(
+            f"{conflicts[0]}: does not apply to the data set {name}, which has {', '.join(allowed)}: leave it out",
+            code="options-conflict",
+        )
+    use_single_thread()
+    run(_Request(folder, config_of(config or ("tubes" if name == "tubes" else "image"), overrides), given))
+
+
+def _mbest(request: _Request) -> None:
+    from ..evaluation.photos import datasets
+    from ..evaluation.photos.evaluate import evaluate_cables, evaluate_photos
+
+    masks, known_count, single = request.get("--masks", "labels"), request.get("--known-count", False), request.get("--single")
+    if single and (masks != "labels" or known_count):
+        raise ConfigError(
+            "--single takes each cable's label as the mask and wants one chain: leave --masks and --known-count out",
+            code="options-conflict",
+        )
+    refs = datasets.mbest(request.folder, masks, split(request.get("--subset")))
+    rows = evaluate_cables(refs, request.config) if single else evaluate_photos(refs, request.config, known_count)
+    _print_photos(rows, request)
+
+
+def _cset(request: _Request) -> None:
+    from ..evaluation.photos import datasets
+    from ..evaluation.photos.evaluate import evaluate_photos
+
+    refs = datasets.cset(request.folder, request.get("--masks", "labels"), split(request.get("--subset")))
+    _print_photos(evaluate_photos(refs, request.config, request.get("--known-count", False)), request)
+
+
+def _tubes(request: _Request) -> None:
+    from ..evaluation.metrics.tubes import evaluate_tubes, format_tubes, tube_cases
+
+    start = request.get("--start", 0)
+    seeds = range(start, start + request.get("--seeds", 3))
+    sensor, size = parse_sensor(request.get("--sensor", "d435")), parse_size(request.get("--size", "1280x720"))
+    cases = tube_cases(request.folder, seeds, sensor, size)
+    say_compiling()
+    typer.echo(format_tubes(evaluate_tubes(cases, request.config)))
+
+
+def _print_photos(rows: list[Row], request: _Request) -> None:
+    """Print the table and the worst rows, and write the CSV file and the pictures."""
+    from ..evaluation.photos.evaluate import worst
+    from ..evaluation.photos.pictures import write_pictures
+    from ..evaluation.photos.tables import caption, csv_text, format_rows
+
+    table, pictures = request.get("--csv"), request.get("--pictures")
+    typer.echo(format_rows(rows))
+    chosen = worst(rows, request.get("--worst", 0) or (DEFAULT_WORST if pictures else 0))
+    for row in chosen:
+        typer.echo(f"worst: {caption(row)}")
+    if table:
+        save(table, csv_text(rows))
+    if pictures:
+        for path in write_pictures(pictures, chosen):
+            typer.echo(path)
+
+
+_PHOTO_OPTIONS = ("--subset", "--masks", "--known-count", "--csv", "--worst", "--pictures")
+DATASETS: dict[str, tuple[Callable[[_Request], None], tuple[str, ...]]] = {
+    "mbest": (_mbest, (*_PHOTO_OPTIONS, "--single")),
+    "cset": (_cset, _PHOTO_OPTIONS),
+    "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size")),
+}
+"""Name -> function that evaluates it, and the options that apply to it."""

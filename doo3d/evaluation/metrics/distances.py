@@ -1,0 +1,100 @@
+"""Measure the distances of chains from the axes of the cables that they follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from ...types import Bools, Chain, Floats, Ints
+from ..scenes.model import Truth
+from .alignment import ChainAlignment, axis_tolerance
+
+OFF_RADII, MIN_OFF_DISTANCE = 1.5, 0.005
+"""A chain is off its cable beyond max(1.5 r, 5 mm) from the axis where that is seen; where hidden, beyond its tolerance."""
+
+SAMPLE_SPACING = 0.001
+"""m at most between the points of a chain that are measured."""
+
+
+@dataclass(frozen=True)
+class ChainDistances:
+    """Points of a chain against the axes of the cables that they follow.
+
+    distance : (Q,) m from the axis; NaN on no cable. seen : (Q,) bool, the axis is seen there; True on no cable.
+    off : (Q,) bool, farther than allowed, or on no cable.
+    """
+
+    distance: Floats
+    seen: Bools
+    off: Bools
+
+    @property
+    def off_fraction(self) -> float:
+        """The fraction of the chain that is off its cable, 0 to 1."""
+        return float(self.off.mean())
+
+
+def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Truth, ...]) -> ChainDistances:
+    """Measure how far a chain lies from the cables that it is aligned with."""
+    points, joint = sample_chain(chain)
+    distance = np.full(len(points), np.nan)
+    seen, off = np.ones(len(points), dtype=bool), np.ones(len(points), dtype=bool)
+    for stretch in alignment.stretches:
+        on = np.flatnonzero((joint >= stretch.joints[0] - 0.5) & (joint <= stretch.joints[-1] + 0.5))
+        truth, arcs = truths[stretch.cable], np.interp(joint[on], stretch.joints, stretch.arcs)
+        sample, distance[on] = _nearest_on_axis(points[on], arcs, chain.segment_length, truth)
+        seen[on] = True if truth.seen is None else truth.seen[sample]
+        limit = np.where(seen[on], max(OFF_RADII * truth.radius, MIN_OFF_DISTANCE), axis_tolerance(truth)[sample])
+        off[on] = distance[on] > limit
+    return ChainDistances(distance, seen, off)
+
+
+def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple[Floats, Floats]:
+    """Sample a chain from one joint to another.
+
+    Parameters
+    ----------
+    chain : the chain.
+    first, last : indices of joints; None for the last joint of the chain.
+
+    Returns
+    -------
+    points : (Q, 3) m, at most SAMPLE_SPACING apart.
+    joint : (Q,) their positions along the chain, as fractional indices of joints.
+    """
+    last = len(chain.joints) - 1 if last is None else last
+    per_segment = max(1, int(np.ceil(chain.segment_length / SAMPLE_SPACING)))
+    joint = np.linspace(first, last, (last - first) * per_segment + 1)
+    index = np.minimum(joint.astype(int), len(chain.joints) - 2)
+    t = (joint - index)[:, None]
+    return chain.joints[index] * (1 - t) + chain.joints[index + 1] * t, joint
+
+
+def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Truth) -> tuple[Ints, Floats]:
+    """Return the axis sample nearest each point within `max_shift` in m of its arc, and the distance from the axis in m."""
+    spacing, count = truth.spacing, len(truth.axis)
+    window = np.arange(-int(max_shift / spacing) - 2, int(max_shift / spacing) + 3)
+    index = np.round(arcs / spacing).astype(int)[:, None] + window
+    index = index % count if truth.closed else np.clip(index, 0, count - 1)
+    distances = np.linalg.norm(truth.axis[index] - points[:, None], axis=-1)
+    sample = index[np.arange(len(points)), distances.argmin(axis=1)]
+    tangent = np.gradient(truth.axis, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    offset = points - truth.axis[sample]
+    along = np.clip(np.einsum("ij,ij->i", offset, tangent[sample]), -spacing, spacing)
+    return sample, np.linalg.norm(offset - along[:, None] * tangent[sample], axis=1)
+
+
+def end_error(chain: Chain, truth: Truth) -> float:
+    """Return the mean distance in mm of the chain's ends from the cable's tips, each matched with one tip."""
+    distances = cdist(chain.joints[[0, -1]], truth.axis[[0, -1]])
+    return 1e3 * float(min(np.trace(distances), np.trace(distances[::-1]))) / 2
+
+
+def rms_mm(parts: list[Floats]) -> float:
+    """Return the root mean square in mm of distances in m, NaN left out; NaN where there are none."""
+    values = np.concatenate([np.zeros(0), *parts])
+    values = values[np.isfinite(values)]
+    return 1e3 * float(np.sqrt((values**2).mean())) if len(values) else float("nan")
