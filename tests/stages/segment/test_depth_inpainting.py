@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from builders.blue_cable import DEPTH, RADIUS, SEEN, foreground_of, frame
+from builders.drawn_masks import wave
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
 
+from doo3d.config import SegmentConfig
+from doo3d.stages.segment import depth_inpainting
 from doo3d.stages.segment.depth_inpainting import inpaint_depth
 
 
@@ -53,3 +59,14 @@ def test_single_pixels_are_no_holes_and_pieces_without_readings_stay_empty():
     assert len(inpaint_depth(mask, np.zeros((0, 2), dtype=np.int64), np.zeros(0), 2, 0.003)[0]) == 0
     full, exact = strip()
     assert len(inpaint_depth(full, *readings(exact), 2, 0.003)[0]) == 0
+
+
+def test_holes_get_the_depth_of_the_readings_around_them(monkeypatch):
+    """Of a cable that is read in patches only, each pixel has a point near its surface; not so without inpainting."""
+    blotches = gaussian_filter(np.random.default_rng(0).normal(size=SEEN.shape), 4)
+    patchy = frame(np.where(blotches > 0, DEPTH, 0))
+    found = foreground_of(patchy, SegmentConfig(), SEEN)
+    assert len(found.points) > 0.95 * SEEN.sum()
+    assert cKDTree(wave()).query(found.points)[0].max() < 2 * RADIUS
+    monkeypatch.setattr(depth_inpainting, "INPAINT_MIN_HOLE_PX", 1000)
+    assert len(foreground_of(patchy, SegmentConfig(), SEEN).points) < 0.6 * SEEN.sum()

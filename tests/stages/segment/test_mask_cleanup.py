@@ -1,0 +1,55 @@
+"""Small components, small holes and wide regions removed from a mask."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders.blue_cable import BLUE, DEPTH, SEEN, foreground_of, frame, painted
+from scipy.ndimage import binary_fill_holes, gaussian_filter, label
+
+from doo3d.config import SegmentConfig
+from doo3d.stages.segment.mask_cleanup import remove_small_components
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_specks_are_removed_and_pinholes_closed(given):
+    random = np.random.default_rng(0)
+    specks = (random.random(SEEN.shape) < 0.003) & ~SEEN
+    specks[100:104, 100:104] = True
+    holes = (random.random(SEEN.shape) < 0.02) & SEEN
+    mask = (SEEN | specks) & ~holes
+    found = foreground_of(frame(np.where(DEPTH > 0, DEPTH, 0.5), painted(mask)), BLUE, mask if given else None)
+    assert not found.mask[100:104, 100:104].any()
+    assert (found.mask & ~SEEN).sum() < 0.1 * specks.sum()
+    assert (SEEN & ~found.mask).sum() < 0.3 * holes.sum()
+
+
+def slow_removal(mask, least):
+    """A piece is as large as it is with its holes filled."""
+    pieces, count = label(mask, np.ones((3, 3)))
+    sizes = np.array([0] + [binary_fill_holes(pieces == k).sum() for k in range(1, count + 1)])
+    result = mask & (sizes[pieces] >= least)
+    holes, _ = label(~np.pad(result, 1))
+    small = np.bincount(holes.ravel())[holes] < least
+    return result | (~np.pad(result, 1) & small)[1:-1, 1:-1]
+
+
+@pytest.mark.parametrize("least", [1, 2, 5, 20])
+@pytest.mark.parametrize("seed", range(5))
+def test_small_components_and_holes_against_labels(seed, least):
+    noise = gaussian_filter(np.random.default_rng(seed).normal(size=(60, 80)), 0.8)
+    mask = noise > np.quantile(noise, 0.8 - 0.12 * seed)
+    np.testing.assert_array_equal(remove_small_components(mask, least), slow_removal(mask, least))
+
+
+def test_a_wide_region_is_not_the_object():
+    """A blue gripper beside a blue cable; but a mask that the caller gives is taken as it is."""
+    mask = SEEN.copy()
+    mask[300:420, 200:360] = True
+    data = frame(np.where(mask & ~SEEN, 0.45, DEPTH), painted(mask))
+    found = foreground_of(data, BLUE)
+    assert not found.mask[305:415, 205:355].any()
+    assert (found.mask & SEEN).sum() > 0.9 * SEEN.sum()
+    assert foreground_of(data, BLUE, mask).mask[305:415, 205:355].all()
+    everything = foreground_of(frame(np.where(mask & ~SEEN, 0.45, DEPTH)), SegmentConfig(method="everything"))
+    assert everything.mask[305:415, 205:355].all()
