@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from builders.drawn_masks import CAMERA, frame_of, helix, in_order, line, off, ring, surface, wave
+from builders.drawn_masks import CAMERA, axis_error, frame_of, helix, line, ring, runs_along, surface, wave
 from builders.errors import refuses
 
 import doo3d
@@ -46,10 +46,10 @@ def cloud_of(frame, mask):
 
 
 def check(chain, axis, tolerance=0.001):
-    lie = off(chain, axis)
-    assert lie.rms < tolerance
-    assert lie.worst < RADIUS
-    assert lie.uncovered < 2 * RADIUS
+    error = axis_error(chain, axis)
+    assert error.rms < tolerance
+    assert error.largest < RADIUS
+    assert error.uncovered < 2 * RADIUS
     assert abs(chain.length - arc_length(axis)[-1]) < 0.006 + 2 * RADIUS
     assert chain.radius == pytest.approx(RADIUS, rel=0.06)
     np.testing.assert_allclose(steps(chain.joints), chain.segment_length, rtol=1e-9)
@@ -62,7 +62,7 @@ def test_a_frame(table, given):
     detection = doo3d.detect(frame, mask=mask if given else None)
     (chain,) = detection.chains
     check(chain, wave())
-    assert in_order(chain, wave())
+    assert runs_along(chain, wave())
     assert not chain.occluded.any()
     assert detection.notes == ()
     assert detection.mode == "3d"
@@ -95,7 +95,7 @@ def test_a_helix_turns_on():
     axis = helix(turns=1.25, radius=0.04, pitch=0.09)
     (chain,) = doo3d.detect(doo3d.Cloud(surface(axis, RADIUS))).chains
     check(chain, axis)
-    assert in_order(chain, axis)
+    assert runs_along(chain, axis)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.7])
@@ -117,7 +117,7 @@ def test_straight_along_the_image(radius, along):
     frame, mask = frame_of(axis, radius=radius)
     (chain,) = doo3d.detect(frame, mask=mask).chains
     assert abs(chain.length - 0.24 - radius) < 0.005 + radius
-    assert off(chain, axis).worst < 0.0005
+    assert axis_error(chain, axis).largest < 0.0005
 
 
 def test_several_cables():
@@ -126,7 +126,7 @@ def test_several_cables():
     detection = doo3d.detect(frame, config(merge__chains=3), mask=mask)
     assert len(detection.chains) == 3
     for axis in axes:
-        check(min(detection.chains, key=lambda chain: off(chain, axis).rms), axis)
+        check(min(detection.chains, key=lambda chain: axis_error(chain, axis).rms), axis)
 
 
 def test_cables_whose_ends_lie_side_by_side_are_not_one():
@@ -154,8 +154,8 @@ def crossing():
 def test_a_loop_goes_on_through_its_crossing():
     frame, mask = frame_of(crossing(), radius=RADIUS)
     (chain,) = doo3d.detect(frame, mask=mask).chains
-    assert in_order(chain, crossing())
-    assert off(chain, crossing()).rms < 0.0015
+    assert runs_along(chain, crossing())
+    assert axis_error(chain, crossing()).rms < 0.0015
 
 
 def test_hidden_behind_a_bar():
@@ -214,7 +214,7 @@ def test_any_segment_length(length):
     (chain,) = doo3d.detect(frame, config(fit__segment_length=length), mask=mask).chains
     assert chain.segment_length == length
     assert chain.length == pytest.approx(arc_length(wave())[-1], abs=length / 2 + 0.012)
-    assert off(chain, wave()).worst < RADIUS
+    assert axis_error(chain, wave()).largest < RADIUS
 
 
 @pytest.mark.parametrize(

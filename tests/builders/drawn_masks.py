@@ -1,4 +1,4 @@
-"""Cables by formula: points of their surface, depth images of them, and how far a chain is from the true axis."""
+"""Cables by formula: points of their surface, depth images of them, and the error of a chain against the true axis."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ CAMERA = Camera(fx=900.0, fy=900.0, cx=320.0, cy=240.0, width=640, height=480)
 
 
 def line(a: Array, b: Array) -> Floats:
-    """A straight axis, (P, 3) m."""
+    """Return a straight axis from a to b, (400, 3) m."""
     return np.asarray(np.linspace(a, b, 400), dtype=float)
 
 
 def ring(middle: Array, radius: float, tilt: float = 0.0) -> Floats:
-    """A circle facing the camera, or tilted about x by radians; the last point is the first."""
+    """Return a circle, (400, 3) m, facing the camera or tilted about x by radians; the last point is the first."""
     t = np.linspace(0, 2 * np.pi, 400)
     flat = radius * np.column_stack((np.cos(t), np.sin(t) * np.cos(tilt), np.sin(t) * np.sin(tilt)))
     return np.asarray(middle + flat)
 
 
 def wave(length: float = 0.3, depth: float = 0.5, height: float = 0.03, dive: float = 0.01) -> Floats:
-    """A gentle wave across the view, up and down and to and fro."""
+    """Return a gentle wave across the view, (500, 3) m, up and down and to and fro."""
     t = np.linspace(0, 1, 500)
     swing = (length * (t - 0.5), height * np.sin(2 * np.pi * t), depth + dive * np.cos(3 * np.pi * t))
     return np.asarray(np.column_stack(swing))
 
 
 def helix(turns: float = 1.5, radius: float = 0.05, pitch: float = 0.06) -> Floats:
-    """A helix about the x axis in front of the camera."""
+    """Return a helix about the x axis in front of the camera, (600, 3) m."""
     t = np.linspace(0, 2 * np.pi * turns, 600)
     return np.column_stack((pitch * (t / (2 * np.pi) - turns / 2), radius * np.cos(t), 0.5 + radius * np.sin(t)))
 
 
 def surface(axis: Floats, radius: float, viewpoint: Array | None = None, spacing: float = 0.001) -> Floats:
-    """Points of the wall of a tube with flat ends, all round or only where they face a viewpoint: (N, 3) m."""
+    """Return points (N, 3) m of the wall of a tube with flat ends, all around or only where they face a viewpoint."""
     axis = densify(axis, spacing)
     along = tangents(axis)
     side = np.cross(along, np.eye(3)[np.argmin(np.abs(along).max(axis=0))])
@@ -55,7 +55,7 @@ def surface(axis: Floats, radius: float, viewpoint: Array | None = None, spacing
 
 
 def depth_of(axes: list[Floats], radii: list[float], camera: Camera = CAMERA, table: float = 0.0) -> tuple[Floats, Array]:
-    """Exact depth image (H, W) m of tubes with round ends, and which of them each pixel shows (-1 none).
+    """Render the exact depth (H, W) m of tubes with round ends, and the number of the tube that each pixel shows (-1: none).
 
     Each tube is the union of balls a tenth of a radius apart. table : m, distance of a plane behind; 0 = none.
     """
@@ -86,40 +86,40 @@ def depth_of(axes: list[Floats], radii: list[float], camera: Camera = CAMERA, ta
 
 
 def frame_of(*axes: Floats, radius: float = 0.005, camera: Camera = CAMERA, table: float = 0.0) -> tuple[Frame, Bools]:
-    """A frame without colour that shows cables, and the mask of them."""
+    """Return a frame without color that shows cables, and their mask."""
     depth, which = depth_of(list(axes), [radius] * len(axes), camera, table)
     return Frame(None, depth.astype(np.float32), camera), which >= 0
 
 
 @dataclass(frozen=True)
-class Off:
-    """How a chain lies to the true axis, m.
+class AxisError:
+    """Distances between a chain and the true axis, m.
 
-    rms, worst : of the distances of its joints from the axis carried straight on at its ends.
-    uncovered : the farthest that the axis is from the chain. beyond : the farthest that the chain is from the axis as it is.
+    rms, largest : of the joints from the axis, extended in a straight line at its ends.
+    uncovered : largest distance of a point of the axis from the chain. beyond : of a joint from the axis as it is.
     """
 
     rms: float
-    worst: float
+    largest: float
     uncovered: float
     beyond: float
 
 
-def off(chain: Chain, axis: Floats) -> Off:
-    """A chain against the axis (P, 3) m that it should follow."""
+def axis_error(chain: Chain, axis: Floats) -> AxisError:
+    """Return the distances between a chain and the axis (P, 3) m that it should follow."""
     dense = densify(axis, 2e-4)
-    along = tangents(dense)
+    tangent = tangents(dense)
     on = np.arange(0, 0.1, 2e-4)[:, None]
-    longer = (
-        dense if np.allclose(axis[0], axis[-1]) else np.concatenate((dense[0] - on * along[0], dense, dense[-1] + on * along[-1]))
-    )
-    distance = cKDTree(longer).query(chain.joints)[0]
+    extended = dense
+    if not np.allclose(axis[0], axis[-1]):
+        extended = np.concatenate((dense[0] - on * tangent[0], dense, dense[-1] + on * tangent[-1]))
+    distance = cKDTree(extended).query(chain.joints)[0]
     beyond = cKDTree(dense).query(chain.joints)[0]
     back = cKDTree(densify(chain.joints, 2e-4)).query(dense)[0]
-    return Off(float(np.sqrt(np.mean(distance**2))), float(distance.max()), float(back.max()), float(beyond.max()))
+    return AxisError(float(np.sqrt(np.mean(distance**2))), float(distance.max()), float(back.max()), float(beyond.max()))
 
 
-def in_order(chain: Chain, axis: Floats) -> bool:
-    """Whether a chain runs along an axis from one end to the other without turning back."""
-    place = cKDTree(axis).query(chain.joints)[1]
-    return bool((np.diff(place) >= 0).all() or (np.diff(place) <= 0).all())
+def runs_along(chain: Chain, axis: Floats) -> bool:
+    """Tell whether a chain runs along an axis from one end to the other without turning back."""
+    position = cKDTree(axis).query(chain.joints)[1]
+    return bool((np.diff(position) >= 0).all() or (np.diff(position) <= 0).all())

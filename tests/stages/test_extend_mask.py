@@ -1,4 +1,4 @@
-"""Strands that an image shows beyond its mask."""
+"""Masks extended along strands that an image shows beyond them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from builders.contexts import context_of
 
 import doo3d
 from doo3d.config import ExtendMaskConfig
+from doo3d.pipeline import run_with_stages
 from doo3d.stages.extend_mask import extend_mask
 from doo3d.types import Chain, Foreground
 
@@ -60,7 +61,7 @@ def test_a_strand_goes_on_to_the_border():
     assert not (mask & ~found).any()
 
 
-def test_only_as_far_as_wanted_and_as_it_goes():
+def test_it_ends_at_the_length_set_or_with_the_strand():
     whole = strand()
     near = extend_mask([chain()], context_of(foreground(photograph(whole), before(whole, 140))), ExtendMaskConfig(max_length=10))
     assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
@@ -69,14 +70,14 @@ def test_only_as_far_as_wanted_and_as_it_goes():
     assert abs(np.nonzero(found)[1].max() - 200) <= 3 * RADIUS
 
 
-def test_what_is_whole_stays():
+def test_a_mask_that_misses_nothing_stays():
     ended = before(strand(), 140)
     assert extend_mask([chain()], context_of(foreground(photograph(ended), ended)), CONFIG) is None
     assert extend_mask([], context_of(foreground(photograph(ended), ended)), CONFIG) is None
     assert extend_mask([chain()], context_of(foreground(photograph(strand()), ended)), ExtendMaskConfig()) is None  # not wanted
 
 
-def test_a_background_of_its_colour_is_not_the_strand():
+def test_a_background_of_the_same_color_is_not_the_strand():
     whole = strand()
     image = photograph(whole)
     image[:, 140:] = photograph(np.ones_like(whole))[:, 140:]
@@ -84,7 +85,7 @@ def test_a_background_of_its_colour_is_not_the_strand():
 
 
 @pytest.mark.parametrize(("width", "over"), [(20, True), (90, False)])
-def test_what_hides_it_is_jumped_if_it_is_narrow(width, over):
+def test_a_narrow_occluder_is_jumped(width, over):
     whole = strand()
     image = photograph(whole)
     image[:, 160 : 160 + width] = (20, 120, 30)
@@ -98,7 +99,7 @@ def test_a_light_that_changes_along_it_is_followed():
     assert dice(extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG), whole) > 0.93
 
 
-def test_nothing_is_known_without_an_image_or_in_depth():
+def test_without_a_color_image_and_in_3d_there_is_nothing_to_extend():
     assert extend_mask([chain()], context_of(Foreground(np.zeros((1, 2)), mask=strand())), CONFIG) is None
     deep = Foreground(np.zeros((1, 3)), mask=strand(), color=photograph(strand()))
     assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], context_of(deep), CONFIG) is None
@@ -110,10 +111,11 @@ def test_in_the_preset_image_remnants_become_one_strand():
     mask = whole & ((u < 80) | (u > 265))
     config = doo3d.load_config("image")
     assert config.merge.max_gap < 265 - 80
-    detection = doo3d.detect(photograph(whole), config, mask)
-    assert len(detection.chains) == 1
-    off = np.abs(np.interp(detection.chains[0].joints[:, 0], *LINE.T) - detection.chains[0].joints[:, 1])
-    assert off.max() < 2
-    assert np.ptp(detection.chains[0].joints[:, 0]) > WIDTH - 12
+    _, stages = run_with_stages(photograph(whole), config, mask)
+    (found,) = stages.chains
+    assert np.abs(np.interp(found.joints[:, 0], *LINE.T) - found.joints[:, 1]).max() < 2
+    assert np.ptp(found.joints[:, 0]) > WIDTH - 12
+    assert (stages.segmentation.method, stages.segmentation.base.method) == ("extended", "mask")
+    assert stages.segmentation.selected > stages.segmentation.base.selected == mask.sum()
     short = doo3d.detect(photograph(whole), doo3d.load_config("image", {"extend_mask.max_length": 0}), mask)
     assert all(np.ptp(chain.joints[:, 0]) < 100 for chain in short.chains)

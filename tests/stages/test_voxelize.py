@@ -1,4 +1,4 @@
-"""Voxels: where the points are, how many, holes closed, and what does not fit refused."""
+"""Voxels: centroids, counts, closing, and grids that are too large."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_closing_fills_a_hole_and_leaves_a_box(dim):
 
 
 @dims
-def test_small_pieces_go(dim, constants):
+def test_small_components_are_removed(dim, constants):
     solid = np.zeros([20] * dim, dtype=bool)
     solid[(slice(2, 12), *[3] * (dim - 1))] = True
     solid[(slice(15, 18), *[15] * (dim - 1))] = True
@@ -120,7 +120,7 @@ def test_empty_in_empty_out(dim):
 @pytest.mark.parametrize("count", [1, 7])
 @pytest.mark.parametrize("size", [None, 0.01])
 @pytest.mark.usefixtures("keep_small")
-def test_one_place(dim, count, size):
+def test_points_in_one_position(dim, count, size):
     grid = voxelize(Foreground(np.tile(np.arange(1.0, dim + 1), (count, 1))), VoxelizeConfig(size=size))
     assert grid.counts.tolist() == [count]
     np.testing.assert_allclose(grid.centroids, [np.arange(1.0, dim + 1)])
@@ -149,6 +149,7 @@ def test_a_far_point_costs_nothing():
     assert len(grid.coords) == 126
 
 
+@pytest.mark.slow
 def test_a_million_points_in_a_plane_are_handled_or_refused(constants):
     points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
     grid = voxelize(Foreground(points), VoxelizeConfig())
@@ -177,7 +178,7 @@ def test_filtered_points_are_voxelized():
     np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 0.5], [5.5, 0.5, 0.5]])
 
 
-def test_of_coarse_voxels_fewer_make_a_piece():
+def test_coarse_voxels_need_fewer_for_a_component():
     axis = np.column_stack((np.linspace(0, 5, 6), np.zeros((6, 2)))) + 0.5
     assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=2.0)).coords) == 0
     assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=1.0)).coords) == 6
@@ -197,11 +198,11 @@ def test_the_radius_is_about_right_before_there_is_a_chain(radius, view):
     assert grid.size <= 2.5 * max(radius, 0.55 / CAMERA.fx)
 
 
-def test_a_known_radius_is_taken():
+def test_a_known_radius_is_used():
     assert grid_of(surface(wave(), 0.004), size=None, radius=0.007).radius == 0.007
 
 
-def test_closing_does_not_bridge_what_the_mask_says_is_empty():
+def test_closing_does_not_bridge_background_of_the_mask():
     """Two cables of 5 mm radius side by side with 7 to 12 mm between them; holes inside the mask are closed all the same."""
     for gap in (0.007, 0.009, 0.012):
         axes = [line([-0.1, y, 0.5], [0.1, y + 0.01, 0.5]) for y in (0, 0.01 + gap)]
@@ -223,8 +224,8 @@ def strands(below, tilt=0.0):
     return segment(frame, SegmentConfig(), mask).foreground
 
 
-def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():
-    """Touching, two radii apart: what is behind are two bars across the lower strand, beside the upper one."""
+def test_a_strand_beneath_another_has_occluding_edges():
+    """Touching, two radii apart: the edge pixels are two bars across the lower strand, beside the upper one."""
     foreground = strands(0.017)
     shown = occluding_edge_pixels(foreground, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
     assert (foreground.depth[shown] > 0.505).all()
@@ -234,5 +235,5 @@ def test_a_strand_that_goes_on_beneath_another_is_parted_from_it():
 
 
 @pytest.mark.parametrize("slope", [0.0, 1.0, 2.5])
-def test_what_runs_away_steeply_has_no_step(slope):
+def test_a_strand_that_runs_away_steeply_has_no_occluding_edge(slope):
     assert not occluding_edge_pixels(strands(0.0, slope), 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5).any()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.drawn_masks import CAMERA, frame_of, in_order, line, off, ring, surface, wave
+from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_along, surface, wave
 from scipy.spatial import cKDTree
 
 from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
@@ -78,9 +78,9 @@ def test_axis_and_radius(axis, radius, view):
     distance = cKDTree(densify(axis, 1e-4)).query(inner(chain))[0]
     assert np.sqrt(np.mean(distance**2)) < 0.0003
     assert distance.max() < 0.0006
-    lie = off(chain, axis)
-    assert lie.worst < 0.5 * radius
-    assert in_order(chain, axis)
+    error = axis_error(chain, axis)
+    assert error.largest < 0.5 * radius
+    assert runs_along(chain, axis)
 
 
 @pytest.mark.parametrize("viewpoint", [np.zeros(3), None])
@@ -89,7 +89,7 @@ def test_a_half_shell_that_was_sampled_evenly(viewpoint):
     foreground = Foreground(surface(WAVE, 0.004, np.zeros(3)), viewpoint=viewpoint)
     (chain,) = run(WAVE, 0.004, "seen", foreground=foreground)
     assert chain.radius == pytest.approx(0.004, rel=0.05)
-    assert off(chain, WAVE).rms < 0.0005
+    assert axis_error(chain, WAVE).rms < 0.0005
 
 
 @views
@@ -125,7 +125,7 @@ def test_a_ring_closes(view):
     np.testing.assert_allclose(steps(chain.joints), STEP, rtol=1e-6)
     assert chain.length == pytest.approx(2 * np.pi * 0.07, abs=STEP)
     assert chain.radius == pytest.approx(0.004, rel=0.05)
-    assert off(chain, RING).worst < 0.001
+    assert axis_error(chain, RING).largest < 0.001
 
 
 def flags(occluded, view="image", known=True):

@@ -44,14 +44,14 @@ def test_no_contour_round_a_line_into_a_corner():
     assert without.points[:, 1].max() == 21.5
 
 
-def test_a_contour_inside_a_loop_starts_where_lines_meet():
+def test_a_contour_inside_a_loop_starts_at_a_junction():
     sides = (line((20, 20), (1, 0), 30), line((20, 50), (1, 0), 31), line((20, 20), (0, 1), 30), line((50, 20), (0, 1), 30))
     inside = min(contours_of(*sides, line((51, 41), (1, 0), 30)), key=lambda path: len(path.points))
     assert np.ptp(inside.points, axis=0).tolist() == [28, 28]
     assert np.abs(inside.points[0] - (50.5, 41.5)).max() <= 2
 
 
-def test_contours_are_of_the_plane():
+def test_contours_are_refused_in_3d():
     coords = np.zeros((3, 3), dtype=np.int64)
     coords[:, 0] = range(3)
     with refuses("config-mode", kind=ConfigError):

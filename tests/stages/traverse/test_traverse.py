@@ -111,7 +111,7 @@ def test_a_lollipop_is_a_loop_and_a_stick(dim):
 
 @both
 @pytest.mark.parametrize("kept", [False, True])
-def test_spurs_go_and_branches_stay(dim, kept):
+def test_spurs_are_removed_and_branches_stay(dim, kept):
     length = (4.5 if kept else 1.5) * RADIUS
     spur = np.array([[0, 0, 0], [0, length, 0]])
     paths = run(spoke(0, 0.15), spoke(180, 0.15), spur, dim=dim, min_branch=3.0)

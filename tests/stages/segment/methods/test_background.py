@@ -1,4 +1,4 @@
-"""What was not there in a reference without the object."""
+"""Pixels that differ from a reference without the object."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_depth(tmp_path, scale, settings):
     np.testing.assert_array_equal(mask(frame(), config(path, depth_difference=0.02, **settings), 0), False & OBJECT)
 
 
-def test_what_is_farther_than_the_reference_is_not_the_object(tmp_path):
+def test_pixels_farther_than_the_reference_are_not_the_object(tmp_path):
     path = write(tmp_path / "empty.png", np.full((30, 40), 500, np.uint16))
     assert not mask(frame(), config(path), 0).any()
 
@@ -58,7 +58,7 @@ def test_colour(tmp_path):
     np.testing.assert_array_equal(mask(frame(), config(path, color_difference=80), 0), False & OBJECT)
 
 
-def test_what_cannot_be(tmp_path):
+def test_references_that_do_not_fit_are_refused(tmp_path):
     small = write(tmp_path / "small.png", np.zeros((20, 40), np.uint16))
     with refuses("reference-size", "small.png", "40x20", "40x30"):
         mask(frame(), config(small), 0)

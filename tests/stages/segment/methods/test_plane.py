@@ -77,7 +77,7 @@ def test_a_plane_has_one_side_towards_the_sensor():
             np.testing.assert_allclose(height_above_plane(cloud, sign * normal, sign * offset), above[v, u], atol=1e-5)
 
 
-def test_what_lies_behind_the_plane_is_not_the_object():
+def test_pixels_behind_the_plane_are_not_the_object():
     frame, _ = table()
     depth = frame.depth.copy()
     depth[20:60, 20:60] += 0.1

@@ -34,7 +34,9 @@ def test_a_dark_or_a_bright_line(color):
     assert overlap(mask(image, SegmentConfig(method="ridge"), 0), truth) > 0.75
 
 
-@pytest.mark.parametrize(("size", "thick"), [((1280, 960), 12), ((1920, 1440), 21), ((4000, 3000), 48)])
+@pytest.mark.parametrize(
+    ("size", "thick"), [((1280, 960), 12), ((1920, 1440), 21), pytest.param((4000, 3000), 48, marks=pytest.mark.slow)]
+)
 def test_a_large_photograph_shows_the_cable_as_a_small_one_does(size, thick):
     image, truth = cable(*size, thick)
     found = mask(image, SegmentConfig(method="ridge"), 0)
