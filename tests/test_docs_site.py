@@ -7,6 +7,8 @@ from typing import Any
 import yaml
 from builders.paths import ROOT
 
+import doo3d
+
 CONFIG = ROOT / "docs" / "mkdocs.yml"
 PAGES = ROOT / "docs" / "pages"
 
@@ -26,3 +28,8 @@ def test_every_page_is_in_the_navigation():
 def test_nothing_is_loaded_from_elsewhere():
     site = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
     assert site["theme"]["font"] is False
+
+
+def test_every_public_name_is_documented():
+    page = (PAGES / "api.md").read_text(encoding="utf-8")
+    assert {name for name in doo3d.__all__ if f"::: doo3d.{name}\n" not in page + "\n"} == set()
