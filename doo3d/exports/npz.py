@@ -27,7 +27,7 @@ class Npz(Export):
 
 
 def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
-    """Return the arrays of the file, see docs/exports.md: F frames, C chains, J joints, S segments."""
+    """Return the arrays of the file, see docs/pages/exports.md: F frames, C chains, J joints, S segments."""
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
     counts = [len(chain.joints) for chain in chains]
