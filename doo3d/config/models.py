@@ -239,7 +239,7 @@ STIFFNESS: dict[str, Bending] = {
     "cable": Bending(100.0, 100.0, 0.7),
     "rod": Bending(200.0, 200.0, 0.9),
 }
-"""Weights per radian, and persistence. "cable" holds the paper's weights; docs/pages/accuracy.md has each on every scene family."""
+"""Weights per radian, and persistence. "cable" holds the paper's weights; docs/pages/accuracy.md scores each of them."""
 
 
 class MergeConfig(Section):
