@@ -185,10 +185,14 @@ def _run(
 
     Parameters
     ----------
-    cases : the frames.
-    settings : options that the JSON file repeats.
-    preset_and_overrides, count_and_mask : as given to the command.
-    outputs : CSV file, JSON file, folder of pictures, and their number per family.
+    cases
+        the frames.
+    settings
+        options that the JSON file repeats.
+    preset_and_overrides, count_and_mask
+        as given to the command.
+    outputs
+        CSV file, JSON file, folder of pictures, and their number per family.
     """
     from ..evaluation.benchmark.evaluate import evaluate
     from ..evaluation.benchmark.rows import by_family, worst

@@ -15,9 +15,12 @@ def check_choice(option: str, value: str, choices: Collection[str]) -> str:
 
     Parameters
     ----------
-    option : its name, for the error.
-    value : as given.
-    choices : the allowed values.
+    option
+        its name, for the error.
+    value
+        as given.
+    choices
+        the allowed values.
 
     Raises
     ------

@@ -80,9 +80,12 @@ def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None 
 
     Parameters
     ----------
-    frame : with or without color.
-    config, config_2d : of the 3-D mode and of the 2-D mode.
-    mask : (H, W) bool; None for the mask that the 3-D mode finds.
+    frame
+        with or without color.
+    config, config_2d
+        of the 3-D mode and of the 2-D mode.
+    mask
+        (H, W) bool; None for the mask that the 3-D mode finds.
 
     Raises
     ------
@@ -106,9 +109,12 @@ def compare_chains(chains_3d: Sequence[Chain], camera: Camera, chains_2d: Sequen
 
     Parameters
     ----------
-    chains_3d : m, in the camera's optical frame.
-    camera : the intrinsics of the image.
-    chains_2d : px.
+    chains_3d
+        m, in the camera's optical frame.
+    camera
+        the intrinsics of the image.
+    chains_2d
+        px.
     """
     projected = [_project(chain, camera) for chain in chains_3d]
     lines_3d = [
@@ -166,9 +172,12 @@ def _differences(alignment: LineAlignment, line: Line, name: str, other_mode: st
 
     Parameters
     ----------
-    alignment, line : the line, and its alignment with the other mode's chains.
-    name : of its chain, such as "3-D chain 1".
-    other_mode : "2-D" or "3-D".
+    alignment, line
+        the line, and its alignment with the other mode's chains.
+    name
+        of its chain, such as "3-D chain 1".
+    other_mode
+        "2-D" or "3-D".
     """
     result = []
     outside = np.concatenate(([False], alignment.distance > alignment.tolerance, [False]))

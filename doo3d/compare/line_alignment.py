@@ -69,9 +69,12 @@ def align_line(line: Line, others: Sequence[Line], extension: float, min_toleran
 
     Parameters
     ----------
-    line, others : the line whose points get positions, and the lines that have those positions.
-    extension : px by which open lines among the others are extended straight on at both ends.
-    min_tolerance : px; the tolerance is this, or half the width of either line where that is more.
+    line, others
+        the line whose points get positions, and the lines that have those positions.
+    extension
+        px by which open lines among the others are extended straight on at both ends.
+    min_tolerance
+        px; the tolerance is this, or half the width of either line where that is more.
     """
     path = _with_second_round(line, CLOSED_OVERLAP_FACTOR * extension) if line.closed else line
     curves = [

@@ -69,11 +69,16 @@ def compare_capture(
 
     Parameters
     ----------
-    capture : from `open_capture`.
-    out : the folder for `<frame>.png` and `comparison.json`, made when it is first needed.
-    config, config_2d : of the 3-D mode and of the 2-D mode.
-    force : write into `out` even if it holds other files.
-    report : called with each frame's record when it is done.
+    capture
+        from `open_capture`.
+    out
+        the folder for `<frame>.png` and `comparison.json`, made when it is first needed.
+    config, config_2d
+        of the 3-D mode and of the 2-D mode.
+    force
+        write into `out` even if it holds other files.
+    report
+        called with each frame's record when it is done.
 
     Raises
     ------

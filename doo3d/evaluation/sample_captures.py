@@ -192,9 +192,12 @@ def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
 
     Parameters
     ----------
-    scene : in the frame of its own camera.
-    angle : degrees.
-    name : of the result.
+    scene
+        in the frame of its own camera.
+    angle
+        degrees.
+    name
+        of the result.
     """
     middle = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0)
     middle[:2] = 0

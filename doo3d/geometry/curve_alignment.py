@@ -88,10 +88,14 @@ def nearest_samples(
 
     Parameters
     ----------
-    distances : (N, P), from each point to each sample of the curve.
-    limits : (P,) or (N, P), the greatest distance.
-    half_window : samples on either side of which none may be nearer.
-    mode : "wrap" for a closed curve.
+    distances
+        (N, P), from each point to each sample of the curve.
+    limits
+        (P,) or (N, P), the greatest distance.
+    half_window
+        samples on either side of which none may be nearer.
+    mode
+        "wrap" for a closed curve.
 
     Returns
     -------

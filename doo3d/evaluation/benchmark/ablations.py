@@ -82,9 +82,12 @@ def run_ablations(
 
     Parameters
     ----------
-    cases : each is rendered or read once.
-    preset, overrides : the config that the ablations change.
-    report : called with each case's first row when the case is done.
+    cases
+        each is rendered or read once.
+    preset, overrides
+        the config that the ablations change.
+    report
+        called with each case's first row when the case is done.
 
     Returns
     -------

@@ -47,9 +47,12 @@ def scene_cases(
 
     Parameters
     ----------
-    families, seeds : as of `make_scene`.
-    sensor : a key of SENSORS.
-    size : (width, height) px of the image.
+    families, seeds
+        as of `make_scene`.
+    sensor
+        a key of SENSORS.
+    size
+        (width, height) px of the image.
     """
     seeds = list(seeds)
     return [
@@ -79,12 +82,17 @@ def capture_cases(
 
     Parameters
     ----------
-    capture : in any of the formats that are read in 3-D.
-    truth : a file as written by `write_truth`; None for truth.json in the capture's folder, or <name>.truth.json beside a
+    capture
+        in any of the formats that are read in 3-D.
+    truth
+        a file as written by `write_truth`; None for truth.json in the capture's folder, or <name>.truth.json beside a
         cloud.
-    family : None for the capture's name.
-    masks : an image or a folder of them, instead of the capture's own masks.
-    options : what the capture does not say itself.
+    family
+        None for the capture's name.
+    masks
+        an image or a folder of them, instead of the capture's own masks.
+    options
+        what the capture does not say itself.
 
     Raises
     ------

@@ -41,11 +41,15 @@ def evaluate(
 
     Parameters
     ----------
-    cases, config : the frames, and the config of the detection.
-    known_count : give the detection the number of cables; else it decides from the data.
-    method : "mask" gives the mask of the case unless the config names another method; "hsv" gives boxes round the cables'
+    cases, config
+        the frames, and the config of the detection.
+    known_count
+        give the detection the number of cables; else it decides from the data.
+    method
+        "mask" gives the mask of the case unless the config names another method; "hsv" gives boxes round the cables'
         colors; "auto" leaves the config as it is.
-    report : called with each row when it is done.
+    report
+        called with each row when it is done.
 
     Raises
     ------
@@ -83,8 +87,10 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
 
     Parameters
     ----------
-    case, known : the case, and what it loads.
-    config, known_count, method : as of `evaluate`.
+    case, known
+        the case, and what it loads.
+    config, known_count, method
+        as of `evaluate`.
     """
     from ...pipeline import detect
 
@@ -116,8 +122,10 @@ def evaluate_scenes(
 
     Parameters
     ----------
-    families, seeds, sensor, size : as of `scene_cases`.
-    config, known_count, method : as of `evaluate`.
+    families, seeds, sensor, size
+        as of `scene_cases`.
+    config, known_count, method
+        as of `evaluate`.
     """
     return evaluate(scene_cases(families, seeds, sensor, size), config, known_count, method)
 
@@ -131,7 +139,8 @@ def render_scenes(
 
     Parameters
     ----------
-    families, seeds, sensor, size : as of `scene_cases`.
+    families, seeds, sensor, size
+        as of `scene_cases`.
     """
     seeds = list(seeds)
     for family in families:
@@ -146,8 +155,10 @@ def evaluate_rendered(
 
     Parameters
     ----------
-    scenes : as of `render_scenes`.
-    config, known_count, method : as of `evaluate`.
+    scenes
+        as of `render_scenes`.
+    config, known_count, method
+        as of `evaluate`.
     """
     cases = [Case(scene.frame.name, family, lambda scene=scene: known_frame(scene)) for family, scene in scenes]  # type: ignore[misc]
     return evaluate(cases, config, known_count, method)
@@ -158,8 +169,10 @@ def evaluate_captures(folder: str | Path, config: Config, known_count: bool = Tr
 
     Parameters
     ----------
-    folder : as of `folder_cases`.
-    config, known_count : as of `evaluate`.
+    folder
+        as of `folder_cases`.
+    config, known_count
+        as of `evaluate`.
 
     Raises
     ------

@@ -68,9 +68,12 @@ def scene_in_view(scene: Scene, pose: Floats, name: str) -> Scene:
 
     Parameters
     ----------
-    scene : in its own frame.
-    pose : (4, 4), of the camera in that frame.
-    name : of the result.
+    scene
+        in its own frame.
+    pose
+        (4, 4), of the camera in that frame.
+    name
+        of the result.
     """
     rotation, position = pose[:3, :3], pose[:3, 3]
     return moved_scene(scene, lambda points: (points - position) @ rotation, lambda vector: vector @ rotation, name)
@@ -81,10 +84,14 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
 
     Parameters
     ----------
-    scene : what is rendered.
-    count : number of cameras.
-    tilt_degrees : angle of each camera from the scene's own.
-    sensor : a key of SENSORS.
+    scene
+        what is rendered.
+    count
+        number of cameras.
+    tilt_degrees
+        angle of each camera from the scene's own.
+    sensor
+        a key of SENSORS.
     """
     center = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0) * (0, 0, 1)
     views = []

@@ -17,8 +17,10 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
 
     Parameters
     ----------
-    folder : with a <frame>.json of a doo3d/detection schema for each frame.
-    truth : a file as written by `write_truth`.
+    folder
+        with a <frame>.json of a doo3d/detection schema for each frame.
+    truth
+        a file as written by `write_truth`.
 
     Raises
     ------

@@ -84,9 +84,12 @@ def count_crossings(
 
     Parameters
     ----------
-    detected : the crossings of the detection.
-    chains, alignments : its chains, and each one's alignment with the cables.
-    truths, true : the cables, and their crossings.
+    detected
+        the crossings of the detection.
+    chains, alignments
+        its chains, and each one's alignment with the cables.
+    truths, true
+        the cables, and their crossings.
 
     Returns
     -------
@@ -122,10 +125,14 @@ def _offset(truths: Sequence[Truth], true: TrueCrossings, c: int, pair: tuple[tu
 
     Parameters
     ----------
-    truths, true : the cables, and their crossings.
-    c : index of the true crossing.
-    pair : cable and arc in m of the upper and of the lower strand.
-    slack : m that each position may be off in addition to MAX_OFFSET_RADII; NO_MATCH is returned beyond that.
+    truths, true
+        the cables, and their crossings.
+    c
+        index of the true crossing.
+    pair
+        cable and arc in m of the upper and of the lower strand.
+    slack
+        m that each position may be off in addition to MAX_OFFSET_RADII; NO_MATCH is returned beyond that.
     """
     total = 0.0
     for (cable, arc), true_cable, true_arc in zip(pair, true.cable[c], true.arc[c], strict=True):

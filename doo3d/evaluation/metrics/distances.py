@@ -56,8 +56,10 @@ def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple
 
     Parameters
     ----------
-    chain : the chain.
-    first, last : indices of joints; None for the last joint of the chain.
+    chain
+        the chain.
+    first, last
+        indices of joints; None for the last joint of the chain.
 
     Returns
     -------

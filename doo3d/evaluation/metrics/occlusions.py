@@ -44,9 +44,12 @@ def passed_occlusions(
 
     Parameters
     ----------
-    chains, alignments : the chains, and each one's alignment with the cables.
-    truths : the cables.
-    runs : the occlusions: index of the cable, and the run.
+    chains, alignments
+        the chains, and each one's alignment with the cables.
+    truths
+        the cables.
+    runs
+        the occlusions: index of the cable, and the run.
     """
     aligned = list(zip(chains, alignments, strict=True))
     aligned += [(chain, align_chain(chain, truths)) for chain in map(_with_opposite_seam, chains) if chain]

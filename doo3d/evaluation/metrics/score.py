@@ -87,9 +87,12 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
 
     Parameters
     ----------
-    chains : the detected chains, in the camera frame, m. The direction of a chain and the order of chains do not matter.
-    truths : the true cables; where `seen` is None all of a cable counts as seen.
-    crossings : the detected crossings of the chains in the camera's view; None leaves crossings out of the score.
+    chains
+        the detected chains, in the camera frame, m. The direction of a chain and the order of chains do not matter.
+    truths
+        the true cables; where `seen` is None all of a cable counts as seen.
+    crossings
+        the detected crossings of the chains in the camera's view; None leaves crossings out of the score.
     """
     match = _match(tuple(chains), tuple(truths))
     runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]

@@ -41,10 +41,14 @@ def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", s
 
     Parameters
     ----------
-    folder : with the tube configurations.
-    seeds : one camera each.
-    sensor : a key of SENSORS.
-    size : (width, height) px of the image.
+    folder
+        with the tube configurations.
+    seeds
+        one camera each.
+    sensor
+        a key of SENSORS.
+    size
+        (width, height) px of the image.
 
     Raises
     ------

@@ -71,9 +71,12 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
 
     Parameters
     ----------
-    folder : the data set.
-    masks : "labels" for the labels' foreground, "hsv" for the color of the cables.
-    subsets : such as S1; None for all.
+    folder
+        the data set.
+    masks
+        "labels" for the labels' foreground, "hsv" for the color of the cables.
+    subsets
+        such as S1; None for all.
 
     Raises
     ------
@@ -105,9 +108,12 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
 
     Parameters
     ----------
-    folder : the data set.
-    masks : "labels" for the labels' foreground, "network" for the images in masks/.
-    subsets : such as C1; None for all.
+    folder
+        the data set.
+    masks
+        "labels" for the labels' foreground, "network" for the images in masks/.
+    subsets
+        such as C1; None for all.
 
     Raises
     ------

@@ -58,10 +58,14 @@ def evaluate_photos(
 
     Parameters
     ----------
-    refs : the photographs.
-    config : for 2-D.
-    known_count : give the detection the number of cables; else the config decides.
-    detect : the detector that is measured, called with image, config and mask; None for this project's own.
+    refs
+        the photographs.
+    config
+        for 2-D.
+    known_count
+        give the detection the number of cables; else the config decides.
+    detect
+        the detector that is measured, called with image, config and mask; None for this project's own.
     """
     rows = list[Row]()
     for ref in refs:
@@ -79,9 +83,12 @@ def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector |
 
     Parameters
     ----------
-    refs : the photographs.
-    config : for 2-D.
-    detect : as of `evaluate_photos`.
+    refs
+        the photographs.
+    config
+        for 2-D.
+    detect
+        as of `evaluate_photos`.
     """
     rows, config = list[Row](), _with_chains(config, 1)
     for ref in refs:

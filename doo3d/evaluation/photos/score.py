@@ -75,9 +75,12 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 
     Parameters
     ----------
-    chains : the detected chains, px.
-    labels : (H, W), 0 = background.
-    mask : (H, W) in which the chains were detected.
+    chains
+        the detected chains, px.
+    labels
+        (H, W), 0 = background.
+    mask
+        (H, W) in which the chains were detected.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
@@ -100,9 +103,12 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
 
     Parameters
     ----------
-    chain : px; None if nothing was detected.
-    labels : (H, W), 0 = background.
-    cable : its number in the labels.
+    chain
+        px; None if nothing was detected.
+    labels
+        (H, W), 0 = background.
+    cable
+        its number in the labels.
     """
     if chain is None:
         return CableTrace(0.0, 0.0)
@@ -148,9 +154,12 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
 
     Parameters
     ----------
-    chain, radii : the chain, and its radii (N + 1,) px.
-    segments : (K,) indices.
-    u, v : (K, 1, B) and (K, B, 1) px.
+    chain, radii
+        the chain, and its radii (N + 1,) px.
+    segments
+        (K,) indices.
+    u, v
+        (K, 1, B) and (K, B, 1) px.
 
     Returns
     -------

@@ -51,10 +51,14 @@ def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, r
 
     Parameters
     ----------
-    exact : (H, W) m, the true depth, 0 for none.
-    shiny : (H, W) bool, no depth is measured there.
-    camera, sensor : the intrinsics, and the errors.
-    rng : the random numbers.
+    exact
+        (H, W) m, the true depth, 0 for none.
+    shiny
+        (H, W) bool, no depth is measured there.
+    camera, sensor
+        the intrinsics, and the errors.
+    rng
+        the random numbers.
     """
     valid = exact > 0
     depth = _noisy(_with_edges(exact, sensor, rng), camera, sensor, rng)

@@ -91,8 +91,10 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
 
     Parameters
     ----------
-    caster, hits, directions : the scene, the hits, and the rays (R, 3).
-    table : (R, 1), the table's brightness there.
+    caster, hits, directions
+        the scene, the hits, and the rays (R, 3).
+    table
+        (R, 1), the table's brightness there.
     """
     scene = caster.scene
     colors = np.array([cable.color for cable in scene.cables] + [solid.color for solid in scene.occluders], dtype=float)

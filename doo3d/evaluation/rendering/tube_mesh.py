@@ -49,8 +49,10 @@ def parallel_frames(points: Floats, tangent: Floats) -> Floats:
 
     Parameters
     ----------
-    points : (P, 3) m.
-    tangent : (P, 3) unit.
+    points
+        (P, 3) m.
+    tangent
+        (P, 3) unit.
     """
     result = np.empty((len(points), 2, 3))
     result[0] = np.linalg.svd(tangent[:1])[2][1:]

@@ -35,10 +35,14 @@ def random_curves(rng: Generator, count: int, length: float, min_radius: float) 
 
     Parameters
     ----------
-    rng : the random numbers.
-    count : number of curves.
-    length : m.
-    min_radius : m, least radius of curvature.
+    rng
+        the random numbers.
+    count
+        number of curves.
+    length
+        m.
+    min_radius
+        m, least radius of curvature.
     """
     points = round(length / STEP) + 1
     knots = max(4, round(length / rng.uniform(0.06, 0.14)))
@@ -72,8 +76,10 @@ def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
 
     Parameters
     ----------
-    points : (P, 2) m, the polylines one after the other.
-    strand : (P,) int, index of the polyline of each point.
+    points
+        (P, 2) m, the polylines one after the other.
+    strand
+        (P,) int, index of the polyline of each point.
     """
     start = np.flatnonzero(strand[1:] == strand[:-1])
     a, b = points[start], points[start + 1]
@@ -95,10 +101,14 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
 
     Parameters
     ----------
-    points : (P, D) m, STEP apart along each strand.
-    strand : (P,) int, index of the strand of each point.
-    max_distance : m.
-    min_arc : m, arc length from which points of one strand count as a pair.
+    points
+        (P, D) m, STEP apart along each strand.
+    strand
+        (P,) int, index of the strand of each point.
+    max_distance
+        m.
+    min_arc
+        m, arc length from which points of one strand count as a pair.
 
     Returns
     -------
@@ -117,9 +127,12 @@ def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -
 
     Parameters
     ----------
-    i, j : (Q,) indices of the points, i < j.
-    crossings : of the strands.
-    max_arc : m.
+    i, j
+        (Q,) indices of the points, i < j.
+    crossings
+        of the strands.
+    max_arc
+        m.
 
     Returns
     -------
@@ -137,9 +150,12 @@ def clear_crossings(points: Floats, strand: Ints, clearance: float, min_angle: f
 
     Parameters
     ----------
-    points, strand : as of `curve_crossings`.
-    clearance : m between strands that do not cross.
-    min_angle : radians between crossing strands.
+    points, strand
+        as of `curve_crossings`.
+    clearance
+        m between strands that do not cross.
+    min_angle
+        radians between crossing strands.
     """
     crossings = curve_crossings(points[::COARSE_STRIDE], strand[::COARSE_STRIDE])
     crossings = CurveCrossings(crossings.first * COARSE_STRIDE, crossings.second * COARSE_STRIDE, crossings.angles)

@@ -181,11 +181,16 @@ def planar_curve(
 
     Parameters
     ----------
-    rng, studio : the random numbers, and the camera.
-    radius, length : of the cable, m.
-    crossing_range : least and greatest number of crossings with itself.
-    strand_distance : m between the axes of strands that do not cross; None for `min_strand_distance`.
-    min_angle : degrees between crossing strands.
+    rng, studio
+        the random numbers, and the camera.
+    radius, length
+        of the cable, m.
+    crossing_range
+        least and greatest number of crossings with itself.
+    strand_distance
+        m between the axes of strands that do not cross; None for `min_strand_distance`.
+    min_angle
+        degrees between crossing strands.
 
     Returns
     -------
@@ -220,11 +225,16 @@ def cables_on_table(
 
     Parameters
     ----------
-    rng, studio : the random numbers, and the camera.
-    curves, radius : of the cables, (P, 2) m each, and m.
-    occluders : in the camera frame.
-    color : of the cables; None draws one.
-    over : (C,) bool, per crossing in the order along the curves, the strand that comes first is the upper; None draws it.
+    rng, studio
+        the random numbers, and the camera.
+    curves, radius
+        of the cables, (P, 2) m each, and m.
+    occluders
+        in the camera frame.
+    color
+        of the cables; None draws one.
+    over
+        (C,) bool, per crossing in the order along the curves, the strand that comes first is the upper; None draws it.
 
     Returns
     -------

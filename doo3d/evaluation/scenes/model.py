@@ -95,10 +95,14 @@ def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: C
 
     Parameters
     ----------
-    scene : in the camera's optical frame.
-    move_points : maps points (N, 3) m.
-    rotate : maps a direction (3,).
-    name : of the result.
+    scene
+        in the camera's optical frame.
+    move_points
+        maps points (N, 3) m.
+    rotate
+        maps a direction (3,).
+    name
+        of the result.
     """
     table = scene.table
     return replace(

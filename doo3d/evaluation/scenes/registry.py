@@ -50,9 +50,12 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
 
     Parameters
     ----------
-    family : a key of FAMILIES, or "tubes:" and the path of a tube configuration.
-    seed : 0 or more.
-    size : (width, height) px of the image.
+    family
+        a key of FAMILIES, or "tubes:" and the path of a tube configuration.
+    seed
+        0 or more.
+    size
+        (width, height) px of the image.
 
     Raises
     ------

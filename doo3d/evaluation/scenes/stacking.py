@@ -31,10 +31,14 @@ def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, ove
 
     Parameters
     ----------
-    points : (P, 2) m, STEP apart.
-    strand : (P,) int, index of the strand of each point.
-    crossings, over : the crossings, and (C,) bool, the first strand of the crossing is the upper.
-    radius : m.
+    points
+        (P, 2) m, STEP apart.
+    strand
+        (P,) int, index of the strand of each point.
+    crossings, over
+        the crossings, and (C,) bool, the first strand of the crossing is the upper.
+    radius
+        m.
 
     Returns
     -------
@@ -56,7 +60,8 @@ def _contacts(points: Floats, strand: Ints, crossings: CurveCrossings, over: Boo
 
     Parameters
     ----------
-    points, strand, crossings, over, radius : as of `resting_heights`.
+    points, strand, crossings, over, radius
+        as of `resting_heights`.
 
     Returns
     -------

@@ -70,10 +70,14 @@ def make_studio(
 
     Parameters
     ----------
-    rng : the random numbers.
-    size : (width, height) px of the image.
-    distances : (least, greatest) m of the camera from the table.
-    max_tilt : degrees.
+    rng
+        the random numbers.
+    size
+        (width, height) px of the image.
+    distances
+        (least, greatest) m of the camera from the table.
+    max_tilt
+        degrees.
     """
     width, height = size
     focal = round(FOCAL_LENGTHS_PX.get(width, 0.72 * width) * rng.uniform(0.985, 1.015), 2)
@@ -97,9 +101,12 @@ def box(center: Floats, size: tuple[float, float, float], angle: float, studio: 
 
     Parameters
     ----------
-    center, size : (3,) m and edges in m, in the world.
-    angle : radians about z.
-    studio, color : the camera, and RGB.
+    center, size
+        (3,) m and edges in m, in the world.
+    angle
+        radians about z.
+    studio, color
+        the camera, and RGB.
     """
     corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size
     rotated = Rotation.from_euler("z", angle).apply(corners) + center

@@ -73,9 +73,12 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
 
     Parameters
     ----------
-    path : a tube configuration.
-    rng : the random numbers of the camera and the color.
-    size : (width, height) px of the image.
+    path
+        a tube configuration.
+    rng
+        the random numbers of the camera and the color.
+    size
+        (width, height) px of the image.
 
     Returns
     -------
