@@ -8,24 +8,24 @@ from ..kernels.equal_chords import cover_with_chords, lay_equal_chords
 from ..types import Floats
 from .polyline import arc_length, resample, steps, unit
 
-ROUNDS = 50
-"""Steps of Newton's method at most; a handful is usual."""
+MAX_ITERATIONS = 50
+"""Iterations of Newton's method at most; a handful is usual."""
 
 
 def extrapolated(axis: Floats, shift: float) -> Floats:
-    """The polyline (P, D) made longer by `shift` m straight on at its last point, or shorter."""
+    """Return a polyline (P, D) with its last point extrapolated straight by `shift` (its unit), or cut back where negative."""
     if shift >= 0:
         return np.concatenate((axis, [axis[-1] + shift * unit(axis[-1] - axis[-2])]))
     along = arc_length(axis)
-    keep = max(along[-1] + shift, along[1])
-    return np.concatenate((axis[along < keep], resample(axis, np.array([keep]))))
+    end = max(along[-1] + shift, along[1])
+    return np.concatenate((axis[along < end], resample(axis, np.array([end]))))
 
 
 def sagitta_compensated(points: Floats, length: float) -> Floats:
-    """The curve (P, D) moved outwards by length^2 / 12 of its curvature: chords of `length` then lie about it, not inside.
+    """Return a curve (P, D) moved outwards by the mean sagitta of chords of `length`, which then lie about it, not inside.
 
-    The sagitta of a chord is length^2 / 8R, two thirds of it the mean distance of the chord from the arc. Bends of less than
-    two segments' radius are left as they are.
+    The sagitta of a chord is length^2 / 8R, two thirds of it the mean distance of the chord from the arc: length^2 / 12 times
+    the curvature. Bends of a radius below two segments are moved by less.
     """
     spacing = float(np.median(steps(points)))
     bend = np.zeros_like(points)
@@ -35,9 +35,9 @@ def sagitta_compensated(points: Floats, length: float) -> Floats:
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
-    """Joints exactly `length` apart from end to end of a polyline (P, D); what is over is shared by both ends.
+    """Return joints exactly `length` apart from end to end of a polyline (P, D), the excess shared by both ends.
 
-    The polyline is carried straight on at its ends, and the whole number of segments that fits best is laid so that
+    The polyline is extrapolated at its ends, and the whole number of segments that fits best is laid so that
     the chain is as much too long, or too short, at one end as at the other. Returns (N + 1, D), or (0, D) for a
     polyline of less than half a segment.
     """
@@ -49,11 +49,11 @@ def equal_segments(points: Floats, length: float) -> Floats:
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
-    """A closed chain of segments of exactly `length` round a closed polyline (P, D), whose last joint is its first.
+    """Return a closed chain of segments of exactly `length` around a closed polyline (P, D); its last joint is its first.
 
-    The whole number of segments that fits best is laid as equal chords, the ring is scaled about its middle to their length,
-    by at most half a segment over the whole way round, and `_closed` takes out what is over where it closes. Returns
-    (N + 1, D), N >= 3, or (0, D).
+    The whole number of segments that fits best is laid as equal chords, the ring is scaled about its centroid to their length,
+    by at most half a segment over the whole perimeter, and `_close_ring` removes the misfit where the ring closes. Returns
+    (N + 1, D), N >= 3, or (0, D) for a loop of less.
     """
     loop = np.concatenate((points, points[:1]))
     joints = lay_equal_chords(loop, length)[0]
@@ -66,27 +66,27 @@ def equal_ring(points: Floats, length: float) -> Floats:
         joints, _ = lay_equal_chords(loop, chord)
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
     joints = lay_equal_chords(loop, low)[0][:count]
-    middle = joints.mean(axis=0)
-    joints = _closed(middle + (joints - middle) * (length / low), length)
+    centroid = joints.mean(axis=0)
+    joints = _close_ring(centroid + (joints - centroid) * (length / low), length)
     return np.concatenate((joints, joints[:1]))
 
 
-def _closed(joints: Floats, length: float) -> Floats:
-    """Joints (N, D) of a ring moved as little as makes all of its N segments exactly `length` long.
+def _close_ring(joints: Floats, length: float) -> Floats:
+    """Move the joints (N, D) of a ring by the least that makes all of its N segments exactly `length` long.
 
-    Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: a chord walked round a rough line may close the ring short
-    of its first joint, or beside it.
+    Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: the last of the chords around a rough polyline may end short
+    of the ring's first joint, or beside it.
     """
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         d = np.roll(joints, -1, axis=0) - joints
         error = (np.einsum("ij,ij->i", d, d) - length**2) / 2
         if np.abs(error).max() < 1e-12 * length**2:
             break
-        beside = np.roll(np.arange(len(d)), -1)
+        following = np.roll(np.arange(len(d)), -1)
         normal = np.diag(2 * np.einsum("ij,ij->i", d, d) + 1e-12 * length**2)
-        shared = np.einsum("ij,ij->i", d, d[beside])
-        normal[np.arange(len(d)), beside] -= shared
-        normal[beside, np.arange(len(d))] -= shared
+        shared = np.einsum("ij,ij->i", d, d[following])
+        normal[np.arange(len(d)), following] -= shared
+        normal[following, np.arange(len(d))] -= shared
         share = np.linalg.solve(normal, error)[:, None] * d
         joints = joints + share - np.roll(share, 1, axis=0)
     return joints

@@ -1,4 +1,4 @@
-"""What a mask alone says about the object: where it is, and how thick."""
+"""Bounding box, pixels and radius of the object from its mask alone."""
 
 from __future__ import annotations
 
@@ -10,28 +10,37 @@ from ..types import Array, Bools, Ints
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
-    """Rows and columns of the smallest box that holds the mask (H, W), which must not be empty."""
+    """Return the rows and columns of the bounding box of a mask (H, W), which must not be empty."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     return slice(y, y + height), slice(x, x + width)
 
 
 def mask_pixels(mask: Bools) -> Ints:
-    """(N, 2) int64, the (u, v) of the pixels of the mask (H, W), in lexicographic order."""
+    """Return the pixels (N, 2) int64 of a mask (H, W) as (u, v), in lexicographic order."""
     if not mask.any():
         return np.zeros((0, 2), dtype=np.int64)
     rows, columns = bounding_box(mask)
-    found = cv2.findNonZero(cv2.transpose(mask[rows, columns].view(np.uint8))).reshape(-1, 2)
-    pixels = np.empty(found.shape, dtype=np.int64)
-    np.add(found[:, 1], columns.start, out=pixels[:, 0])
-    np.add(found[:, 0], rows.start, out=pixels[:, 1])
+    nonzero = cv2.findNonZero(cv2.transpose(mask[rows, columns].view(np.uint8))).reshape(-1, 2)
+    pixels = np.empty(nonzero.shape, dtype=np.int64)
+    np.add(nonzero[:, 1], columns.start, out=pixels[:, 0])
+    np.add(nonzero[:, 0], rows.start, out=pixels[:, 1])
     return pixels
 
 
 def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> float:
-    """The usual half-width along the middle lines of a mask (H, W): the median, as `median_half_width` weights it.
+    """Return the median half-width along the medial axis of a mask, weighted as by `median_half_width`.
 
-    depth : (H, W) m, 0 = unknown; focal : px. Returns m, or px without a depth; 0 where there is no middle line of known depth.
-    A strip of w pixels has the distance (w + 1) / 2 from its outside in its middle.
+    A strip of w pixels has the distance (w + 1) / 2 from its outside on its medial axis.
+
+    Parameters
+    ----------
+    mask : (H, W)
+    depth : (H, W) m, 0 = unknown
+    focal : focal length in px
+
+    Returns
+    -------
+    m, or px without a depth; 0 where no pixel of the medial axis has a depth.
     """
     if not mask.any():
         return 0.0
@@ -44,18 +53,21 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:
-    """The same from a distance transform: inside (H, W) px, distance to the nearest pixel outside the mask."""
+    """Return the median half-width from a distance transform, along its ridges.
+
+    inside : (H, W) px, distance to the nearest pixel outside the mask. scale : (H, W), unit of the result per px, 0 = unknown.
+    """
     ridge = (inside > 0) & (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3) & (scale > 0)
     return median_half_width((inside[ridge] - 0.5) * scale[ridge])
 
 
-def median_half_width(half: Array) -> float:
-    """The median of the half-widths (K,) of pixels of middle lines, each weighted by its width; 0 of none.
+def median_half_width(half_width: Array) -> float:
+    """Return the median of the half-widths (K,) along medial axes, each weighted by itself; 0 for none.
 
     The weight makes it the median over the area, so that specks count for little.
     """
-    if not len(half):
+    if not len(half_width):
         return 0.0
-    half = np.sort(half)
-    weight = np.cumsum(half)
-    return float(half[np.searchsorted(weight, weight[-1] / 2)])
+    half_width = np.sort(half_width)
+    weight = np.cumsum(half_width)
+    return float(half_width[np.searchsorted(weight, weight[-1] / 2)])

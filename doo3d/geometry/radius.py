@@ -1,4 +1,4 @@
-"""How far apart the points of a surface lie, and how thick the object is, before there is a chain."""
+"""Spacing of surface points and radius of the object, before there is a chain."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 
 
 def point_spacing(foreground: Foreground) -> float:
-    """Typical distance between neighbouring surface points, m: the pixel's footprint, or for a cloud from its density."""
+    """Return the typical distance between neighboring surface points in m: a pixel's footprint, or from a cloud's density."""
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
     return cloud_spacing(foreground.points)
 
 
 def estimate_radius(foreground: Foreground, apart: float) -> float:
-    """The object's radius before there is a chain, m: the median half-width of the mask, or of a cloud's strips."""
+    """Return the radius of the object in m, before there is a chain: the median half-width of the mask, or of a cloud's strips.
+
+    apart : m, the spacing of surface points, which is the least result.
+    """
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
         radius = foreground.mask_radius
         if radius is None:
@@ -30,9 +33,9 @@ def estimate_radius(foreground: Foreground, apart: float) -> float:
 
 
 def _cloud_radius(points: Floats, apart: float) -> float:
-    """Median half-width of the cloud where it looks like a strip.
+    """Return the median half-width in m of a cloud where it looks like a strip.
 
-    Round each of some seeds the neighbourhood grows until it is three times as long as it is wide. The variance
+    Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
     for a whole tube, told apart by the variance in depth.
     """
@@ -40,20 +43,20 @@ def _cloud_radius(points: Floats, apart: float) -> float:
     tree = cKDTree(sample)
     seeds = sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-    found: list[float] = []
+    radii: list[float] = []
     reach = 3 * apart * math.sqrt(len(points) / len(sample))
     while len(seeds) and reach < extent:
         near = tree.query_ball_point(seeds, reach)
         spread = np.array([_spread(sample[index]) if len(index) > 8 else (0.0, 1.0, 1.0) for index in near])
         long = spread[:, 1] < spread[:, 2] / 9
         thin, wide = spread[long, 0], np.maximum(spread[long, 1], 1e-18)
-        found += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
+        radii += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
         seeds = seeds[~long]
         reach *= 1.3
-    return float(np.median(found)) if found else extent / 6
+    return float(np.median(radii)) if radii else extent / 6
 
 
 def _spread(points: Floats) -> Floats:
-    """The three variances of points (N, 3) along their principal axes, ascending."""
+    """Return the three variances of points (N, 3) along their principal axes, ascending."""
     centered = points - points.mean(axis=0)
     return np.asarray(np.linalg.eigvalsh(centered.T @ centered / len(points)))

@@ -1,4 +1,4 @@
-"""Where polylines meet: against every pair of segments looked at one by one, and places along them."""
+"""Intersections of polylines, against every pair of segments one by one, and values along polylines."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def rows(found):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_every_meeting_is_found_once_and_in_order(seed):
+def test_every_intersection_is_found_once_and_in_order(seed):
     rng = np.random.default_rng(seed)
     lines = [np.cumsum(rng.normal(size=(n, 2)), axis=0) for n in rng.integers(2, 40, size=3)]
     closed = [False, False, True]
@@ -40,7 +40,7 @@ def test_every_meeting_is_found_once_and_in_order(seed):
     assert len(found.angle) > 0
 
 
-def test_place_part_and_angle():
+def test_point_parameter_and_angle():
     slope = np.radians(40)
     one = np.array([[0.0, 0], [4, 0]])
     other = np.array([1.0, 0]) + np.outer((-2, 3), (np.cos(slope), np.sin(slope)))

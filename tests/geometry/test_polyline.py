@@ -111,7 +111,7 @@ def test_moving_mean(dim, half):
 
 @dims
 @pytest.mark.parametrize("order", [1, 2, 3])
-def test_smooth_fit_solves_its_equations(dim, order):
+def test_whittaker_smoother_solves_its_equations(dim, order):
     random = np.random.default_rng(3)
     values = random.normal(size=(15, dim))
     root = random.normal(size=(15, dim, dim))
@@ -125,7 +125,7 @@ def test_smooth_fit_solves_its_equations(dim, order):
 
 
 @dims
-def test_smooth_fit_leaves_a_line_and_bridges_what_is_unknown(dim):
+def test_whittaker_smoother_keeps_a_line_and_bridges_missing_points(dim):
     values = np.linspace(0, 1, 30)[:, None] * np.arange(1, dim + 1)
     weights = np.tile(np.eye(dim), (30, 1, 1))
     np.testing.assert_allclose(whittaker_smooth(values, weights, 100.0), values, atol=1e-9)

@@ -57,7 +57,7 @@ def test_a_flying_point_stands_alone():
     assert mean[1] == pytest.approx(0.5)
 
 
-def test_steadied_takes_the_noise_away_and_leaves_what_is_farther():
+def test_the_sigma_filter_reduces_noise_and_keeps_depth_steps():
     depth = (0.8 + 0.002 * np.random.default_rng(0).normal(size=(40, 400))).astype(np.float32)
     mask = np.zeros(depth.shape, bool)
     mask[15:25] = True

@@ -1,4 +1,4 @@
-"""The courses of ends, against least squares."""
+"""End tangents and curvatures, against least squares."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from doo3d.geometry.polyline import arc_length, unit
 from doo3d.kernels.end_tangents import end_tangents
 
 
-def end_course(points, reach):
+def end_tangent(points, reach):
     """Where the last end of a polyline (P, D) is heading, by numpy's least squares.
 
     Of a parabola (a line, from fewer than four points) fitted over `reach` of it: a line over a length of a curve of
@@ -38,7 +38,7 @@ def test_against_least_squares(seed, reach, scale, dim):
     lines = chains(seed, dim, scale)
     bounds = np.cumsum([0, *map(len, lines)])
     directions, curvatures = end_tangents(np.concatenate(lines), bounds, reach * scale)
-    expected = [end_course(points, reach * scale) for line in lines for points in (line[::-1], line)]
+    expected = [end_tangent(points, reach * scale) for line in lines for points in (line[::-1], line)]
     np.testing.assert_allclose(directions, [direction for direction, _ in expected], atol=1e-9)
     np.testing.assert_allclose(curvatures * scale, [curvature * scale for _, curvature in expected], atol=1e-9)
 
@@ -60,7 +60,7 @@ def ends(points, reach):
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("reach", [0.05, 0.4, 1.0])
-def test_the_course_at_the_ends_of_an_arc(dim, reach):
+def test_the_tangent_at_the_ends_of_an_arc(dim, reach):
     """A line through the last stretch of an arc lags by half of it; the tangent of the fitted parabola does not."""
     t = np.linspace(0, 2.0, 360)
     points = np.pad(np.column_stack((np.cos(t), np.sin(t))), ((0, 0), (0, dim - 2)))
@@ -73,7 +73,7 @@ def test_the_course_at_the_ends_of_an_arc(dim, reach):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_the_course_of_the_last_segment(dim):
+def test_the_tangent_of_the_last_segment(dim):
     points = np.pad([[0.0, 0], [1, 0], [1, 1], [1, 2]], ((0, 0), (0, dim - 2)))
     (first, _), (last, _) = ends(points, 0.0)
     np.testing.assert_allclose(first[:2], [-1, 0], atol=1e-12)

@@ -1,4 +1,4 @@
-"""Walking: chords of one length along a polyline."""
+"""Chords of one length along a polyline, against a search."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def curve(seed, dim, count=60):
     return np.insert(points, 7, points[7], axis=0)
 
 
-def slow_walk(points, length):
+def slow_chords(points, length):
     """The same by search: from each joint the first place farther along that is `length` away."""
     joints, at = [points[0]], [0.0]
     edge, low, before = 0, 0.0, 0.0
@@ -41,7 +41,7 @@ def slow_walk(points, length):
 def test_against_search(seed, dim, length):
     points = curve(seed, dim)
     joints, at = lay_equal_chords(points, length)
-    slow, slow_at = slow_walk(points, length)
+    slow, slow_at = slow_chords(points, length)
     np.testing.assert_allclose(joints, slow, atol=1e-9)
     np.testing.assert_allclose(at, slow_at, atol=1e-9)
     assert joints.shape[1] == dim

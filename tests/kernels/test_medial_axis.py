@@ -1,4 +1,4 @@
-"""The middle lines of a mask against plain loops."""
+"""Medial axis of a mask, against plain loops."""
 
 from __future__ import annotations
 
