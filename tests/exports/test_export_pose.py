@@ -69,7 +69,7 @@ def test_a_rotation_with_few_digits_becomes_exact():
         (np.eye(3), "pose-invalid", ("9 numbers",)),
     ],
 )
-def test_what_is_no_pose_is_refused(pose, code, parts):
+def test_an_invalid_pose_is_refused(pose, code, parts):
     with refuses(code, *parts):
         read_pose(pose)
 

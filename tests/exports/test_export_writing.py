@@ -79,7 +79,7 @@ OPENED = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_nothing_found_is_an_empty_file(tmp_path, name):
+def test_a_frame_without_chains_is_an_empty_file(tmp_path, name):
     empty = doo3d.Detection((), frame="empty", timestamp=1.0)
     path = doo3d.export(empty, name, target(tmp_path, name))[0]
     assert OPENED[name](path) == 0
@@ -92,7 +92,7 @@ def test_one_segment_is_a_chain(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_the_same_bytes_every_time_and_nothing_else_is_left(tmp_path, name):
+def test_the_same_bytes_every_time_and_no_temporary_files(tmp_path, name):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         doo3d.export(
@@ -117,7 +117,7 @@ def test_pixels_go_to_few_formats(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_what_is_there_is_overwritten_with_force_only(tmp_path, name):
+def test_existing_files_are_replaced_with_force_only(tmp_path, name):
     path = target(tmp_path, name)
     doo3d.export(capture()[2], name, path)
     before = digests(tmp_path)
@@ -129,7 +129,7 @@ def test_what_is_there_is_overwritten_with_force_only(tmp_path, name):
     assert digests(tmp_path) != before
 
 
-def test_force_deletes_no_folder_of_something_else(tmp_path):
+def test_force_deletes_no_folder_with_other_content(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").write_text("all of it")
     for name in ("ros2", "npz"):
@@ -200,7 +200,7 @@ def test_frames_of_one_name_do_not_overwrite_each_other(tmp_path):
         doo3d.export([doo3d.Detection((helix(),)), doo3d.Detection((helix(),))], "mjcf", tmp_path / "x")
 
 
-def test_what_is_no_detection_is_refused(tmp_path):
+def test_only_detections_are_exported(tmp_path):
     with refuses("data-type", "Chain"):
         doo3d.export([helix()], "npz", tmp_path / "a.npz")
 

@@ -52,7 +52,7 @@ def test_detect_keeps_the_stages(doo3d, tmp_path):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
 
 
-def test_stages_of_an_image_and_of_nothing(doo3d, tmp_path, capture):
+def test_stages_of_an_image_and_of_a_frame_without_chains(doo3d, tmp_path, capture):
     assert doo3d("detect", SAMPLES / "photos" / "loop.jpg", "-c", "image", "--debug-frame", "loop")[0] == 0
     points, _ = read_ply(tmp_path / "out" / "stages" / "loop" / "8-chains.ply")
     assert len(points) > 20
@@ -132,7 +132,7 @@ def test_view_without_the_capture_and_of_images(doo3d, tmp_path):
     assert "/image/stages" not in said.replace("/image/stages - data columns: [Clear", "")
 
 
-def test_view_of_what_is_no_result(doo3d, tmp_path, monkeypatch):
+def test_view_needs_results(doo3d, tmp_path, monkeypatch):
     code, _, err = doo3d("view", tmp_path, "--save", "x.rrd")
     assert (code, code_in(err)) == (2, "results-missing")
     monkeypatch.setitem(sys.modules, "rerun", None)

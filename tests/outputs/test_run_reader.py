@@ -48,7 +48,7 @@ def former(values: dict) -> dict:
 
 
 @pytest.mark.slow
-def test_what_is_read_is_what_was_written(run):
+def test_detections_are_read_as_they_were_written(run):
     results = open_results(run)
     assert results.frames
     for name, found in zip(results.frames, results.detections(), strict=True):
@@ -87,7 +87,7 @@ def test_a_damaged_file_is_named(tmp_path, text, code):
 
 
 @pytest.mark.parametrize("text", [None, "{", "[]", '{"schema": "x"}', '{"schema": "doo3d/manifest/1", "frames": [1]}'])
-def test_a_folder_of_something_else_is_refused(tmp_path, text):
+def test_a_folder_without_results_is_refused(tmp_path, text):
     if text is not None:
         (tmp_path / "manifest.json").write_text(text)
     with refuses("results-missing" if text is None else "results-damaged", str(tmp_path)):

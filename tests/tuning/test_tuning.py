@@ -187,7 +187,7 @@ def test_from_the_shell(doo3d, capture, tmp_path):
         (("--pick", "5,5"), "pick-not-thin", "5,5"),
     ],
 )
-def test_what_is_refused(doo3d, capture, tmp_path, options, code, part):
+def test_invalid_options_are_refused(doo3d, capture, tmp_path, options, code, part):
     status, out, err = doo3d("tune", capture(), *options)
     assert (status, out) == (2, "")
     assert code_in(err) == code

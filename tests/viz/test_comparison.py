@@ -33,7 +33,7 @@ def test_both_chains_and_the_circle():
 
 
 @pytest.mark.parametrize("size", [(16, 12), (1, 1), (1920, 1080)])
-def test_any_size_and_nothing_to_show(size):
+def test_any_size_without_chains(size):
     assert draw_comparison(frame(*size), [], [], []).shape == (size[1], size[0], 3)
 
 

@@ -77,5 +77,5 @@ def test_an_error_is_written():
     assert (told != empty).any()
 
 
-def test_nothing_at_all():
+def test_a_sheet_without_tiles():
     assert draw_sheet("none", []).shape[1] == WIDTH

@@ -107,7 +107,7 @@ def test_invalid_options_are_refused(tmp_path, asked, code, parts):
         write_video(open_results(results(tmp_path / "out", [(64, 48)])), tmp_path / "a.mp4", **asked)
 
 
-def test_nothing_to_show(tmp_path):
+def test_a_run_without_frames_is_refused(tmp_path):
     with refuses("results-empty"):
         write_video(open_results(results(tmp_path / "out", [])), tmp_path / "a.mp4")
 
