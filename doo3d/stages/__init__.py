@@ -1,6 +1,6 @@
 """The stages of the method, a file or a folder each: one public function `stage(data, context, config) -> data`.
 
-`segment` and `voxelize` come first and make what the others are told of the frame as a whole, the FrameContext. Stages never
+`segment` and `voxelize` come first and make the FrameContext that all later stages get. Stages never
 import each other; a stage that drops or decides something returns a record of it.
 """
 

@@ -1,8 +1,8 @@
 """Extend the mask of an image along strands that go on beyond it.
 
 A segmentation misses stretches: another light, a shadow, a background like the strand. Each free end of a chain is followed
-in steps of half a radius: across the strand ahead the colors are those that it has had so far, and the background on both of
-its sides has others. The path found is added to the mask, and the stages are run again.
+in steps of half a radius: the strand is seen ahead where the colors across it are those that it has had so far,
+and the background on both of its sides has other colors. The path found is added to the mask, and the stages are run again.
 """
 
 from __future__ import annotations

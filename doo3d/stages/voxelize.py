@@ -154,7 +154,7 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
 
 
 def _closed_grid(points: Floats, size: float, radius: float) -> VoxelGrid:
-    """Return the grid of all voxels that points (N, D) m occupy or that closing adds; the latter have their own centers."""
+    """Return the voxels that points (N, D) m occupy, and those that closing adds, whose centroids are their centers."""
     margin = CLOSING_ITERATIONS + 1
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
     cells = voxelize_points(points, origin, size, margin)

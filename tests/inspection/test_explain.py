@@ -128,12 +128,12 @@ def test_nothing_found(doo3d, capture):
     folder, nothing_blue = capture(), "segment.ranges=[{low: [90, 200, 200], high: [100, 255, 255]}]"
     code, out, err = doo3d("detect", folder, "--set", nothing_blue)
     assert code == 0, err
-    assert "note: segment (hsv): nothing in this frame is told from the rest" in out
+    assert "note: segment (hsv): no object in this frame" in out
     assert "doo3d tune" in out
     assert "doo3d tune" in json.loads(Path("out/000000.json").read_text())["notes"][0]
     code, out, err = doo3d("explain", folder, "--set", nothing_blue)
     assert code == 0, err
-    assert "dropped: segment (hsv): nothing in this frame is told from the rest" in out
+    assert "dropped: segment (hsv): no object in this frame" in out
 
 
 @pytest.mark.parametrize(("override", "stage"), [("fit.segment_length=9", "fit"), ("merge.min_length=10000", "merge")])

@@ -17,7 +17,10 @@ from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
 
-RIDGE_NOTE = "segment: no mask and no colours are given, so lines of any colour are the object, shadows too; see doo3d tune"
+RIDGE_NOTE = (
+    "segment: neither a mask nor color ranges are given, so every line in the image counts as the object, shadows too: "
+    "doo3d tune proposes ranges"
+)
 
 DEPTH_CHECK_READINGS = 10_000
 """Readings at most whose median is compared with the range of depths: a wrong unit is a factor of 10 at least."""
@@ -27,7 +30,7 @@ EXTENT_TOLERANCE = 10
 
 
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Segmentation:
-    """Return the points of the object, and a record of what was dropped.
+    """Return the points of the object, and the numbers of pixels or points that were dropped.
 
     Parameters
     ----------
@@ -164,11 +167,11 @@ def _record(
 def _nothing_note(method: str) -> str:
     """Return the note for a frame in which the method selected nothing."""
     remedy = {
-        "hsv": "widen segment.ranges (doo3d tune proposes them and shows what they take)",
+        "hsv": "widen segment.ranges (doo3d tune proposes ranges and shows what they select)",
         "background": "lower segment.depth_difference or segment.color_difference",
-        "plane": "lower segment.plane_distance, or tell the object by its colour (doo3d tune)",
-    }.get(method, "give a mask, or tell the object by its colour (doo3d tune)")
-    return f"segment ({method}): nothing in this frame is told from the rest; {remedy}"
+        "plane": "lower segment.plane_distance, or select the object by its color (doo3d tune)",
+    }.get(method, "give a mask, or select the object by its color (doo3d tune)")
+    return f"segment ({method}): no object in this frame; {remedy}"
 
 
 def _check_depth(frame: Frame, config: SegmentConfig, mask: Bools | None = None) -> None:

@@ -1,4 +1,4 @@
-"""The record of one segmentation: what was decided, and how much was dropped."""
+"""The record of one segmentation: the method, and the numbers of pixels or points selected and dropped."""
 
 from __future__ import annotations
 

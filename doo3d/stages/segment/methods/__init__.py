@@ -1,4 +1,4 @@
-"""Methods that tell the object from the rest.
+"""Methods that select the object.
 
 Each file holds one method, a function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a
 Cloud. To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
@@ -24,5 +24,5 @@ SEGMENTERS: dict[str, Segmenter] = {
 
 
 def resolve_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
-    """Return the name in SEGMENTERS of the method set, `auto` resolved by what the config and the data hold."""
+    """Return the name in SEGMENTERS of the method set, with `auto` resolved."""
     return auto.choose_method(data, config) if config.method == "auto" else config.method

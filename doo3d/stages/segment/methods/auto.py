@@ -1,4 +1,4 @@
-"""Choose the method that fits what the config and the data hold."""
+"""Choose the method that fits the config and the data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Select what a reference frame without the object does not show."""
+"""Select pixels that differ from a reference frame without the object."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if reference.ndim != 3 or reference.shape[2] != 3 or reference.dtype != np.uint8:
         raise InputError(
             f"segment.reference {config.reference} has shape {reference.shape} and type {reference.dtype}: "
-            "expected a 16-bit depth image or an 8-bit colour image",
+            "expected a 16-bit depth image or an 8-bit color image",
             code="reference-type",
         )
     if data.color is None:
         raise InputError(
-            "segment.reference is a colour image but the frame has no colour: give a 16-bit depth image",
+            "segment.reference is a color image but the frame has no color: give a 16-bit depth image",
             code="method-needs-color",
         )
     difference = data.color.astype(np.float32) - reference[:, :, ::-1]

@@ -34,11 +34,11 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if isinstance(data, Cloud):
         if data.colors is None:
             raise InputError(
-                "segment.method is hsv but the cloud has no colours: use everything, plane, or a mask", code="method-needs-color"
+                "segment.method is hsv but the cloud has no colors: use everything, plane, or a mask", code="method-needs-color"
             )
         return in_ranges(data.colors[:, None], config.ranges)[:, 0]
     if data.color is None:
         raise InputError(
-            "segment.method is hsv but the frame has no colour: use everything, plane, or a mask", code="method-needs-color"
+            "segment.method is hsv but the frame has no color: use everything, plane, or a mask", code="method-needs-color"
         )
     return in_ranges(data.color, config.ranges)

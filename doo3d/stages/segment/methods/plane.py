@@ -1,4 +1,4 @@
-"""Select what stands off the dominant plane."""
+"""Select pixels or points in front of the dominant plane."""
 
 from __future__ import annotations
 

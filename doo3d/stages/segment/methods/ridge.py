@@ -32,7 +32,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     """
     color = None if isinstance(data, Cloud) else data.color
     if color is None:
-        raise InputError("segment.method is ridge, which needs a colour image", code="method-needs-color")
+        raise InputError("segment.method is ridge, which needs a color image", code="method-needs-color")
     filters = require("skimage.filters", "ridge")
     grey = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
     shape = grey.shape
