@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from builders.errors import refuses
 from builders.paths import SAMPLES
+from builders.runs import files_of
 
 from doo3d.config import Config
 from doo3d.errors import MissingDependency
@@ -51,12 +52,7 @@ def expected(frames, tmp_path_factory):
     """The files of a run by one process."""
     out = tmp_path_factory.mktemp("expected") / "out"
     batch.run(open_capture(frames), out, Config(), options=ReadOptions())
-    return contents(out)
-
-
-def contents(out: Path) -> dict[str, bytes]:
-    """Every file but the journal, which holds the times."""
-    return {file: (out / file).read_bytes() for file in os.listdir(out) if file != "progress.jsonl"}
+    return files_of(out)
 
 
 def started(*command: object, **options) -> subprocess.Popen:
@@ -83,7 +79,7 @@ def wait_for(condition, seconds=60):
 def test_workers_make_the_same_bytes(frames, expected, tmp_path):
     reported = []
     summary = batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2, report=reported.append)
-    assert contents(tmp_path / "out") == expected
+    assert files_of(tmp_path / "out") == expected
     assert (summary.succeeded, summary.failed) == (FRAMES - 1, 1)
     assert [record.name for record in reported] == [f"{i:06d}" for i in range(FRAMES)]
 
@@ -100,7 +96,7 @@ def test_killed_and_started_again(frames, expected, tmp_path, workers, frames_do
     again = started(*command)
     output, _ = again.communicate()
     assert again.returncode == 1, output
-    assert contents(tmp_path / "out") == expected
+    assert files_of(tmp_path / "out") == expected
     assert finished_frames(tmp_path / "out") == FRAMES
 
 
@@ -113,7 +109,7 @@ def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, expecte
     summary = batch.run(capture, tmp_path / "out", Config(), options=ReadOptions(), workers=2)
     assert [record.name for record in summary.records if record.error] == ["000002", "000004"]
     assert [record.code for record in summary.records if record.error] == ["worker-lost", "file-damaged"]
-    made = contents(tmp_path / "out")
+    made = files_of(tmp_path / "out")
     assert expected.keys() - made.keys() == {"000002.json", "000002.png"}
     # the ids of chains go on from frame to frame, and the cable is found in all: one frame less changes none of the others
     assert all(made[file] == expected[file] for file in made if file != "manifest.json")
@@ -162,7 +158,7 @@ def test_a_scheduler_whose_worker_is_killed_midway(frames, expected, tmp_path, s
 
     batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler=address, report=kill_one)
     assert killed
-    assert contents(tmp_path / "out") == expected
+    assert files_of(tmp_path / "out") == expected
 
 
 @pytest.mark.cluster
@@ -209,7 +205,7 @@ def test_port_8787_may_be_taken(frames, expected, tmp_path):
     """It is the default of dask's dashboard, which a run does not serve; a warning would be an error here."""
     with socket.create_server(("127.0.0.1", 8787)) if not is_taken(8787) else nullcontext():
         batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2)
-    assert contents(tmp_path / "out") == expected
+    assert files_of(tmp_path / "out") == expected
 
 
 def is_taken(port: int) -> bool:

@@ -1,4 +1,4 @@
-"""A run: what is written, what one bad frame does, and that a run of which nothing comes leaves nothing."""
+"""A run: the files it writes, one frame that fails, and a run of which every frame fails."""
 
 from __future__ import annotations
 
@@ -10,32 +10,18 @@ import weakref
 import numpy as np
 import pytest
 from builders.errors import refuses
+from builders.runs import break_frame, files_of, read_manifest
 
 from doo3d.config import Config, load_config
-from doo3d.inputs import FrameRef, ReadOptions, open_capture
+from doo3d.inputs import FrameRef, open_capture
 from doo3d.outputs import run_folder as results
 from doo3d.outputs.run_identity import digest
 from doo3d.runs import frame_files, frame_jobs
 from doo3d.runs import run as batch
 from doo3d.runs.frame_record import FAILED, FrameRecord
-from doo3d.types import Chain, Detection, Frame
+from doo3d.types import Frame
 
-
-@pytest.fixture(autouse=True)
-def found(monkeypatch):
-    """A detection without the pipeline, so that these tests say what the run does; what it does is `found["do"]`."""
-    chain = Chain(np.array([[-0.02, 0, 0.5], [-0.01, 0, 0.5], [0, 0, 0.5]]), 0.01, 0.005, occluded=np.array([True, False]))
-    what = {"do": lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",))}
-    monkeypatch.setattr(frame_jobs, "detect", lambda data, config, mask=None: what["do"](data, config, mask))
-    return what
-
-
-def manifest(out):
-    return json.loads((out / "manifest.json").read_text(encoding="utf-8"))
-
-
-def bad(folder, name):
-    (folder / "depth" / f"{name}.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+pytestmark = pytest.mark.usefixtures("fake_detection")
 
 
 def test_what_a_run_writes(capture, tmp_path):
@@ -58,7 +44,7 @@ def test_what_a_run_writes(capture, tmp_path):
     assert [record.name for record in seen] == ["000000", "000001"]
     assert seen[0].occluded == 0.5
     assert seen[0].notes == ("a note",)
-    made = manifest(out)
+    made = read_manifest(out)
     assert made["schema"] == "doo3d/manifest/1"
     assert made["finished"] is True
     assert made["config_digest"] == digest(config)
@@ -76,10 +62,10 @@ def test_what_a_run_writes(capture, tmp_path):
     assert lines[0]["seconds"] > lines[0]["stages"]["draw"] > 0
 
 
-def test_masks_reach_the_detection(capture, tmp_path, found):
+def test_masks_reach_the_detection(capture, tmp_path, fake_detection):
     given = []
-    inner = found["do"]
-    found["do"] = lambda data, config, mask: (given.append((data, mask)), inner(data, config, mask))[1]
+    inner = fake_detection["do"]
+    fake_detection["do"] = lambda data, config, mask: (given.append((data, mask)), inner(data, config, mask))[1]
     batch.run(open_capture(capture(mask=True)), tmp_path / "out", Config())
     ((data, mask),) = given
     assert isinstance(data, Frame)
@@ -87,20 +73,20 @@ def test_masks_reach_the_detection(capture, tmp_path, found):
 
 
 @pytest.mark.parametrize(("method", "used"), [("auto", True), ("mask", True), ("plane", False), ("everything", False)])
-def test_a_named_way_of_segmenting_goes_before_the_folders_masks(capture, tmp_path, found, method, used):
+def test_a_named_way_of_segmenting_goes_before_the_folders_masks(capture, tmp_path, fake_detection, method, used):
     given = []
-    inner = found["do"]
-    found["do"] = lambda data, config, mask: (given.append(mask), inner(data, config, mask))[1]
+    inner = fake_detection["do"]
+    fake_detection["do"] = lambda data, config, mask: (given.append(mask), inner(data, config, mask))[1]
     batch.run(open_capture(capture(mask=True)), tmp_path / "out", load_config("default", {"segment.method": method}))
     assert (given[0] is not None) == used
 
 
 def test_one_bad_frame_does_not_stop_the_others(capture, tmp_path):
     folder, out = capture(frames=3), tmp_path / "out"
-    bad(folder, "000000")
+    break_frame(folder, "000000")
     summary = batch.run(open_capture(folder), out, Config())
     assert (summary.succeeded, summary.failed) == (2, 1)
-    first = manifest(out)["frames"][0]
+    first = read_manifest(out)["frames"][0]
     assert first["status"] == "failed"
     assert "000000.png" in first["error"]
     assert first["code"] == summary.records[0].code == "file-damaged"
@@ -117,21 +103,21 @@ def test_a_journal_without_codes_is_still_read():
     assert (old.error, old.code) == ("is cut off", None)
 
 
-def test_what_nobody_foresaw_is_recorded_with_its_type_and_place(capture, tmp_path, found):
-    inner = found["do"]
+def test_what_nobody_foresaw_is_recorded_with_its_type_and_place(capture, tmp_path, fake_detection):
+    inner = fake_detection["do"]
 
     def fails_once(data, config, mask):
         if data.name == "000001":
             raise ZeroDivisionError("by zero")
         return inner(data, config, mask)
 
-    found["do"] = fails_once
+    fake_detection["do"] = fails_once
     out = tmp_path / "out"
     summary = batch.run(open_capture(capture(frames=3)), out, Config())
     assert summary.failed == 1
-    assert "ZeroDivisionError at " in manifest(out)["frames"][1]["error"]
-    assert "by zero" in manifest(out)["frames"][1]["error"]
-    assert manifest(out)["frames"][1]["code"] == summary.records[1].code == "unexpected"
+    assert "ZeroDivisionError at " in read_manifest(out)["frames"][1]["error"]
+    assert "by zero" in read_manifest(out)["frames"][1]["error"]
+    assert read_manifest(out)["frames"][1]["code"] == summary.records[1].code == "unexpected"
 
 
 def test_a_picture_that_cannot_be_drawn_fails_its_frame_only(capture, tmp_path, monkeypatch):
@@ -148,15 +134,15 @@ def test_a_picture_that_cannot_be_drawn_fails_its_frame_only(capture, tmp_path, 
     summary = batch.run(open_capture(capture(frames=3)), out, Config())
     assert [record.status for record in summary.records] == ["ok", "failed", "ok"]
     assert not (out / "000001.json").exists()
-    assert "no ink" in manifest(out)["frames"][1]["error"]
-    assert manifest(out)["frames"][1]["code"] == "unexpected"
+    assert "no ink" in read_manifest(out)["frames"][1]["error"]
+    assert read_manifest(out)["frames"][1]["code"] == "unexpected"
 
 
 @pytest.mark.parametrize("deep", ["out", "a/b/out"])
 def test_nothing_is_left_when_all_frames_fail(capture, tmp_path, deep):
     folder = capture(frames=2)
     for name in ("000000", "000001"):
-        bad(folder, name)
+        break_frame(folder, name)
     before = sorted(os.listdir(tmp_path))
     summary = batch.run(open_capture(folder), tmp_path / deep, Config())
     assert (summary.succeeded, summary.failed) == (0, 2)
@@ -168,7 +154,7 @@ def test_a_fresh_run_replaces_what_the_last_one_left(capture, tmp_path):
     batch.run(open_capture(folder), out, Config())
     (folder / "depth" / "000002.png").unlink()
     (folder / "color" / "000002.jpg").unlink()
-    bad(folder, "000001")
+    break_frame(folder, "000001")
     with refuses("input-changed", "--restart"):
         batch.run(open_capture(folder), out, Config())
     batch.run(open_capture(folder), out, Config(), restart=True)
@@ -179,7 +165,7 @@ def test_earlier_results_stay_when_a_fresh_run_fails(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
     batch.run(open_capture(folder), out, Config())
     before = {file: (out / file).read_bytes() for file in os.listdir(out)}
-    bad(folder, "000000")
+    break_frame(folder, "000000")
     assert batch.run(open_capture(folder), out, Config(), restart=True).failed == 1
     assert {file: (out / file).read_bytes() for file in os.listdir(out)} == before
 
@@ -233,9 +219,9 @@ def test_the_input_is_never_written_over(capture, inside):
         batch.run(open_capture(folder), folder / "results", Config())
 
 
-def test_no_permission_is_said_before_the_work(capture, tmp_path, monkeypatch, found):
+def test_no_permission_is_said_before_the_work(capture, tmp_path, monkeypatch, fake_detection):
     monkeypatch.setattr(results.os, "access", lambda *args: False)
-    found["do"] = None
+    fake_detection["do"] = None
     with refuses("out-unwritable"):
         batch.run(open_capture(capture()), tmp_path / "out", Config())
 
@@ -258,7 +244,7 @@ def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(capture, tmp_path, mo
     assert out.exists() == bool(frames_before)
     if frames_before:
         assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "progress.jsonl"]
-        assert manifest(out)["finished"] is False
+        assert read_manifest(out)["finished"] is False
     seen = []
     assert batch.run(open_capture(folder), out, Config(), report=seen.append).succeeded == 3
     assert len(seen) == 3 - frames_before
@@ -285,133 +271,10 @@ def test_the_same_bytes_but_for_the_journal(capture, tmp_path):
     folder = capture(frames=2)
     for name in ("a", "b"):
         batch.run(open_capture(folder), tmp_path / name, Config())
-    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+    assert files_of(tmp_path / "a") == files_of(tmp_path / "b")
 
 
-# --- going on ----------------------------------------------------------------------------------------------------------
-
-
-def contents(out):
-    """Every file but the journal, which holds the times."""
-    return {file: (out / file).read_bytes() for file in os.listdir(out) if file != "progress.jsonl"}
-
-
-class Killed(BaseException):
-    """What ends a process at once: nothing catches it to clean up."""
-
-
-@pytest.fixture
-def ended(monkeypatch):
-    """A function that runs with a process that ends right before (or after) its nth write to the disk."""
-
-    def run(source, out, at, after=False):
-        count = [0]
-
-        def mortal(real):
-            def call(*args):
-                count[0] += 1
-                if count[0] == at and not after:
-                    raise Killed
-                real(*args)
-                if count[0] == at:
-                    raise Killed
-
-            return call
-
-        with monkeypatch.context() as patched:
-            for owner, name in ((results, "write_bytes"), (results, "write_text"), (results.Journal, "add")):
-                patched.setattr(owner, name, mortal(getattr(owner, name)))
-            batch.run(open_capture(source), out, Config())
-
-    return run
-
-
-def test_a_run_that_was_ended_anywhere_goes_on_and_repeats_one_frame_at_most(capture, tmp_path, ended):
-    folder = capture(frames=4)
-    bad(folder, "000001")
-    batch.run(open_capture(folder), tmp_path / "whole", Config())
-    wanted = contents(tmp_path / "whole")
-    moments = 0
-    for at in range(1, 100):
-        for after in (False, True):
-            out = tmp_path / f"out{at}{after}"
-            try:
-                ended(folder, out, at, after)
-                break
-            except Killed:
-                moments += 1
-            lines = (out / "progress.jsonl").read_bytes().count(b"\n") if (out / "progress.jsonl").exists() else 0
-            before, done = [], []
-            batch.run(open_capture(folder), out, Config(), report=done.append, resumed=before.extend)
-            assert (len(before), len(done)) == (lines, 4 - lines)
-            assert contents(out) == wanted
-        else:
-            continue
-        break
-    assert moments == 2 * (2 + 3 * 3 + 1 + 2)  # manifest and config; files and journal of each frame; both at the end
-
-
-def test_half_a_line_in_the_journal_is_written_over(capture, tmp_path):
-    folder, out = capture(frames=3), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config())
-    wanted, journal = contents(out), out / "progress.jsonl"
-    whole = journal.read_bytes()
-    first, second, _ = whole.splitlines(keepends=True)
-    for rest, left in ((first + second[:-1], 2), (first + second + b'{"name": \n', 1), (b"", 3), (b"\0" * 900, 3)):
-        journal.write_bytes(rest)
-        done = []
-        batch.run(open_capture(folder), out, Config(), report=done.append)
-        assert len(done) == left
-        assert [json.loads(line)["name"] for line in journal.read_bytes().splitlines()] == ["000000", "000001", "000002"]
-        assert contents(out) == wanted
-
-
-def test_a_frame_whose_file_is_gone_is_made_again(capture, tmp_path):
-    folder, out = capture(frames=3), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config())
-    wanted = contents(out)
-    (out / "000001.png").unlink()
-    batch.run(open_capture(folder), out, Config())
-    assert contents(out) == wanted
-
-
-def test_nothing_is_done_again_when_all_is_finished(capture, tmp_path, found):
-    folder, out = capture(frames=2), tmp_path / "out"
-    first = batch.run(open_capture(folder), out, Config())
-    found["do"] = None
-    again = []
-    assert batch.run(open_capture(folder), out, Config(), resumed=again.extend).counts() == first.counts()
-    assert len(again) == 2
-
-
-@pytest.mark.parametrize("part", ["depth/000001.png", "color/000000.jpg", "camera_intrinsic.json"])
-def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
-    folder, out = capture(frames=2), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config())
-    stat = (folder / part).stat()
-    os.utime(folder / part, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
-    with refuses("input-changed", "--restart"):
-        batch.run(open_capture(folder), out, Config())
-    batch.run(open_capture(folder), out, Config(), restart=True)
-
-
-def test_other_ways_of_reading_are_another_input(capture, tmp_path):
-    folder, out = capture(), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config(), options=ReadOptions())
-    with refuses("out-other-input", "reading", "--force"):
-        batch.run(open_capture(folder), out, Config(), options=ReadOptions(depth_scale=5000))
-
-
-def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
-    folder, out = capture(), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config())
-    made = manifest(out)
-    made["versions"]["numpy"] = "0.1"
-    (out / "manifest.json").write_text(json.dumps(made))
-    with refuses("versions-changed", "numpy 0.1", "--restart"):
-        batch.run(open_capture(folder), out, Config())
-
-
+@pytest.mark.slow
 def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypatch):
     """Frames, detections and files are let go of; what stays of a frame is its record."""
     monkeypatch.setattr(frame_jobs, "encode_frame", lambda detection, data: {".json": b"{}" * 50_000, ".png": b"x" * 100_000})
