@@ -7,6 +7,7 @@ import sys
 
 import cv2
 import numpy as np
+import pytest
 from builders.paths import ROOT
 
 SCRIPT = ROOT / "docs" / "figures" / "paper_2d.py"
@@ -18,3 +19,8 @@ def test_the_script_draws_the_picture(tmp_path):
     new, old = (cv2.imread(str(path)).astype(int) for path in (tmp_path / "new.png", PICTURE))
     assert new.shape == old.shape
     assert (np.abs(new - old).max(axis=2) > 40).mean() < 0.02
+
+
+@pytest.mark.parametrize("name", ["choose", "simulator", "stages", "troubleshooting"])
+def test_scripts_of_pictures_import(name):
+    subprocess.run([sys.executable, "-c", f"import {name}"], check=True, cwd=SCRIPT.parent)
