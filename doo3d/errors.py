@@ -17,8 +17,9 @@ class DooError(Exception):
 
     Attributes
     ----------
-    code : short and stable, lower case with hyphens, such as "mask-shape": names the cause, for scripts and tests. The
-        sentence may be rewritten from version to version; the code stays.
+    code
+        short and stable, lower case with hyphens, such as "mask-shape": names the cause, for scripts and tests. The sentence
+        may be rewritten from version to version; the code stays.
     """
 
     def __init__(self, message: str, *, code: str) -> None:

@@ -56,14 +56,14 @@ class _Clock:
         self.last = time.perf_counter()
 
     def __call__(self, stage: str) -> None:
-        """What has passed since the last call went to this stage; all its times together where it is gone through again."""
+        """Add the time since the last call to a stage."""
         now = time.perf_counter()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self.last
         self.last = now
 
 
 def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None = None) -> Stages:
-    """The method on one frame, every stage's product kept.
+    """Run the method on one frame and keep what every stage made.
 
     Raises
     ------
@@ -116,13 +116,16 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
 
 
 def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
-    """The deformable one-dimensional objects in one frame or cloud, as chains.
+    """Return the deformable linear objects in one frame, cloud or image as chains.
 
     Parameters
     ----------
-    data : a Frame or a Cloud; or, with a config whose `mode` is 2d, an Image or an array (H, W, 3) uint8 RGB.
-    config : None for the preset "default".
-    mask : (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+    data
+        a Frame or a Cloud; or, with a config whose `mode` is 2d, an Image or an array (H, W, 3) uint8 RGB.
+    config
+        None for the preset "default".
+    mask
+        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
 
     Returns
     -------
@@ -149,7 +152,10 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
 def run_with_stages(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Frame | Cloud | Image, Stages]:
-    """The data as the mode of the config wants it, and what every stage made of it; arguments and errors as of `detect`."""
+    """Return the data in the form that the mode of the config needs, and what every stage made of it.
+
+    Arguments and errors are those of `detect`.
+    """
     data = as_mode_data(data, config)
     if isinstance(data, Cloud) and mask is not None:
         mask = _finite_rows(data, mask)
@@ -157,7 +163,7 @@ def run_with_stages(
 
 
 def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
-    """The data as the mode of the config wants it."""
+    """Return the data in the form that the mode of the config needs: an Image in 2-D, a Frame or a Cloud in 3-D."""
     if isinstance(data, np.ndarray):
         data = Image(data)
     if not isinstance(data, (Frame, Cloud, Image)):

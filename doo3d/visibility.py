@@ -47,11 +47,16 @@ class Visibility:
 
     Attributes
     ----------
-    depth : (H, W) m, 0 = none; None in 2-D.
-    mask : (H, W) bool, the pixels of the object.
-    camera : None in 2-D.
-    margin : m, least distance behind a position of depth that shows free space.
-    own_object_counts_as_free : count a position as free where the object itself is seen behind it, too.
+    depth
+        (H, W) m, 0 = none; None in 2-D.
+    mask
+        (H, W) bool, the pixels of the object.
+    camera
+        None in 2-D.
+    margin
+        m, least distance behind a position of depth that shows free space.
+    own_object_counts_as_free
+        count a position as free where the object itself is seen behind it, too.
     """
 
     depth: Array | None
@@ -66,9 +71,12 @@ class Visibility:
 
         Parameters
         ----------
-        foreground : with mask and depth, or with the views that a cloud was fused from.
-        config : margins.
-        radius : of the object, m (px in 2-D).
+        foreground
+            with mask and depth, or with the views that a cloud was fused from.
+        config
+            margins.
+        radius
+            of the object, m (px in 2-D).
         """
         margin = max(config.margin, MARGIN_RADII * radius)
         if foreground.views:
@@ -101,8 +109,12 @@ class Visibility:
 
         Parameters
         ----------
-        ends : (E, D) m (px in 2-D). directions : (E, D) unit, out of the chains.
-        reach : m (px in 2-D), how far they continue.
+        ends
+            (E, D) m (px in 2-D).
+        directions
+            (E, D) unit, out of the chains.
+        reach
+            m (px in 2-D), how far they continue.
         """
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
@@ -113,9 +125,14 @@ class Visibility:
 
         Parameters
         ----------
-        ends : (E, D) m. directions : (E, D) unit, out of the chains.
-        radius : of the object, m; an occluder is at least OCCLUDER_MARGIN_RADII of it nearer.
-        reach : m, how far ahead.
+        ends
+            (E, D) m.
+        directions
+            (E, D) unit, out of the chains.
+        radius
+            of the object, m; an occluder is at least OCCLUDER_MARGIN_RADII of it nearer.
+        reach
+            m, how far ahead.
         """
         if self.depth is None or self.camera is None:
             return np.zeros(len(ends), dtype=bool)
@@ -139,7 +156,8 @@ class Visibility:
 
         Parameters
         ----------
-        paths : K paths, (P, D) m (px in 2-D).
+        paths
+            K paths, (P, D) m (px in 2-D).
 
         Returns
         -------
@@ -167,9 +185,12 @@ class MultiViewVisibility(Visibility):
 
         Parameters
         ----------
-        views : camera, pose, mask and depth of each.
-        margin : m, least distance behind a position of depth that shows free space.
-        own_object_counts_as_free : as of Visibility.
+        views
+            camera, pose, mask and depth of each.
+        margin
+            m, least distance behind a position of depth that shows free space.
+        own_object_counts_as_free
+            as of Visibility.
         """
         each = tuple(
             (Visibility(view.depth, view.mask, view.camera, margin, own_object_counts_as_free), view.pose) for view in views

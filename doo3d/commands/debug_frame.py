@@ -53,9 +53,12 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
 
     Parameters
     ----------
-    folder : created if missing.
-    entry : the frame.
-    config : of the detection.
+    folder
+        created if missing.
+    entry
+        the frame.
+    config
+        of the detection.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
     ------
     InputError : the frame cannot be read or used, or the folder not written to.
     """
-    from ..inspection.explain import explain
+    from ..inspection.explain import explain_stages
     from ..inspection.stage_products import products
     from ..outputs.detection_json import dumps
     from ..outputs.ply import encode_points
@@ -75,7 +78,7 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
     from ..viz.stage_products import draw_product
 
     data, stages = run_with_stages(entry, config)
-    explanation = explain(stages, config)
+    explanation = explain_stages(stages, config)
     backdrop = planar_backdrop(data.color) if isinstance(data, Image) else backdrop_of(data)
     try:
         folder.mkdir(parents=True, exist_ok=True)

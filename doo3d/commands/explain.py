@@ -46,7 +46,7 @@ def explain(
     if document is not None:
         check_new_file(document, force)
     say_compiling()
-    from ..inspection.explain import explain as explain_stages
+    from ..inspection.explain import explain_stages
 
     _, stages = run_with_stages(frame_ref, effective)
     explanation = explain_stages(stages, effective)

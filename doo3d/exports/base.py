@@ -39,8 +39,10 @@ class Export(BaseModel):
 
         Parameters
         ----------
-        frames : all frames of a capture in order, or a single frame, or a single frame with a single chain, as `file_per` says.
-        path : the new file.
+        frames
+            all frames of a capture in order, or a single frame, or a single frame with a single chain, as `file_per` says.
+        path
+            the new file.
 
         Raises
         ------

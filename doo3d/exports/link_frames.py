@@ -14,7 +14,8 @@ def link_frames(joints: Floats) -> Floats:
 
     Parameters
     ----------
-    joints : (N + 1, 3) m.
+    joints
+        (N + 1, 3) m.
 
     Returns
     -------

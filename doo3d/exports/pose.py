@@ -21,8 +21,8 @@ def read_pose(pose: PoseLike) -> Floats:
 
     Parameters
     ----------
-    pose : 4x4 numbers, or x y z qx qy qz qw (m and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with
-        either.
+    pose
+        4x4 numbers, or x y z qx qy qz qw (m and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with either.
 
     Returns
     -------
@@ -45,8 +45,10 @@ def transformed(detection: Detection, pose: Floats) -> Detection:
 
     Parameters
     ----------
-    detection : 3-D.
-    pose : (4, 4) from `read_pose`.
+    detection
+        3-D.
+    pose
+        (4, 4) from `read_pose`.
 
     Raises
     ------

@@ -89,12 +89,18 @@ class _MessageFactory:
 
         Parameters
         ----------
-        number : of the chain.
-        action : ADD or DELETE_ALL.
-        namespace : of the marker.
-        width : of the lines, m.
-        color : RGB, 0 to 255.
-        points : (2 L, 3) m, two per line segment.
+        number
+            of the chain.
+        action
+            ADD or DELETE_ALL.
+        namespace
+            of the marker.
+        width
+            of the lines, m.
+        color
+            RGB, 0 to 255.
+        points
+            (2 L, 3) m, two per line segment.
         """
         types, zero = self.types, np.zeros(3)
         return types["visualization_msgs/msg/Marker"](

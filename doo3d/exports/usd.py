@@ -64,12 +64,18 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
 
     Parameters
     ----------
-    pxr : modules of OpenUSD by name.
-    stage : the Usd.Stage.
-    label : of the chain.
-    chains : the chain in each frame; None where it is missing.
-    codes : time code of each frame.
-    kind : the format with its options.
+    pxr
+        modules of OpenUSD by name.
+    stage
+        the Usd.Stage.
+    label
+        of the chain.
+    chains
+        the chain in each frame; None where it is missing.
+    codes
+        time code of each frame.
+    kind
+        the format with its options.
     """
     geometry, vt, types = pxr["UsdGeom"], pxr["Vt"], pxr["Sdf"].ValueTypeNames
     curve = geometry.BasisCurves.Define(stage, f"/doo3d/chain{label}")

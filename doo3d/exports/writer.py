@@ -36,13 +36,20 @@ def export(
 
     Parameters
     ----------
-    results : a detection, several, the results of a run, or the folder of a run.
-    to : the format, see `doo3d export --list`.
-    path : the file of a format with one file per capture; otherwise a folder, with files named after the frames.
-    frames : names of the frames to export; None: all.
-    pose : of the camera in the world, to export in world coordinates: 4x4, x y z qx qy qz qw, or a file with either.
-    force : replace existing files.
-    options : of the format.
+    results
+        a detection, several, the results of a run, or the folder of a run.
+    to
+        the format, see `doo3d export --list`.
+    path
+        the file of a format with one file per capture; otherwise a folder, with files named after the frames.
+    frames
+        names of the frames to export; None: all.
+    pose
+        of the camera in the world, to export in world coordinates: 4x4, x y z qx qy qz qw, or a file with either.
+    force
+        replace existing files.
+    options
+        of the format.
 
     Returns
     -------
@@ -107,10 +114,14 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
 
     Parameters
     ----------
-    kind : the format.
-    to : its name, for messages.
-    detections : all frames.
-    path : file or folder.
+    kind
+        the format.
+    to
+        its name, for messages.
+    detections
+        all frames.
+    path
+        file or folder.
     """
     suffix = path.suffix.lower()
     if kind.file_per == "capture":

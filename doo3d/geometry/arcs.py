@@ -59,9 +59,12 @@ def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float,
 
     Parameters
     ----------
-    start, direction, target : (D,), the direction a unit vector
-    radius : of the arc, in the unit of the points
-    opposite : bend to the side where the target is not
+    start, direction, target
+        (D,), the direction a unit vector
+    radius
+        of the arc, in the unit of the points
+    opposite
+        bend to the side where the target is not
 
     Returns
     -------
@@ -77,10 +80,14 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
 
     Parameters
     ----------
-    e1, e2 : (D,) ends
-    d1, d2 : (D,) unit directions, out of either chain
-    radius : of both arcs, in the unit of the ends
-    inside : bend each arc to the side where its target is not
+    e1, e2
+        (D,) ends
+    d1, d2
+        (D,) unit directions, out of either chain
+    radius
+        of both arcs, in the unit of the ends
+    inside
+        bend each arc to the side where its target is not
 
     Returns
     -------
@@ -99,8 +106,10 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
 
     Parameters
     ----------
-    e1, e2 : (D,) ends
-    d1, d2 : (D,) unit directions, out of either chain
+    e1, e2
+        (D,) ends
+    d1, d2
+        (D,) unit directions, out of either chain
 
     Returns
     -------
@@ -150,12 +159,17 @@ def gap_path(
 
     Parameters
     ----------
-    e1, e2 : (D,) ends, m (px in 2-D)
-    d1, d2 : (D,) unit directions, out of either chain
-    inside : join ends that point away from each other through the inside of the gap instead of around it
-    radius : of the arcs where it is free, m (px in 2-D); None takes the largest, up to half the gap, whose line deviates from the
+    e1, e2
+        (D,) ends, m (px in 2-D)
+    d1, d2
+        (D,) unit directions, out of either chain
+    inside
+        join ends that point away from each other through the inside of the gap instead of around it
+    radius
+        of the arcs where it is free, m (px in 2-D); None takes the largest, up to half the gap, whose line deviates from the
         straight connection by at most `max_deviation`. A radius too large for the gap is made smaller until there is a path
-    max_deviation : degrees
+    max_deviation
+        degrees
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
     touch, rows = kernel.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)

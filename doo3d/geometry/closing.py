@@ -17,9 +17,12 @@ def close_cells(keys: Ints, shape: tuple[int, ...], iterations: int) -> Ints:
 
     Parameters
     ----------
-    keys : (M,) int64 ascending
-    shape : (D,) of the box, which is padded by more than `iterations` cells
-    iterations : dilations, and then erosions, along each axis
+    keys
+        (M,) int64 ascending
+    shape
+        (D,) of the box, which is padded by more than `iterations` cells
+    iterations
+        dilations, and then erosions, along each axis
 
     Returns
     -------

@@ -34,9 +34,12 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
 
     Parameters
     ----------
-    mask : (H, W)
-    depth : (H, W) m, 0 = unknown
-    focal : focal length in px
+    mask
+        (H, W)
+    depth
+        (H, W) m, 0 = unknown
+    focal
+        focal length in px
 
     Returns
     -------

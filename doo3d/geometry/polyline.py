@@ -65,9 +65,12 @@ def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats
 
     Parameters
     ----------
-    points : (P, D)
-    half_width : points on either side; less where the polyline is short
-    closed : whether the last point is followed by the first
+    points
+        (P, D)
+    half_width
+        points on either side; less where the polyline is short
+    closed
+        whether the last point is followed by the first
 
     Returns
     -------
@@ -92,10 +95,14 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 
     Parameters
     ----------
-    values : (P, D)
-    weights : (P, D, D), symmetric, not negative
-    strength : of the smoothing; 0 leaves the values as they are
-    order : of the difference that is kept small
+    values
+        (P, D)
+    weights
+        (P, D, D), symmetric, not negative
+    strength
+        of the smoothing; 0 leaves the values as they are
+    order
+        of the difference that is kept small
 
     Returns
     -------

@@ -41,9 +41,12 @@ class Projection:
 
         Parameters
         ----------
-        viewpoint : (3,) m.
-        axes : (3, 3), rows: right, down and forward.
-        camera : the intrinsics.
+        viewpoint
+            (3,) m.
+        axes
+            (3, 3), rows: right, down and forward.
+        camera
+            the intrinsics.
         """
         return Projection(
             lambda points: camera.project((points - viewpoint) @ axes.T),
@@ -57,10 +60,14 @@ class Projection:
 
         Parameters
         ----------
-        origin : (3,) m; points there have distance 0.
-        axes : (3, 3), rows: right, down and forward.
-        scale : length in the view of one unit of length.
-        offset : (2,) position of the origin in the view.
+        origin
+            (3,) m; points there have distance 0.
+        axes
+            (3, 3), rows: right, down and forward.
+        scale
+            length in the view of one unit of length.
+        offset
+            (2,) position of the origin in the view.
         """
         return Projection(
             lambda points: np.asarray(scale * (points - origin) @ axes[:2].T + offset),

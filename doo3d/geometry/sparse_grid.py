@@ -40,10 +40,14 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
 
     Parameters
     ----------
-    points : (N, D)
-    origin : (D,) corner of the box, below all points
-    size : edge of a cell, in the unit of the points
-    margin : free cells beyond the last
+    points
+        (N, D)
+    origin
+        (D,) corner of the box, below all points
+    size
+        edge of a cell, in the unit of the points
+    margin
+        free cells beyond the last
 
     Returns
     -------

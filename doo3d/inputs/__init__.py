@@ -56,14 +56,18 @@ def open_capture(
 
     Parameters
     ----------
-    path : a folder or a file in any format of `FORMATS`, detected from content: a ROS 1 or ROS 2 bag, one of RealSense's
-        SDK, TUM RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder with depth/ and color/, a depth image
-        with a YAML file, clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
-    images_only : prefer the color images, as Image, of a folder that has depth too: for a config with `mode: 2d`.
-    masks : masks to use instead of the capture's own: a folder of images named like the frames, or one image for a capture
-        of one frame. Non-zero pixels are the object.
-    options : values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per
-        metre), `tolerance` (s), `color`, `trajectory` (a file of camera poses). They take precedence over the capture's.
+    path
+        a folder or a file in any format of `FORMATS`, detected from content: a ROS 1 or ROS 2 bag, one of RealSense's SDK, TUM
+        RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder with depth/ and color/, a depth image with a YAML
+        file, clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
+    images_only
+        prefer the color images, as Image, of a folder that has depth too: for a config with `mode: 2d`.
+    masks
+        masks to use instead of the capture's own: a folder of images named like the frames, or one image for a capture of one
+        frame. Non-zero pixels are the object.
+    options
+        values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
+        `tolerance` (s), `color`, `trajectory` (a file of camera poses). They take precedence over the capture's.
 
     Returns
     -------

@@ -129,9 +129,12 @@ def summarize_capture(
 
     Parameters
     ----------
-    capture : the capture, or a selection of its frames.
-    samples : number of frames to load at most, from the first to the last.
-    visit : called with the summary and the data of each loaded frame; the data is None if the frame cannot be read.
+    capture
+        the capture, or a selection of its frames.
+    samples
+        number of frames to load at most, from the first to the last.
+    visit
+        called with the summary and the data of each loaded frame; the data is None if the frame cannot be read.
     """
     count = len(capture.frames)
     checked = []

@@ -27,12 +27,18 @@ class Timing:
 
     Attributes
     ----------
-    name : of the frame.
-    size : such as "1280x720" or "20000 points".
-    chains : number of chains detected.
-    runs : number of timed runs.
-    stages : stage -> (median, 95th percentile) ms, in order; "total" is the whole of `detect`.
-    peak_mb : peak memory of the process so far, MB; None if the system does not report it.
+    name
+        of the frame.
+    size
+        such as "1280x720" or "20000 points".
+    chains
+        number of chains detected.
+    runs
+        number of timed runs.
+    stages
+        stage -> (median, 95th percentile) ms, in order; "total" is the whole of `detect`.
+    peak_mb
+        peak memory of the process so far, MB; None if the system does not report it.
     """
 
     name: str

@@ -12,10 +12,10 @@ from typing import Any
 from ..config import Config
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
-from ..pipeline import Stages
+from ..pipeline import Stages, run_with_stages
 from ..stages.merge import Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
-from ..types import Chain, Floats
+from ..types import Array, Chain, Cloud, Floats, Frame, Image
 
 SCHEMA = "doo3d/explanation/1"
 
@@ -109,7 +109,27 @@ class Explanation:
         }
 
 
-def explain(stages: Stages, config: Config) -> Explanation:
+def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Explanation:
+    """Detect in one frame, and return what each stage made and dropped and what each connection cost.
+
+    Parameters
+    ----------
+    data
+        a Frame, a Cloud, or an image, as `detect` takes it.
+    config
+        None for the preset "default".
+    mask
+        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation.
+
+    Raises
+    ------
+    InputError : the data cannot be used.
+    """
+    config = config or Config()
+    return explain_stages(run_with_stages(data, config, mask)[1], config)
+
+
+def explain_stages(stages: Stages, config: Config) -> Explanation:
     """Return the explanation of a frame from the records of its stages, made with this config."""
     in_words = _Lengths.of(stages)
     accounts = (

@@ -20,7 +20,7 @@ from ..viz.overlay import caption_lines
 from ..viz.palette import chain_color
 from ..viz.png import encode_image
 from ..viz.stage_products import Product
-from .explain import explain
+from .explain import explain_stages
 from .stage_products import merge_table, products
 
 APPLICATION = "doo3d"
@@ -33,12 +33,15 @@ class RerunRecording:
 
     Parameters
     ----------
-    results : of the run.
-    save : the file of the recording; None opens the viewer.
+    results
+        of the run.
+    save
+        the file of the recording; None opens the viewer.
 
     Attributes
     ----------
-    warning : why data are missing from the recording; empty if all are there.
+    warning
+        why data are missing from the recording; empty if all are there.
 
     Raises
     ------
@@ -123,7 +126,7 @@ class RerunRecording:
         if not stages:
             return as_mode_data(frame.data, self.config), ""
         data, stage_data = run_with_stages(frame.data, self.config, frame.mask_for(self.config))
-        explanation = explain(stage_data, self.config)
+        explanation = explain_stages(stage_data, self.config)
         for product in products(stage_data, explanation):
             self._log_product(product)
         return data, merge_table(explanation)

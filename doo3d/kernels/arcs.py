@@ -139,9 +139,12 @@ def arc_towards(start, direction, target, radius, opposite):  # type: ignore[no-
 
     Parameters
     ----------
-    start, direction, target : (D,) float64; the direction is a unit vector
-    radius : of the arc, in the unit of the points
-    opposite : bool, whether the arc bends to the side where the target is not
+    start, direction, target
+        (D,) float64; the direction is a unit vector
+    radius
+        of the arc, in the unit of the points
+    opposite
+        bool, whether the arc bends to the side where the target is not
 
     Returns
     -------
@@ -257,9 +260,12 @@ def arc_line_arc(ends, radius, inside):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    ends : (4, D) float64: an end, its outward unit direction, the other end, its outward unit direction
-    radius : of both arcs, in the unit of the ends
-    inside : bool, whether the arcs bend to the side where their targets are not
+    ends
+        (4, D) float64: an end, its outward unit direction, the other end, its outward unit direction
+    radius
+        of both arcs, in the unit of the ends
+    inside
+        bool, whether the arcs bend to the side where their targets are not
 
     Returns
     -------
@@ -335,10 +341,14 @@ def solve_gap(ends, radius, max_deviation, inside):  # type: ignore[no-untyped-d
 
     Parameters
     ----------
-    ends : (4, D) float64: an end, its outward direction, the other end, its outward direction
-    radius : of the arcs where it is free, in the unit of the ends; 0 to choose it
-    max_deviation : rad, between the line and the straight connection of the ends, where the radius is chosen
-    inside : bool, whether ends that point away from each other are joined through the inside of the gap
+    ends
+        (4, D) float64: an end, its outward direction, the other end, its outward direction
+    radius
+        of the arcs where it is free, in the unit of the ends; 0 to choose it
+    max_deviation
+        rad, between the line and the straight connection of the ends, where the radius is chosen
+    inside
+        bool, whether ends that point away from each other are joined through the inside of the gap
 
     Returns
     -------

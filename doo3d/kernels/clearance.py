@@ -14,9 +14,12 @@ def first_clear(points, others, clearance):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    points : (P, D) float64
-    others : (N, D) float64; none: the first point is clear
-    clearance : in the unit of the points
+    points
+        (P, D) float64
+    others
+        (N, D) float64; none: the first point is clear
+    clearance
+        in the unit of the points
 
     Returns
     -------

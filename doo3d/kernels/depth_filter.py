@@ -14,11 +14,16 @@ def count_agreeing_neighbors(depth, mask, rows, columns, half_width, slope):  # 
 
     Parameters
     ----------
-    depth : (H, W) float32 m, 0 = none
-    mask : (H, W) bool, the pixels whose readings are compared
-    rows, columns : (N,) int64, the pixels of the readings
-    half_width : px, the window has 2 half_width + 1 rows and columns
-    slope : m per pixel
+    depth
+        (H, W) float32 m, 0 = none
+    mask
+        (H, W) bool, the pixels whose readings are compared
+    rows, columns
+        (N,) int64, the pixels of the readings
+    half_width
+        px, the window has 2 half_width + 1 rows and columns
+    slope
+        m per pixel
 
     Returns
     -------
@@ -52,11 +57,16 @@ def sigma_filter(depth, mask, rows, columns, half_width, max_difference):  # typ
 
     Parameters
     ----------
-    depth : (H, W) float32 m, 0 = none
-    mask : (H, W) bool, the pixels whose readings are averaged; holds the readings themselves
-    rows, columns : (N,) int64, the pixels of the readings
-    half_width : px, the window has 2 half_width + 1 rows and columns
-    max_difference : m, neighbors that differ by as much or more are left out
+    depth
+        (H, W) float32 m, 0 = none
+    mask
+        (H, W) bool, the pixels whose readings are averaged; holds the readings themselves
+    rows, columns
+        (N,) int64, the pixels of the readings
+    half_width
+        px, the window has 2 half_width + 1 rows and columns
+    max_difference
+        m, neighbors that differ by as much or more are left out
 
     Returns
     -------

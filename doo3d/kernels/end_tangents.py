@@ -70,9 +70,12 @@ def end_tangents(joints, bounds, window):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    joints : (J, D) float64, of all chains one after the other; each has at least two
-    bounds : (C + 1,) int64, where each chain begins in `joints`
-    window : the length of chain that is fitted, in the unit of the joints
+    joints
+        (J, D) float64, of all chains one after the other; each has at least two
+    bounds
+        (C + 1,) int64, where each chain begins in `joints`
+    window
+        the length of chain that is fitted, in the unit of the joints
 
     Returns
     -------

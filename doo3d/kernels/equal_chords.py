@@ -45,8 +45,10 @@ def lay_equal_chords(points, length):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    points : (P, D) float64
-    length : in the unit of the points
+    points
+        (P, D) float64
+    length
+        in the unit of the points
 
     Returns
     -------

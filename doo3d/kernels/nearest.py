@@ -143,10 +143,14 @@ def nearest(points, targets, reach, limited):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    points : (N, D) float64
-    targets : (S, D) float64, in the unit of the points
-    reach : the distance within which the search is quick
-    limited : bool, whether points without a target within reach are left out
+    points
+        (N, D) float64
+    targets
+        (S, D) float64, in the unit of the points
+    reach
+        the distance within which the search is quick
+    limited
+        bool, whether points without a target within reach are left out
 
     Returns
     -------
@@ -188,10 +192,14 @@ def lateral_sums(points, distance, index, samples, normals, reach):  # type: ign
 
     Parameters
     ----------
-    points : (N, 2) float64
-    distance, index : (N,) float64 and (N,) int64, of each point's nearest sample, as `nearest` returns them
-    samples, normals : (S, 2) float64, the samples, and the unit normal to the path at each
-    reach : (S,) float64, the distance from which a point does not count for its sample
+    points
+        (N, 2) float64
+    distance, index
+        (N,) float64 and (N,) int64, of each point's nearest sample, as `nearest` returns them
+    samples, normals
+        (S, 2) float64, the samples, and the unit normal to the path at each
+    reach
+        (S,) float64, the distance from which a point does not count for its sample
 
     Returns
     -------
@@ -212,10 +220,14 @@ def points_near_line(points, origin, direction, half_edge, max_offset):  # type:
 
     Parameters
     ----------
-    points : (N, D) float64
-    origin, direction : (D,) float64, a point of the line, and its unit direction
-    half_edge : half the edge of the box about the origin in which points are taken
-    max_offset : the distance from the line below which points are taken
+    points
+        (N, D) float64
+    origin, direction
+        (D,) float64, a point of the line, and its unit direction
+    half_edge
+        half the edge of the box about the origin in which points are taken
+    max_offset
+        the distance from the line below which points are taken
 
     Returns
     -------

@@ -140,9 +140,12 @@ def second_best_rise(cost, partner, free_cost, free_partner, release, pairs, all
 
     Parameters
     ----------
-    cost, partner, free_cost, free_partner, release : as above
-    pairs : (K, 2) int64, the connections
-    allow_closed : bool, whether an exchange may make a closed chain
+    cost, partner, free_cost, free_partner, release
+        as above
+    pairs
+        (K, 2) int64, the connections
+    allow_closed
+        bool, whether an exchange may make a closed chain
 
     Returns
     -------

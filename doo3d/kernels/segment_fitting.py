@@ -36,9 +36,12 @@ def traverse_contour(points, length, min_cosine):  # type: ignore[no-untyped-def
 
     Parameters
     ----------
-    points : (P, D) float64, P >= 1, no two in a row farther apart than `length`
-    length : of a segment, in the unit of the points
-    min_cosine : of the turn between two segments of a chain; a turn with a smaller cosine ends the chain
+    points
+        (P, D) float64, P >= 1, no two in a row farther apart than `length`
+    length
+        of a segment, in the unit of the points
+    min_cosine
+        of the turn between two segments of a chain; a turn with a smaller cosine ends the chain
 
     Returns
     -------

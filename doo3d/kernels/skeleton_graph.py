@@ -110,7 +110,8 @@ def trace_branches(table):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    table : (K, 26) int32 neighbors of each voxel, -1 for none
+    table
+        (K, 26) int32 neighbors of each voxel, -1 for none
 
     Returns
     -------
@@ -170,8 +171,10 @@ def crossing_numbers(image, rows, columns):  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    image : (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0
-    rows, columns : (K,) int64, the pixels
+    image
+        (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0
+    rows, columns
+        (K,) int64, the pixels
 
     Returns
     -------
@@ -228,9 +231,12 @@ def prune_spurs(image, rows, columns, min_length):  # type: ignore[no-untyped-de
 
     Parameters
     ----------
-    image : (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0. Changed in place
-    rows, columns : (K,) int64, the pixels of the skeleton
-    min_length : px, the length from which a spur stays
+    image
+        (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0. Changed in place
+    rows, columns
+        (K,) int64, the pixels of the skeleton
+    min_length
+        px, the length from which a spur stays
     """
     trail = np.empty((2, len(rows)), np.int64)
     spur = np.empty((2, len(rows)), np.int64)

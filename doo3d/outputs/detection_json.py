@@ -31,9 +31,12 @@ def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[s
 
     Parameters
     ----------
-    path : the file.
-    schemas : the accepted values of its "schema", the current one first.
-    what : the kind of file in words, with an article, for messages.
+    path
+        the file.
+    schemas
+        the accepted values of its "schema", the current one first.
+    what
+        the kind of file in words, with an article, for messages.
 
     Raises
     ------

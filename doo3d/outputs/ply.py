@@ -12,9 +12,12 @@ def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
 
     Parameters
     ----------
-    points : (N, 2 or 3); 2-D points get z = 0.
-    colors : (N, 3) uint8 RGB.
-    edges : (E, 2) indices of points.
+    points
+        (N, 2 or 3); 2-D points get z = 0.
+    colors
+        (N, 3) uint8 RGB.
+    edges
+        (E, 2) indices of points.
     """
     vertices = np.zeros(
         len(points), dtype=[*((name, "<f8") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue"))]

@@ -25,17 +25,24 @@ class ResultsFolder:
 
     Parameters
     ----------
-    path : the folder, created with the first result.
-    source : the input, as the manifest records it. A change of its `files` means that the input has changed; a change of any
-        other value means another input.
-    config : the configuration of the run.
-    names : of the frames, in order.
-    restart : remove the folder's results of this input and start over.
-    force : write although the folder has other content; results of another run in it are removed.
+    path
+        the folder, created with the first result.
+    source
+        the input, as the manifest records it. A change of its `files` means that the input has changed; a change of any other
+        value means another input.
+    config
+        the configuration of the run.
+    names
+        of the frames, in order.
+    restart
+        remove the folder's results of this input and start over.
+    force
+        write although the folder has other content; results of another run in it are removed.
 
     Attributes
     ----------
-    done : name -> line of the journal, for the finished frames at the start of `names`.
+    done
+        name -> line of the journal, for the finished frames at the start of `names`.
 
     Raises
     ------
@@ -98,9 +105,12 @@ class ResultsFolder:
 
         Parameters
         ----------
-        name : of the frame.
-        line : for the journal.
-        files : suffix -> content; None for a frame that failed.
+        name
+            of the frame.
+        line
+            for the journal.
+        files
+            suffix -> content; None for a frame that failed.
 
         Raises
         ------

@@ -67,9 +67,12 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
 
     Parameters
     ----------
-    path : the folder, which need not exist.
-    former : its manifest; None without one.
-    current : `identity` of the new run.
+    path
+        the folder, which need not exist.
+    former
+        its manifest; None without one.
+    current
+        `identity` of the new run.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None

@@ -99,7 +99,8 @@ class DaskJob:
 
     Attributes
     ----------
-    worker : address of the worker it should go to, then of the worker that did it; None if any may do it.
+    worker
+        address of the worker it should go to, then of the worker that did it; None if any may do it.
     """
 
     executor: DaskExecutor

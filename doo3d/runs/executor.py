@@ -30,8 +30,10 @@ class Executor(Protocol):
 
     Attributes
     ----------
-    workers : number of frames worked on at a time.
-    max_pending : number of frames between reading and writing at most; bounds the memory of a run.
+    workers
+        number of frames worked on at a time.
+    max_pending
+        number of frames between reading and writing at most; bounds the memory of a run.
     """
 
     workers: int

@@ -25,9 +25,12 @@ class DetectedFrame:
 
     Attributes
     ----------
-    record : of the frame so far.
-    detection : the chains; None if the frame failed.
-    cache_key : key of the frame's data in the FrameCache of the process that detected.
+    record
+        of the frame so far.
+    detection
+        the chains; None if the frame failed.
+    cache_key
+        key of the frame's data in the FrameCache of the process that detected.
     """
 
     record: FrameRecord

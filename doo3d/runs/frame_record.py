@@ -16,15 +16,24 @@ class FrameRecord:
 
     Attributes
     ----------
-    name, source, timestamp : of the frame, as in its FrameRef.
-    status : OK or FAILED.
-    seconds : time for reading, detecting and rendering; `stages` has each of these, and each stage of the method.
-    lengths, radii : of the chains, longest first, m (px in 2-D).
-    occluded : fraction of all segments that are occluded, 0 to 1; None without chains.
-    units : "m" or "px".
-    notes : of the detection, a sentence each.
-    error : reason of the failure, a sentence; None if the status is OK.
-    code : of that error, see DooError; "unexpected" if no DooError was raised, None in journals of early versions.
+    name, source, timestamp
+        of the frame, as in its FrameRef.
+    status
+        OK or FAILED.
+    seconds
+        time for reading, detecting and rendering; `stages` has each of these, and each stage of the method.
+    lengths, radii
+        of the chains, longest first, m (px in 2-D).
+    occluded
+        fraction of all segments that are occluded, 0 to 1; None without chains.
+    units
+        "m" or "px".
+    notes
+        of the detection, a sentence each.
+    error
+        reason of the failure, a sentence; None if the status is OK.
+    code
+        of that error, see DooError; "unexpected" if no DooError was raised, None in journals of early versions.
     """
 
     name: str

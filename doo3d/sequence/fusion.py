@@ -53,11 +53,16 @@ class _Accumulation:
 
     Attributes
     ----------
-    fine, coarse : sums per voxel of one point spacing (1, x, y, z, r, g, b) and of the support radius (1); None before the
-        first frame.
-    sampler : views kept for the visibility.
-    poses : (4, 4) of each fused frame.
-    notes : a sentence for each frame left out. codes : codes of their errors.
+    fine, coarse
+        sums per voxel of one point spacing (1, x, y, z, r, g, b) and of the support radius (1); None before the first frame.
+    sampler
+        views kept for the visibility.
+    poses
+        (4, 4) of each fused frame.
+    notes
+        a sentence for each frame left out.
+    codes
+        codes of their errors.
     """
 
     fine: VoxelSums | None = None

@@ -31,10 +31,13 @@ class Match(NamedTuple):
 
     Attributes
     ----------
-    cost : mean distance between the two, as a fraction of the largest motion allowed: 0 the same, 1 the farthest.
-    backwards : the chain runs in the opposite direction.
-    first_joint : of closed chains, the index of the joint, in the matched direction, that corresponds to the first joint of
-        the earlier chain.
+    cost
+        mean distance between the two, as a fraction of the largest motion allowed: 0 the same, 1 the farthest.
+    backwards
+        the chain runs in the opposite direction.
+    first_joint
+        of closed chains, the index of the joint, in the matched direction, that corresponds to the first joint of the earlier
+        chain.
     """
 
     cost: float

@@ -20,10 +20,14 @@ class VoxelSums:
 
     Attributes
     ----------
-    size : edge of a voxel, m.
-    keys : (M,) int64, ascending; the coordinates of each voxel as one number.
-    sums : (M, C) sums of the values added to each voxel.
-    frames : (M,) number of frames that added points to each voxel.
+    size
+        edge of a voxel, m.
+    keys
+        (M,) int64, ascending; the coordinates of each voxel as one number.
+    sums
+        (M, C) sums of the values added to each voxel.
+    frames
+        (M,) number of frames that added points to each voxel.
     """
 
     size: float

@@ -19,10 +19,14 @@ class FrameContext:
 
     Attributes
     ----------
-    foreground : the object's points, mask and camera; `foreground.viewpoint` is where the sensor stood, if that is known.
-    grid : the seen surface as voxels with centroids; in 2-D the pixels of the mask.
-    visibility : answers what the camera saw at a place; None where there is no camera.
-    segment_length : of every chain, m (px in 2-D).
+    foreground
+        the object's points, mask and camera; `foreground.viewpoint` is where the sensor stood, if that is known.
+    grid
+        the seen surface as voxels with centroids; in 2-D the pixels of the mask.
+    visibility
+        answers what the camera saw at a place; None where there is no camera.
+    segment_length
+        of every chain, m (px in 2-D).
     """
 
     foreground: Foreground
@@ -51,11 +55,16 @@ class Assembly:
 
     Attributes
     ----------
-    pieces : the joints of each piece, (N + 1, D) m (px in 2-D), from the start of the object to its end.
-    gap_paths : from each piece to the next; of a closed object one more, from the last piece to the first.
-    costs : the cost of each connection.
-    closed : the last piece is followed by the first.
-    confidence : the confidence of each connection, 0 to 1.
+    pieces
+        the joints of each piece, (N + 1, D) m (px in 2-D), from the start of the object to its end.
+    gap_paths
+        from each piece to the next; of a closed object one more, from the last piece to the first.
+    costs
+        the cost of each connection.
+    closed
+        the last piece is followed by the first.
+    confidence
+        the confidence of each connection, 0 to 1.
     """
 
     pieces: tuple[Floats, ...]

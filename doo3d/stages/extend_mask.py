@@ -74,9 +74,12 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
 
     Parameters
     ----------
-    chains : those found in the mask, px, with radii. An end at the border of the image is not followed.
-    context : of the frame; without a mask or a color image, and in 3-D, the result is None.
-    config : section `extend_mask` of the settings.
+    chains
+        those found in the mask, px, with radii. An end at the border of the image is not followed.
+    context
+        of the frame; without a mask or a color image, and in 3-D, the result is None.
+    config
+        section `extend_mask` of the settings.
 
     Returns
     -------
@@ -109,11 +112,16 @@ def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, conf
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB.
-    mask : (H, W) bool.
-    joints : (N, 2) px, of the chain, in the order that ends at the end to follow.
-    radius : px, of the strand at that end.
-    config : section `extend_mask` of the settings.
+    image
+        (H, W, 3) uint8 RGB.
+    mask
+        (H, W) bool.
+    joints
+        (N, 2) px, of the chain, in the order that ends at the end to follow.
+    radius
+        px, of the strand at that end.
+    config
+        section `extend_mask` of the settings.
 
     Returns
     -------
@@ -157,11 +165,16 @@ def _find_step(
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB.
-    position, angle : (2,) px and radians, where the strand is and where it heads.
-    radius : px.
-    colors, variance : (I, 3) and (3,), as of `_color_profile`.
-    steps : lengths to try, in units of STEP_RADII, consecutive.
+    image
+        (H, W, 3) uint8 RGB.
+    position, angle
+        (2,) px and radians, where the strand is and where it heads.
+    radius
+        px.
+    colors, variance
+        (I, 3) and (3,), as of `_color_profile`.
+    steps
+        lengths to try, in units of STEP_RADII, consecutive.
     """
     angles = angle + TURNS_RAD[:, None, None]
     forward = np.stack((np.cos(angles), np.sin(angles)), axis=-1)

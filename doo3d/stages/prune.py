@@ -52,9 +52,12 @@ def _keep(pairs: Sequence[tuple[int, int]], owner: Ints, closed: Sequence[bool])
 
     Parameters
     ----------
-    pairs : segments i < j that overlap, in order.
-    owner : (S,), number of the chain of each segment.
-    closed : of each chain, whether its last segment meets its first.
+    pairs
+        segments i < j that overlap, in order.
+    owner
+        (S,), number of the chain of each segment.
+    closed
+        of each chain, whether its last segment meets its first.
     """
     kept = np.ones(len(owner), dtype=bool)
     size = np.bincount(owner)
@@ -88,8 +91,10 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
 
     Parameters
     ----------
-    starts, ends : (S, D) m (px in 2-D), of the segments.
-    width : of the cuboids, m (px in 2-D).
+    starts, ends
+        (S, D) m (px in 2-D), of the segments.
+    width
+        of the cuboids, m (px in 2-D).
     """
     near = _crowded(starts, ends, width)
     if not len(near):

@@ -80,11 +80,16 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 
     Parameters
     ----------
-    mask : (H, W) bool, not empty.
-    pixels : (N, 2) int64 (u, v).
-    core_fraction : 0 to 1.
-    radius : px, of the object.
-    margin : px.
+    mask
+        (H, W) bool, not empty.
+    pixels
+        (N, 2) int64 (u, v).
+    core_fraction
+        0 to 1.
+    radius
+        px, of the object.
+    margin
+        px.
 
     Returns
     -------
@@ -110,9 +115,12 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
 
     Parameters
     ----------
-    foreground : all pixels are False where it has no pixels or no mask.
-    min_step : m.
-    radius : px, of the object.
+    foreground
+        all pixels are False where it has no pixels or no mask.
+    min_step
+        m.
+    radius
+        px, of the object.
     """
     if foreground.mask is None:
         return np.zeros((0, 0), dtype=bool)

@@ -37,9 +37,12 @@ def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> 
 
     Parameters
     ----------
-    color : (H, W, 3) uint8 RGB.
-    thin : the object.
-    excluded : (H, W) bool, pixels that count as neither side, such as other objects.
+    color
+        (H, W, 3) uint8 RGB.
+    thin
+        the object.
+    excluded
+        (H, W) bool, pixels that count as neither side, such as other objects.
     """
     hsv = hsv_of(color)
     background = ~thin.mask if excluded is None else ~thin.mask & ~excluded
@@ -81,10 +84,14 @@ def _qualities(inner: Ints, outer: Ints, bounds: Ints, axis: int, weight: float)
 
     Parameters
     ----------
-    inner, outer : (N, 3) HSV pixels of the object and of the background.
-    bounds : (3, 2), of which those of the other axes apply.
-    axis : 0 hue, 1 saturation, 2 value.
-    weight : background pixels that one of `outer` stands for.
+    inner, outer
+        (N, 3) HSV pixels of the object and of the background.
+    bounds
+        (3, 2), of which those of the other axes apply.
+    axis
+        0 hue, 1 saturation, 2 value.
+    weight
+        background pixels that one of `outer` stands for.
     """
     counts = []
     for pixels in (inner, outer):

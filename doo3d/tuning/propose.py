@@ -88,10 +88,14 @@ def tune(
 
     Parameters
     ----------
-    data : the frame, or a photograph.
-    config : provides all other values.
-    picks : (x, y) px, pixels on the object, one for each of its colors.
-    box : (x, y, w, h) px around the object. Without picks and box, the object is the longest thin one with a color of its own.
+    data
+        the frame, or a photograph.
+    config
+        provides all other values.
+    picks
+        (x, y) px, pixels on the object, one for each of its colors.
+    box
+        (x, y, w, h) px around the object. Without picks and box, the object is the longest thin one with a color of its own.
 
     Raises
     ------
@@ -200,11 +204,16 @@ def _propose_lengths(
 
     Parameters
     ----------
-    data : the frame or image.
-    config : provides all other values.
-    segmentation : the proposed section `segment`.
-    objects : (H, W) bool each; empty without color.
-    reasons : dotted key -> reason, of the values so far; those of the lengths are added.
+    data
+        the frame or image.
+    config
+        provides all other values.
+    segmentation
+        the proposed section `segment`.
+    objects
+        (H, W) bool each; empty without color.
+    reasons
+        dotted key -> reason, of the values so far; those of the lengths are added.
     """
     object_mask = np.logical_or.reduce(objects) if objects else None
     if object_mask is not None and isinstance(data, Frame):
@@ -255,10 +264,14 @@ def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[
 
     Parameters
     ----------
-    mask : (H, W) bool.
-    radius : of the object, in the unit.
-    spacing : of neighboring pixels, in the unit.
-    unit : "m" or "px".
+    mask
+        (H, W) bool.
+    radius
+        of the object, in the unit.
+    spacing
+        of neighboring pixels, in the unit.
+    unit
+        "m" or "px".
     """
     if unit == "px":
         return None, "in 2-D the pixels are the grid"

@@ -110,8 +110,10 @@ def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = No
 
     Parameters
     ----------
-    color : (H, W, 3) uint8 RGB.
-    region : (x, y, w, h) px to search in; None: the whole image.
+    color
+        (H, W, 3) uint8 RGB.
+    region
+        (x, y, w, h) px to search in; None: the whole image.
     """
     height, width = color.shape[:2]
     x, y, w, h = region or (0, 0, width, height)

@@ -16,9 +16,12 @@ class Camera:
 
     Attributes
     ----------
-    fx, fy : focal lengths, px.
-    cx, cy : principal point, px.
-    width, height : of the image, px.
+    fx, fy
+        focal lengths, px.
+    cx, cy
+        principal point, px.
+    width, height
+        of the image, px.
 
     Raises
     ------
@@ -63,11 +66,16 @@ class Frame:
 
     Attributes
     ----------
-    color : (H, W, 3) uint8 RGB, registered to the depth; None where there is none.
-    depth : (H, W) float, metres along the optical axis; 0, NaN, negative or infinite = none. Kept as float32 with 0 = none.
-    camera : the intrinsics of both.
-    name : as the capture calls the frame.
-    timestamp : s; None where the capture has none.
+    color
+        (H, W, 3) uint8 RGB, registered to the depth; None where there is none.
+    depth
+        (H, W) float, metres along the optical axis; 0, NaN, negative or infinite = none. Kept as float32 with 0 = none.
+    camera
+        the intrinsics of both.
+    name
+        as the capture calls the frame.
+    timestamp
+        s; None where the capture has none.
 
     Raises
     ------
@@ -120,9 +128,12 @@ class Image:
 
     Attributes
     ----------
-    color : (H, W, 3) uint8 RGB; (H, W) uint8 grey becomes that.
-    name : as the capture calls the image.
-    timestamp : s; None where the capture has none.
+    color
+        (H, W, 3) uint8 RGB; (H, W) uint8 grey becomes that.
+    name
+        as the capture calls the image.
+    timestamp
+        s; None where the capture has none.
 
     Raises
     ------
@@ -149,10 +160,14 @@ class CameraView:
 
     Attributes
     ----------
-    camera : its intrinsics.
-    pose : (4, 4), its optical frame in the frame of the cloud: x_cloud = pose @ x_camera.
-    mask : (H, W) bool, the pixels of the object.
-    depth : (H, W) float32 m, 0 = none."""
+    camera
+        its intrinsics.
+    pose
+        (4, 4), its optical frame in the frame of the cloud: x_cloud = pose @ x_camera.
+    mask
+        (H, W) bool, the pixels of the object.
+    depth
+        (H, W) float32 m, 0 = none."""
 
     camera: Camera
     pose: Floats
@@ -169,15 +184,24 @@ class Cloud:
 
     Attributes
     ----------
-    points : (N, 3) float, metres; rows with NaN or infinity are dropped.
-    colors : (N, 3) uint8 RGB, or None.
-    viewpoint : (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
-    name : as the capture calls the cloud.
-    timestamp : s; None where the capture has none.
-    views : what some cameras saw of the object, for a cloud fused from many views.
-    segmented : whether all points are the object.
-    coordinates : the frame the points are in, a key of COORDINATES.
-    notes : what the user should know of how the cloud was made, a sentence each.
+    points
+        (N, 3) float, metres; rows with NaN or infinity are dropped.
+    colors
+        (N, 3) uint8 RGB, or None.
+    viewpoint
+        (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
+    name
+        as the capture calls the cloud.
+    timestamp
+        s; None where the capture has none.
+    views
+        what some cameras saw of the object, for a cloud fused from many views.
+    segmented
+        whether all points are the object.
+    coordinates
+        the frame the points are in, a key of COORDINATES.
+    notes
+        what the user should know of how the cloud was made, a sentence each.
 
     Raises
     ------

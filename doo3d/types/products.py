@@ -14,17 +14,28 @@ class Foreground:
 
     Attributes
     ----------
-    points : (N, D) m (px in 2-D), one per seen surface point, as measured.
-    filtered : (N, D) m, the same after averaging noise away, at the price of detail; None where they are the same.
-    pixels : (N, 2) int, the (u, v) each point was seen at; None for clouds.
-    mask : (H, W) bool, the pixels of the object, with depth or without; None for clouds.
-    depth : (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
-    color : (H, W, 3) uint8 RGB, the whole image's; None where there is none.
-    camera : None where there is none.
-    viewpoint : (3,) m, where the sensor stood; None where unknown or in 2-D.
-    mask_radius : m (px in 2-D), median half-width of the mask at its depth, 0 where unknown; None where not measured.
-    notes : what the segmentation tells the user, a sentence each.
-    views : what some cameras saw of the object, for a cloud fused from many views."""
+    points
+        (N, D) m (px in 2-D), one per seen surface point, as measured.
+    filtered
+        (N, D) m, the same after averaging noise away, at the price of detail; None where they are the same.
+    pixels
+        (N, 2) int, the (u, v) each point was seen at; None for clouds.
+    mask
+        (H, W) bool, the pixels of the object, with depth or without; None for clouds.
+    depth
+        (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
+    color
+        (H, W, 3) uint8 RGB, the whole image's; None where there is none.
+    camera
+        None where there is none.
+    viewpoint
+        (3,) m, where the sensor stood; None where unknown or in 2-D.
+    mask_radius
+        m (px in 2-D), median half-width of the mask at its depth, 0 where unknown; None where not measured.
+    notes
+        what the segmentation tells the user, a sentence each.
+    views
+        what some cameras saw of the object, for a cloud fused from many views."""
 
     points: Floats
     filtered: Floats | None = None
@@ -49,12 +60,18 @@ class VoxelGrid:
 
     Attributes
     ----------
-    coords : (M, D) int64 >= 1, the voxel's place in the box.
-    centroids : (M, D) m, mean of the points inside; voxels that closing added have the mean of their neighbors.
-    counts : (M,) int, points inside; 0 for voxels that closing added.
-    size : m (1 px in 2-D), the edge of a voxel.
-    origin : (D,) m, the corner of voxel 0.
-    radius : m (px in 2-D), the object's radius as far as it is known before there is a chain, from the seen width."""
+    coords
+        (M, D) int64 >= 1, the voxel's place in the box.
+    centroids
+        (M, D) m, mean of the points inside; voxels that closing added have the mean of their neighbors.
+    counts
+        (M,) int, points inside; 0 for voxels that closing added.
+    size
+        m (1 px in 2-D), the edge of a voxel.
+    origin
+        (D,) m, the corner of voxel 0.
+    radius
+        m (px in 2-D), the object's radius as far as it is known before there is a chain, from the seen width."""
 
     coords: Ints
     centroids: Floats
@@ -73,8 +90,10 @@ class Skeleton:
 
     Attributes
     ----------
-    coords : (K, D) int64, as in the voxel grid.
-    points : (K, D) m (px in 2-D), the centroids of those voxels."""
+    coords
+        (K, D) int64, as in the voxel grid.
+    points
+        (K, D) m (px in 2-D), the centroids of those voxels."""
 
     coords: Ints
     points: Floats
@@ -89,10 +108,14 @@ class Path:
 
     Attributes
     ----------
-    points : (P, D) m (px in 2-D).
-    closed : whether the last point is followed by the first, which is not repeated.
-    filled : (P - 1,) bool ((P,) where closed), whether the step from each point to the next bridges a gap; None where none does.
-    joins : for each connection the number of the step in the middle of its gap, and the connection's confidence, 0 to 1."""
+    points
+        (P, D) m (px in 2-D).
+    closed
+        whether the last point is followed by the first, which is not repeated.
+    filled
+        (P - 1,) bool ((P,) where closed), whether the step from each point to the next bridges a gap; None where none does.
+    joins
+        for each connection the number of the step in the middle of its gap, and the connection's confidence, 0 to 1."""
 
     points: Floats
     closed: bool = False

@@ -27,8 +27,10 @@ class Connection(NamedTuple):
 
     Attributes
     ----------
-    segment : number of the chain's segment at that place.
-    confidence : 0 to 1, that the two pieces belong together: the cost of the best alternative less the connection's own, over the
+    segment
+        number of the chain's segment at that place.
+    confidence
+        0 to 1, that the two pieces belong together: the cost of the best alternative less the connection's own, over the
         largest cost a connection may have. 0 where another connection would have cost no more."""
 
     segment: int
@@ -41,14 +43,22 @@ class Chain:
 
     Attributes
     ----------
-    joints : (N + 1, D) float64, m in the camera frame (px in 2-D), consecutive ones exactly segment_length apart.
-    segment_length : m (px in 2-D).
-    radius : m (px in 2-D), of the whole chain.
-    radii : (N + 1,) m (px in 2-D), the radius at each joint where it was seen, interpolated between.
-    occluded : (N,) bool, whether the segment was filled in, not seen.
-    closed : whether the chain is a ring, whose last joint meets the first.
-    connections : the places where pieces were joined to make this chain, along the chain.
-    id : number of the object in a capture, the same from frame to frame; None where frames were not tracked."""
+    joints
+        (N + 1, D) float64, m in the camera frame (px in 2-D), consecutive ones exactly segment_length apart.
+    segment_length
+        m (px in 2-D).
+    radius
+        m (px in 2-D), of the whole chain.
+    radii
+        (N + 1,) m (px in 2-D), the radius at each joint where it was seen, interpolated between.
+    occluded
+        (N,) bool, whether the segment was filled in, not seen.
+    closed
+        whether the chain is a ring, whose last joint meets the first.
+    connections
+        the places where pieces were joined to make this chain, along the chain.
+    id
+        number of the object in a capture, the same from frame to frame; None where frames were not tracked."""
 
     joints: Floats
     segment_length: float
@@ -123,8 +133,10 @@ class SegmentRef(NamedTuple):
 
     Attributes
     ----------
-    chain : number of the chain in `Detection.chains`.
-    segment : number of the segment in that chain."""
+    chain
+        number of the chain in `Detection.chains`.
+    segment
+        number of the segment in that chain."""
 
     chain: int
     segment: int
@@ -136,10 +148,14 @@ class Crossing:
 
     Attributes
     ----------
-    upper : the segment of the upper strand, the one nearer to the camera, which hides the lower.
-    lower : the segment of the lower strand.
-    point : (D,) m (px in 2-D), where they cross, on the upper strand's axis.
-    confidence : 0 to 1, that `upper` is the upper; 0 where neither depth nor color tells."""
+    upper
+        the segment of the upper strand, the one nearer to the camera, which hides the lower.
+    lower
+        the segment of the lower strand.
+    point
+        (D,) m (px in 2-D), where they cross, on the upper strand's axis.
+    confidence
+        0 to 1, that `upper` is the upper; 0 where neither depth nor color tells."""
 
     upper: SegmentRef
     lower: SegmentRef
@@ -161,14 +177,22 @@ class Detection:
 
     Attributes
     ----------
-    chains : longest first.
-    mode : "3d" or "2d".
-    coordinates : the frame the joints are in, a key of COORDINATES.
-    frame : name of the frame.
-    timestamp : s; None where the capture has none.
-    seconds : stage -> s.
-    notes : what the user should know, a sentence each.
-    crossings : where strands cross in the view, in the order of the chains and along them."""
+    chains
+        longest first.
+    mode
+        "3d" or "2d".
+    coordinates
+        the frame the joints are in, a key of COORDINATES.
+    frame
+        name of the frame.
+    timestamp
+        s; None where the capture has none.
+    seconds
+        stage -> s.
+    notes
+        what the user should know, a sentence each.
+    crossings
+        where strands cross in the view, in the order of the chains and along them."""
 
     chains: tuple[Chain, ...]
     mode: str = "3d"

@@ -33,10 +33,14 @@ class Canvas:
 
         Parameters
         ----------
-        points : (N, 2) px.
-        color : RGB, 0 to 255.
-        alpha : opacity, 0 to 1.
-        width : px, rounded to whole pixels.
+        points
+            (N, 2) px.
+        color
+            RGB, 0 to 255.
+        alpha
+            opacity, 0 to 1.
+        width
+            px, rounded to whole pixels.
         """
         thickness = max(1, round(width))
         cv2.polylines(self.layer, [_fixed_point(points)], False, _rgba(color, alpha), thickness, cv2.LINE_AA, _FRACTION_BITS)
@@ -46,10 +50,14 @@ class Canvas:
 
         Parameters
         ----------
-        center : (2,) px.
-        radius : px.
-        color : RGB, 0 to 255.
-        alpha : opacity, 0 to 1.
+        center
+            (2,) px.
+        radius
+            px.
+        color
+            RGB, 0 to 255.
+        alpha
+            opacity, 0 to 1.
         """
         (at,) = _fixed_point(center[None])
         radius_fixed = round(radius * 2**_FRACTION_BITS)
@@ -60,9 +68,12 @@ class Canvas:
 
         Parameters
         ----------
-        low, high : (x, y) of opposite corners, whole pixels.
-        color : RGB, 0 to 255.
-        alpha : opacity, 0 to 1.
+        low, high
+            (x, y) of opposite corners, whole pixels.
+        color
+            RGB, 0 to 255.
+        alpha
+            opacity, 0 to 1.
         """
         cv2.rectangle(self.layer, tuple(low), tuple(high), _rgba(color, alpha), -1)
 

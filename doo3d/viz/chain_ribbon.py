@@ -41,10 +41,14 @@ class Strand:
 
         Parameters
         ----------
-        chain : the chain.
-        backdrop : the image and its projection.
-        color : RGB, 0 to 255.
-        unit : px, the unit of line widths.
+        chain
+            the chain.
+        backdrop
+            the image and its projection.
+        color
+            RGB, 0 to 255.
+        unit
+            px, the unit of line widths.
         """
         view = backdrop.projection
         distance = view.distance(chain.joints)
@@ -175,8 +179,10 @@ def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[t
 
     Parameters
     ----------
-    strands : one per chain.
-    crossings : as detected; without any, of two strands that touch in the view, the nearer one passes over.
+    strands
+        one per chain.
+    crossings
+        as detected; without any, of two strands that touch in the view, the nearer one passes over.
 
     Returns
     -------

@@ -27,9 +27,12 @@ def draw_comparison(
 
     Parameters
     ----------
-    data : the frame.
-    chains_3d, chains_2d : joints of each chain in the image, (N + 1, 2) px.
-    differences : ((x, y) px, tolerance px) of each position where the modes differ; each is circled.
+    data
+        the frame.
+    chains_3d, chains_2d
+        joints of each chain in the image, (N + 1, 2) px.
+    differences
+        ((x, y) px, tolerance px) of each position where the modes differ; each is circled.
 
     Returns
     -------

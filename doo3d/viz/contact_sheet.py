@@ -43,9 +43,12 @@ def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = No
 
     Parameters
     ----------
-    caption : of the tile.
-    data : the frame; a cloud is drawn along its axis of least spread.
-    mask : (H, W) bool; None: no outline.
+    caption
+        of the tile.
+    data
+        the frame; a cloud is drawn along its axis of least spread.
+    mask
+        (H, W) bool; None: no outline.
     """
     if isinstance(data, Cloud):
         return Tile(caption, (_scaled_down(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))

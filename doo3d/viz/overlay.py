@@ -24,8 +24,10 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
     Parameters
     ----------
-    data : the input of the detection; an image may be an array (H, W, 3) uint8 RGB.
-    detection : its chains.
+    data
+        the input of the detection; an image may be an array (H, W, 3) uint8 RGB.
+    detection
+        its chains.
 
     Returns
     -------
@@ -102,9 +104,12 @@ def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int
 
     Parameters
     ----------
-    drawn : (H, W) bool.
-    panel : (width, height) px.
-    margin : to the border of the picture, px.
+    drawn
+        (H, W) bool.
+    panel
+        (width, height) px.
+    margin
+        to the border of the picture, px.
     """
     height, width = drawn.shape
     right, bottom = max(width - panel[0] - margin, 0), max(height - panel[1] - margin, 0)

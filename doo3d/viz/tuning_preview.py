@@ -21,9 +21,12 @@ def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
 
     Parameters
     ----------
-    image : (H, W, 3) uint8 RGB.
-    mask : (H, W) bool, the segmentation.
-    object_mask : (H, W) bool, the object; None if unknown: the whole segmentation is green.
+    image
+        (H, W, 3) uint8 RGB.
+    mask
+        (H, W) bool, the segmentation.
+    object_mask
+        (H, W) bool, the object; None if unknown: the whole segmentation is green.
 
     Returns
     -------

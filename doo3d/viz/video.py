@@ -54,12 +54,18 @@ def write_video(
 
     Parameters
     ----------
-    results : of a finished run.
-    path : the MP4 file.
-    fps : frames per second; None: from the median step of the timestamps, 10 without them.
-    codec : mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to encode), or avc1 (H.264, which not every OpenCV encodes).
-    skip_failed : omit failed frames.
-    with_progress : wraps the list of frames, for a progress bar.
+    results
+        of a finished run.
+    path
+        the MP4 file.
+    fps
+        frames per second; None: from the median step of the timestamps, 10 without them.
+    codec
+        mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to encode), or avc1 (H.264, which not every OpenCV encodes).
+    skip_failed
+        omit failed frames.
+    with_progress
+        wraps the list of frames, for a progress bar.
 
     Raises
     ------

@@ -10,9 +10,10 @@ import pytest
 from builders.errors import code_in
 from builders.paths import SAMPLES
 
+import doo3d
 from doo3d.config import load_config
 from doo3d.inputs import open_capture
-from doo3d.inspection.explain import explain
+from doo3d.inspection.explain import explain_stages
 from doo3d.pipeline import run_with_stages
 from doo3d.stages.merge.gap_paths import GapCost, GapPaths
 
@@ -23,7 +24,7 @@ def explained(request):
     config = load_config(preset)
     shot = open_capture(SAMPLES / name).frames[0].load()
     _, stages = run_with_stages(shot.data, config, shot.mask)
-    return explain(stages, config), stages
+    return explain_stages(stages, config), stages
 
 
 def test_the_merges_are_those_of_the_result(explained):
@@ -92,7 +93,7 @@ def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
     known = {decision.chosen.ends for decision in stages.merged.decisions}
     measured = []
     monkeypatch.setattr(GapPaths, "_measure", lambda self, pairs: measured.extend(pairs) or [GapCost(0.0, 0.0)] * len(pairs))
-    explain(stages, config)
+    explain_stages(stages, config)
     assert known
     assert not known & set(measured)
 
@@ -101,7 +102,7 @@ def test_chains_that_merging_drops_are_named():
     config = load_config("default", {"merge.chains": 1})
     shot = open_capture(SAMPLES / "two_cables").frames[0].load()
     _, stages = run_with_stages(shot.data, config, shot.mask)
-    found = explain(stages, config)
+    found = explain_stages(stages, config)
     (merging,) = [account for account in found.accounts if account.stage == "merge"]
     assert any("merge.chains" in sentence for sentence in merging.dropped)
     assert any(not merge.kept for merge in found.merges)
@@ -143,3 +144,10 @@ def test_everything_is_lost_after_segmentation(doo3d, capture, override, stage):
     assert f"note: {stage}: nothing is left after this stage" in out
     assert "doo3d" in out
     assert doo3d("explain", "capture", "--set", override)[0] == 0
+
+
+def test_explain_takes_what_detect_takes():
+    loaded = open_capture(SAMPLES / "crossing").frames[0].load()
+    explanation = doo3d.explain(loaded.data, doo3d.load_config("default", {"merge.chains": 1}))
+    assert [account.stage for account in explanation.accounts][0] == "segment"
+    assert len(explanation.merges) == len(doo3d.detect(loaded.data).chains[0].connections)

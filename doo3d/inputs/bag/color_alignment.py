@@ -19,11 +19,16 @@ def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera
 
     Parameters
     ----------
-    color : (h, w, 3) uint8 RGB of `color_camera`.
-    color_camera : pinhole camera of the colour image.
-    depth : (H, W) float m of `camera`, 0 or not finite = none.
-    camera : pinhole camera of the depth image.
-    extrinsics : (4, 4), from coordinates of the depth camera to those of the colour camera, m.
+    color
+        (h, w, 3) uint8 RGB of `color_camera`.
+    color_camera
+        pinhole camera of the colour image.
+    depth
+        (H, W) float m of `camera`, 0 or not finite = none.
+    camera
+        pinhole camera of the depth image.
+    extrinsics
+        (4, 4), from coordinates of the depth camera to those of the colour camera, m.
 
     Returns
     -------

@@ -23,9 +23,12 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
 
     Parameters
     ----------
-    path : of the bag, for the error.
-    depth, color : the topics.
-    tolerance : s.
+    path
+        of the bag, for the error.
+    depth, color
+        the topics.
+    tolerance
+        s.
 
     Raises
     ------
@@ -55,10 +58,14 @@ def color_geometry(
 
     Parameters
     ----------
-    bag, index : the bag and its topics.
-    depth, color : the streams.
-    transforms : the tree of frames.
-    time : ns, at which the transform is taken.
+    bag, index
+        the bag and its topics.
+    depth, color
+        the streams.
+    transforms
+        the tree of frames.
+    time
+        ns, at which the transform is taken.
 
     Returns
     -------

@@ -70,8 +70,10 @@ def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str
 
     Parameters
     ----------
-    bag, index : the bag and its topics.
-    depth, color : the topics of the images.
+    bag, index
+        the bag and its topics.
+    depth, color
+        the topics of the images.
 
     Raises
     ------

@@ -31,10 +31,14 @@ class Transforms:
 
         Parameters
         ----------
-        parent, child : names of the frames.
-        time : ns.
-        values : x, y, z, m; quaternion x, y, z, w.
-        static : valid at all times.
+        parent, child
+            names of the frames.
+        time
+            ns.
+        values
+            x, y, z, m; quaternion x, y, z, w.
+        static
+            valid at all times.
         """
         if not np.isfinite(values).all():
             return

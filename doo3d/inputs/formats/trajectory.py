@@ -49,9 +49,12 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
 
     Parameters
     ----------
-    quaternion : qx, qy, qz, qw.
-    position : x, y, z, m.
-    where : file and line, for the error.
+    quaternion
+        qx, qy, qz, qw.
+    position
+        x, y, z, m.
+    where
+        file and line, for the error.
 
     Raises
     ------
@@ -77,9 +80,12 @@ def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[st
 
     Parameters
     ----------
-    path : the file.
-    columns : the least number of words in a row.
-    layout : the content of a row in words, for the error.
+    path
+        the file.
+    columns
+        the least number of words in a row.
+    layout
+        the content of a row in words, for the error.
 
     Raises
     ------

@@ -69,8 +69,10 @@ def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]
 
     Parameters
     ----------
-    one, other : (N,) and (M,) s, increasing.
-    tolerance : largest difference of a pair, s.
+    one, other
+        (N,) and (M,) s, increasing.
+    tolerance
+        largest difference of a pair, s.
 
     Returns
     -------

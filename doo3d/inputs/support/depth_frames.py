@@ -58,11 +58,16 @@ def load_files(
 
     Parameters
     ----------
-    files : depth, and where present colour and masks.
-    sensor : intrinsics and unit of the depth image.
-    name, timestamp : of the frame; s.
-    pose : (4, 4) camera to world, m.
-    required : return the union of the masks even if it is empty or the whole image.
+    files
+        depth, and where present colour and masks.
+    sensor
+        intrinsics and unit of the depth image.
+    name, timestamp
+        of the frame; s.
+    pose
+        (4, 4) camera to world, m.
+    required
+        return the union of the masks even if it is empty or the whole image.
 
     Raises
     ------
@@ -83,9 +88,12 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
 
     Parameters
     ----------
-    pinhole : fx, fy, cx, cy, px.
-    shape : (H, W) of the image.
-    size : (width, height) px for which the intrinsics hold; None: that of the image.
+    pinhole
+        fx, fy, cx, cy, px.
+    shape
+        (H, W) of the image.
+    size
+        (width, height) px for which the intrinsics hold; None: that of the image.
 
     Raises
     ------
@@ -106,9 +114,12 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
 
     Parameters
     ----------
-    depth : (H, W) m; 0 and values that are not finite are no measurements.
-    path : the file, for the error.
-    scale : the units per metre with which the file was read, for the error.
+    depth
+        (H, W) m; 0 and values that are not finite are no measurements.
+    path
+        the file, for the error.
+    scale
+        the units per metre with which the file was read, for the error.
 
     Raises
     ------
@@ -129,9 +140,12 @@ def check_depth_scale(value: Any, where: str, meaning: str) -> float:
 
     Parameters
     ----------
-    value : as in the file.
-    where : file and key, for the error.
-    meaning : the quantity and its unit in words, for the error.
+    value
+        as in the file.
+    where
+        file and key, for the error.
+    meaning
+        the quantity and its unit in words, for the error.
 
     Raises
     ------
@@ -147,9 +161,12 @@ def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
 
     Parameters
     ----------
-    matrix : 9 numbers, or 3x3.
-    where : file and key, for the error.
-    columns : the numbers are in column-major order.
+    matrix
+        9 numbers, or 3x3.
+    where
+        file and key, for the error.
+    columns
+        the numbers are in column-major order.
 
     Raises
     ------
@@ -173,9 +190,12 @@ def pose_of(rotation: Any, translation: Any, where: str) -> Floats:
 
     Parameters
     ----------
-    rotation : 9 numbers row by row, or 3x3.
-    translation : 3 numbers.
-    where : file and key, for the error.
+    rotation
+        9 numbers row by row, or 3x3.
+    translation
+        3 numbers.
+    where
+        file and key, for the error.
 
     Raises
     ------
@@ -207,10 +227,14 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
 
     Parameters
     ----------
-    given : the numbers, in any nesting.
-    count : the expected number of values.
-    where : file and key, for the error.
-    code : the error's code, by the purpose of the numbers.
+    given
+        the numbers, in any nesting.
+    count
+        the expected number of values.
+    where
+        file and key, for the error.
+    code
+        the error's code, by the purpose of the numbers.
 
     Raises
     ------

@@ -66,9 +66,12 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
 
     Parameters
     ----------
-    path : the file; with `data`, the name in errors.
-    upright : rotate the image by its EXIF orientation; else it stays as stored, like the depth image beside it.
-    data : the file's content, if it is a member of an archive.
+    path
+        the file; with `data`, the name in errors.
+    upright
+        rotate the image by its EXIF orientation; else it stays as stored, like the depth image beside it.
+    data
+        the file's content, if it is a member of an archive.
 
     Raises
     ------
@@ -83,9 +86,12 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
 
     Parameters
     ----------
-    path : the file.
-    shape : the expected (H, W).
-    upright : rotate the image by its EXIF orientation, as in `read_color`.
+    path
+        the file.
+    shape
+        the expected (H, W).
+    upright
+        rotate the image by its EXIF orientation, as in `read_color`.
 
     Raises
     ------

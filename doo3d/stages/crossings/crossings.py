@@ -62,9 +62,12 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
 
     Parameters
     ----------
-    chains : C chains, m (px in 2-D).
-    context : the foreground with its depth, colors and viewpoint.
-    config : whether colors count.
+    chains
+        C chains, m (px in 2-D).
+    context
+        the foreground with its depth, colors and viewpoint.
+    config
+        whether colors count.
 
     Returns
     -------

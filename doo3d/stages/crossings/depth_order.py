@@ -44,14 +44,21 @@ class CrossingStrands:
 
     Attributes
     ----------
-    middle : (C, 2, S, 2), positions in the view along the strands, S / 2 before the overlap and S / 2 behind it; NaN beyond their
+    middle
+        (C, 2, S, 2), positions in the view along the strands, S / 2 before the overlap and S / 2 behind it; NaN beyond their
         ends.
-    depth : (C, 2, S), distance of their axes there.
-    side : (C, 2, S, 2) unit, square to the strands there.
-    along : (C, 2, S), signed distance from the crossing in half-widths.
-    half_width : (C, 2), in the unit of the view.
-    point : (C, 2), position of the crossing.
-    normal : (C, 2, 2) unit, square to each strand at the crossing.
+    depth
+        (C, 2, S), distance of their axes there.
+    side
+        (C, 2, S, 2) unit, square to the strands there.
+    along
+        (C, 2, S), signed distance from the crossing in half-widths.
+    half_width
+        (C, 2), in the unit of the view.
+    point
+        (C, 2), position of the crossing.
+    normal
+        (C, 2, 2) unit, square to each strand at the crossing.
     """
 
     middle: Floats
@@ -68,9 +75,12 @@ def sample_strands(crossings: Intersections, chains: PolylineSet, half_width: Fl
 
     Parameters
     ----------
-    crossings : C intersections in the view.
-    chains : the chains in the view, with their distance as third coordinate.
-    half_width : (C, 2), half the width of each strand at the crossing, in the unit of the view.
+    crossings
+        C intersections in the view.
+    chains
+        the chains in the view, with their distance as third coordinate.
+    half_width
+        (C, 2), half the width of each strand at the crossing, in the unit of the view.
     """
     joint = crossings.segment + crossings.t
     step = _segment_vectors(chains, crossings.chain, crossings.segment)
@@ -101,8 +111,10 @@ def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, F
 
     Parameters
     ----------
-    strands : at C crossings.
-    offsets : (A,), lateral offsets from the middle of a strand in half-widths.
+    strands
+        at C crossings.
+    offsets
+        (A,), lateral offsets from the middle of a strand in half-widths.
 
     Returns
     -------
@@ -129,10 +141,14 @@ def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius
 
     Parameters
     ----------
-    strands : at C crossings.
-    surface : distance of the object's surface at positions in the view.
-    depth : (C, 2), distance of the strands' axes at the crossing.
-    radius : (C, 2), of the strands, in the same unit.
+    strands
+        at C crossings.
+    surface
+        distance of the object's surface at positions in the view.
+    depth
+        (C, 2), distance of the strands' axes at the crossing.
+    radius
+        (C, 2), of the strands, in the same unit.
 
     Returns
     -------
@@ -188,9 +204,12 @@ def color_order(strands: CrossingStrands, color: Lookup, noise: float) -> Floats
 
     Parameters
     ----------
-    strands : at C crossings.
-    color : colors (..., K) at positions in the view.
-    noise : of the colors, in their unit.
+    strands
+        at C crossings.
+    color
+        colors (..., K) at positions in the view.
+    noise
+        of the colors, in their unit.
     """
     beyond, inside = sample_overlap(strands, COLOR_OFFSETS)
     colors, in_overlap = color(beyond), color(inside)

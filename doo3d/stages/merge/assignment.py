@@ -69,10 +69,14 @@ def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: Merg
 
     Parameters
     ----------
-    cost : (E, E), of joining two ends without their gap path, in the upper triangle; infinite where that is not allowed.
-    sizes : segments of each chain.
-    gap_costs : costs of the gap paths of pairs.
-    config : strategy, number of chains wanted and largest cost.
+    cost
+        (E, E), of joining two ends without their gap path, in the upper triangle; infinite where that is not allowed.
+    sizes
+        segments of each chain.
+    gap_costs
+        costs of the gap paths of pairs.
+    config
+        strategy, number of chains wanted and largest cost.
     """
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), gap_costs, config)
     if config.chains is not None:
@@ -150,11 +154,16 @@ def force_merges(
 
     Parameters
     ----------
-    links : chosen before.
-    cost : (E, E), as of `assign`.
-    sizes : segments of each chain.
-    gap_costs : costs of the gap paths of pairs.
-    config : number of chains wanted, one where it is not set, and largest cost.
+    links
+        chosen before.
+    cost
+        (E, E), as of `assign`.
+    sizes
+        segments of each chain.
+    gap_costs
+        costs of the gap paths of pairs.
+    config
+        number of chains wanted, one where it is not set, and largest cost.
     """
     groups = ChainGroups(len(sizes), links)
     used = {end for link in links for end in link.pair}

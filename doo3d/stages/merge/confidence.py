@@ -20,10 +20,14 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
 
     Parameters
     ----------
-    links : as chosen.
-    cost : (E, E), of joining two ends, in the upper triangle; infinite where that is not allowed.
-    max_cost : cost of leaving both ends of a connection free; where it is infinite, twice the largest cost that there is.
-    allow_rings : alternatives may join both ends of what is one chain then.
+    links
+        as chosen.
+    cost
+        (E, E), of joining two ends, in the upper triangle; infinite where that is not allowed.
+    max_cost
+        cost of leaving both ends of a connection free; where it is infinite, twice the largest cost that there is.
+    allow_rings
+        alternatives may join both ends of what is one chain then.
     """
     if not np.isfinite(max_cost):
         max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1
@@ -46,9 +50,12 @@ def _spare_ends(total: Floats, partner: Ints, max_cost: float) -> tuple[Ints, Fl
 
     Parameters
     ----------
-    total : (E, E), cost of joining any two ends.
-    partner : (E,), the end that each is joined to; -1 for none.
-    max_cost : cost of leaving two ends free.
+    total
+        (E, E), cost of joining any two ends.
+    partner
+        (E,), the end that each is joined to; -1 for none.
+    max_cost
+        cost of leaving two ends free.
 
     Returns
     -------

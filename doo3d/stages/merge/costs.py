@@ -86,10 +86,14 @@ def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, co
 
     Parameters
     ----------
-    ends : of all chains.
-    radius : of the object, m (px in 2-D).
-    visibility : of the frame; None where there is no camera.
-    config : the weights.
+    ends
+        of all chains.
+    radius
+        of the object, m (px in 2-D).
+    visibility
+        of the frame; None where there is no camera.
+    config
+        the weights.
 
     Returns
     -------
@@ -119,11 +123,16 @@ def pair_costs(
 
     Parameters
     ----------
-    ends : of all chains.
-    terms : name -> (E, E), of `cost_terms`.
-    radius : of the object, m (px in 2-D).
-    visibility : of the frame; None where there is no camera.
-    config : the limits.
+    ends
+        of all chains.
+    terms
+        name -> (E, E), of `cost_terms`.
+    radius
+        of the object, m (px in 2-D).
+    visibility
+        of the frame; None where there is no camera.
+    config
+        the limits.
     """
     total = np.zeros((len(ends.points), len(ends.points)))
     for name, term in terms.items():

@@ -20,9 +20,12 @@ class Candidate:
 
     Attributes
     ----------
-    ends : the lower first; chains are numbered as pruning left them.
-    points : (2, D) m (px in 2-D), where the ends lie.
-    terms : name -> cost, without that of the gap path.
+    ends
+        the lower first; chains are numbered as pruning left them.
+    points
+        (2, D) m (px in 2-D), where the ends lie.
+    terms
+        name -> cost, without that of the gap path.
     """
 
     ends: Pair
@@ -47,10 +50,14 @@ class MergeDecision:
 
     Attributes
     ----------
-    chosen : the two ends that were joined.
-    runner_up : the cheapest other pair that has one of the two ends, by its straight connection; None where none is allowed.
-    confidence : 0 to 1.
-    kept : the connection is in an assembly that was kept.
+    chosen
+        the two ends that were joined.
+    runner_up
+        the cheapest other pair that has one of the two ends, by its straight connection; None where none is allowed.
+    confidence
+        0 to 1.
+    kept
+        the connection is in an assembly that was kept.
     """
 
     chosen: Candidate
@@ -88,11 +95,16 @@ def record_decisions(
 
     Parameters
     ----------
-    links : the connections.
-    confidence, kept : of each connection.
-    terms : name -> (E, E), cost of each pair of ends.
-    alternatives : (E, E), cost of each pair with its straight connection, in the upper triangle; infinite where not allowed.
-    gap_paths : of the ends.
+    links
+        the connections.
+    confidence, kept
+        of each connection.
+    terms
+        name -> (E, E), cost of each pair of ends.
+    alternatives
+        (E, E), cost of each pair with its straight connection, in the upper triangle; infinite where not allowed.
+    gap_paths
+        of the ends.
     """
     symmetric = np.minimum(alternatives, alternatives.T)
     points, names = gap_paths.ends.points, ends_of(len(alternatives) // 2)

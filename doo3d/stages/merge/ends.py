@@ -46,10 +46,14 @@ class ChainEnds:
 
     Attributes
     ----------
-    points : (E, D) m (px in 2-D).
-    tangents : (E, D) unit, pointing out of the chains.
-    curvatures : (E, D) 1/m (1/px in 2-D), square to the tangents.
-    closed : (E,) bool, the chain is a ring already.
+    points
+        (E, D) m (px in 2-D).
+    tangents
+        (E, D) unit, pointing out of the chains.
+    curvatures
+        (E, D) 1/m (1/px in 2-D), square to the tangents.
+    closed
+        (E,) bool, the chain is a ring already.
     """
 
     points: Floats

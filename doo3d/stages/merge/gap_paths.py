@@ -38,10 +38,14 @@ class GapPaths:
 
     Attributes
     ----------
-    ends : of all chains.
-    radius : of the object, m (px in 2-D).
-    visibility : of the frame; None where there is no camera, and all space is unknown.
-    config : the weights, and the side on which gap paths are led.
+    ends
+        of all chains.
+    radius
+        of the object, m (px in 2-D).
+    visibility
+        of the frame; None where there is no camera, and all space is unknown.
+    config
+        the weights, and the side on which gap paths are led.
     """
 
     ends: ChainEnds

@@ -49,8 +49,12 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
 
     Parameters
     ----------
-    positions : (S, 3) m. tangent : (S, 3) unit.
-    viewpoint : (3,) m; None: any axes that turn little from one sample to the next.
+    positions
+        (S, 3) m.
+    tangent
+        (S, 3) unit.
+    viewpoint
+        (3,) m; None: any axes that turn little from one sample to the next.
     """
     if viewpoint is not None:
         lateral = unit(np.cross(positions - viewpoint, tangent))
@@ -93,7 +97,10 @@ class CrossSections:
 
     Attributes
     ----------
-    sample : (N,) int, the sample of each point. lateral, depth : (N,) m, offset of the point from the sample along its axes.
+    sample
+        (N,) int, the sample of each point.
+    lateral, depth
+        (N,) m, offset of the point from the sample along its axes.
     """
 
     sample: Ints
@@ -106,8 +113,14 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
 
     Parameters
     ----------
-    points : (N, 3) m. positions : (S, 3) m. axes : at the samples.
-    reach : (S,) m; points farther from their sample are left out.
+    points
+        (N, 3) m.
+    positions
+        (S, 3) m.
+    axes
+        at the samples.
+    reach
+        (S,) m; points farther from their sample are left out.
     """
     distance, near = nearest(points, positions, float(reach.max()), True)
     kept = distance < reach[near]
@@ -200,9 +213,16 @@ def fit_circles(
 
     Parameters
     ----------
-    sections : the surface points. path : (S,) int.
-    radius : (S,) m, of circles whose center alone is fitted; None: the radius is fitted too.
-    window_half : samples pooled on either side. steps : of Gauss-Newton.
+    sections
+        the surface points.
+    path
+        (S,) int.
+    radius
+        (S,) m, of circles whose center alone is fitted; None: the radius is fitted too.
+    window_half
+        samples pooled on either side.
+    steps
+        of Gauss-Newton.
 
     Returns
     -------

@@ -53,9 +53,12 @@ class SurfaceAhead:
 
     Attributes
     ----------
-    axial : (N,) m (px in 2-D), how far ahead of the end each point lies, ascending.
-    lateral : (N,) m (px in 2-D), its distance from the tangent.
-    tangent : (D,) unit, pointing out of the path.
+    axial
+        (N,) m (px in 2-D), how far ahead of the end each point lies, ascending.
+    lateral
+        (N,) m (px in 2-D), its distance from the tangent.
+    tangent
+        (D,) unit, pointing out of the path.
     """
 
     axial: Floats
@@ -76,11 +79,16 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
 
     Parameters
     ----------
-    samples : S samples along all paths.
-    end : index of the end's sample.
-    inwards : 1 where the path continues at higher samples, -1 at lower.
-    points : (N, D) m (px in 2-D), the surface, ascending in the first coordinate.
-    spacing : m (px in 2-D), how far apart neighboring surface points may lie.
+    samples
+        S samples along all paths.
+    end
+        index of the end's sample.
+    inwards
+        1 where the path continues at higher samples, -1 at lower.
+    points
+        (N, D) m (px in 2-D), the surface, ascending in the first coordinate.
+    spacing
+        m (px in 2-D), how far apart neighboring surface points may lie.
     """
     tip, radius = samples.positions[end], float(samples.radius[end])
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
@@ -138,10 +146,14 @@ def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibi
 
     Parameters
     ----------
-    paths : the paths, and with them
-    samples : along these paths.
-    points : (N, D) m, the surface.
-    visibility : None or without depth: nothing is known to hide, and the same paths come back.
+    paths
+        the paths, and with them
+    samples
+        along these paths.
+    points
+        (N, D) m, the surface.
+    visibility
+        None or without depth: nothing is known to hide, and the same paths come back.
     """
     if visibility is None or visibility.depth is None:
         return paths

@@ -160,7 +160,14 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
 
     Parameters
     ----------
-    positions : (S, 3) m. depth_axis : (S, 3) unit. measured : (S,) bool. samples : the samples they belong to.
+    positions
+        (S, 3) m.
+    depth_axis
+        (S, 3) unit.
+    measured
+        (S,) bool.
+    samples
+        the samples they belong to.
     """
     step = 2 * samples.window_half + 1
     first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)

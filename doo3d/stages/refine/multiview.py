@@ -21,10 +21,14 @@ class ViewMeasurement:
 
     Attributes
     ----------
-    sample : (K,) int, indices of the samples.
-    lateral : (K, 3) unit, square to the path and to the ray of that camera.
-    offset : (K,) m, how far along `lateral` the middle of the mask lies.
-    radius : (K,) m, half the width of the mask; 0 where the mask is not.
+    sample
+        (K,) int, indices of the samples.
+    lateral
+        (K, 3) unit, square to the path and to the ray of that camera.
+    offset
+        (K,) m, how far along `lateral` the middle of the mask lies.
+    radius
+        (K,) m, half the width of the mask; 0 where the mask is not.
     """
 
     sample: Ints
@@ -38,10 +42,14 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
 
     Parameters
     ----------
-    samples : S samples, in the frame of the cloud.
-    tangent : (S, 3) unit, of the paths there.
-    view : camera, pose and mask.
-    reach : radii; pixels farther from a sample do not belong to it.
+    samples
+        S samples, in the frame of the cloud.
+    tangent
+        (S, 3) unit, of the paths there.
+    view
+        camera, pose and mask.
+    reach
+        radii; pixels farther from a sample do not belong to it.
     """
     turn, position, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
     local = (samples.positions - position) @ turn

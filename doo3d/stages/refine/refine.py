@@ -68,10 +68,14 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
 
     Parameters
     ----------
-    samples : on the axis of the paths, as `estimate_centerline` returns them.
-    paths : for their gaps and connections.
-    context : what is known of the frame.
-    config : which segments are occluded, and how thin a chain may be.
+    samples
+        on the axis of the paths, as `estimate_centerline` returns them.
+    paths
+        for their gaps and connections.
+    context
+        what is known of the frame.
+    config
+        which segments are occluded, and how thin a chain may be.
     """
     if samples is None:
         return []

@@ -26,14 +26,22 @@ class Samples:
 
     Attributes
     ----------
-    positions : (S, D) m (px in 2-D).
-    path : (S,) int, the path that each sample lies on.
-    filled : (S,) bool, the sample lies in a gap that was filled.
-    closed : for each path, whether its last sample is followed by its first.
-    radius : (S,) m (px in 2-D), of the whole path that the sample lies on.
-    radii : (S,) m (px in 2-D), at the sample.
-    window_half : samples on either side of a sample that its estimate is pooled over.
-    spacing : m (px in 2-D), distance of neighboring samples along a path.
+    positions
+        (S, D) m (px in 2-D).
+    path
+        (S,) int, the path that each sample lies on.
+    filled
+        (S,) bool, the sample lies in a gap that was filled.
+    closed
+        for each path, whether its last sample is followed by its first.
+    radius
+        (S,) m (px in 2-D), of the whole path that the sample lies on.
+    radii
+        (S,) m (px in 2-D), at the sample.
+    window_half
+        samples on either side of a sample that its estimate is pooled over.
+    spacing
+        m (px in 2-D), distance of neighboring samples along a path.
     """
 
     positions: Floats
@@ -54,9 +62,12 @@ class Samples:
 
         Parameters
         ----------
-        end : index of the path's first or last sample.
-        inwards : 1 from the first sample, -1 from the last.
-        distance : m (px in 2-D).
+        end
+            index of the path's first or last sample.
+        inwards
+            1 from the first sample, -1 from the last.
+        distance
+            m (px in 2-D).
         """
         path = self.of_path(int(self.path[end]))
         index = end + inwards * max(1, round(distance / self.spacing))

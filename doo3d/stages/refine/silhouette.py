@@ -48,13 +48,20 @@ def measure_silhouette(
 
     Parameters
     ----------
-    positions : (S, D) m in the camera frame (px in 2-D).
-    axes : at the samples.
-    path : (S,) int, the path of each sample.
-    mask_pixels : (N, 2), (u, v).
-    camera : None where the positions are pixels.
-    reach : (S,) m (px in 2-D); pixels farther from a sample do not belong to it.
-    window_half : samples of the path on either side that are pooled.
+    positions
+        (S, D) m in the camera frame (px in 2-D).
+    axes
+        at the samples.
+    path
+        (S,) int, the path of each sample.
+    mask_pixels
+        (N, 2), (u, v).
+    camera
+        None where the positions are pixels.
+    reach
+        (S,) m (px in 2-D); pixels farther from a sample do not belong to it.
+    window_half
+        samples of the path on either side that are pooled.
     """
     pixels, across, scale = _project_axes(positions, axes, camera)
     some = on_lattice(mask_pixels).astype(float)

@@ -50,10 +50,14 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
 
     Parameters
     ----------
-    frame : the depth and the camera.
-    mask : (H, W) bool, the pixels of the object.
-    radius : m, the half-width of the mask; 0 where it is unknown.
-    config : section `segment` of the settings.
+    frame
+        the depth and the camera.
+    mask
+        (H, W) bool, the pixels of the object.
+    radius
+        m, the half-width of the mask; 0 where it is unknown.
+    config
+        section `segment` of the settings.
 
     Returns
     -------
@@ -94,10 +98,14 @@ def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) ->
 
     Parameters
     ----------
-    frame : the depth and the camera.
-    mask : (H, W) bool, the pixels of the object.
-    radius : m, the half-width of the mask; 0 where it is unknown.
-    noise : m, as of `depth_noise`.
+    frame
+        the depth and the camera.
+    mask
+        (H, W) bool, the pixels of the object.
+    radius
+        m, the half-width of the mask; 0 where it is unknown.
+    noise
+        m, as of `depth_noise`.
     """
     if not (radius and noise):
         return 0

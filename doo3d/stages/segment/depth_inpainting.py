@@ -22,10 +22,14 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
 
     Parameters
     ----------
-    readings : the measured ones.
-    mask : (H, W) bool, the pixels of the object.
-    depth : (H, W) m, 0 = none; outliers in it are no holes, and stay without depth.
-    max_slope : m per pixel, the largest depth step between neighboring readings of one surface.
+    readings
+        the measured ones.
+    mask
+        (H, W) bool, the pixels of the object.
+    depth
+        (H, W) m, 0 = none; outliers in it are no holes, and stay without depth.
+    max_slope
+        m per pixel, the largest depth step between neighboring readings of one surface.
     """
     u, v = readings.pixels.T
     usable = mask & (depth <= 0)
@@ -45,11 +49,16 @@ def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_s
 
     Parameters
     ----------
-    mask : (H, W) bool, the pixels of the object.
-    pixels : (N, 2) int64 (u, v), where the readings are.
-    depth : (N,) m, the readings.
-    min_hole : px; pixels no farther than this from a reading are no hole.
-    max_slope : m per pixel.
+    mask
+        (H, W) bool, the pixels of the object.
+    pixels
+        (N, 2) int64 (u, v), where the readings are.
+    depth
+        (N,) m, the readings.
+    min_hole
+        px; pixels no farther than this from a reading are no hole.
+    max_slope
+        m per pixel.
 
     Returns
     -------

@@ -30,9 +30,12 @@ def clean_mask(mask: Bools, scale: Array | None, config: SegmentConfig) -> Clean
 
     Parameters
     ----------
-    mask : (H, W) bool.
-    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown; None keeps wide regions.
-    config : section `segment` of the settings.
+    mask
+        (H, W) bool.
+    scale
+        (H, W) m per pixel (1 in 2-D), 0 = unknown; None keeps wide regions.
+    config
+        section `segment` of the settings.
     """
     solid = remove_small_components(mask, config.min_component)
     selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
@@ -49,9 +52,12 @@ def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Boo
 
     Parameters
     ----------
-    mask : (H, W) bool, not empty.
-    scale : (H, W) m per pixel (1 in 2-D), 0 = unknown.
-    config : section `segment` of the settings.
+    mask
+        (H, W) bool, not empty.
+    scale
+        (H, W) m per pixel (1 in 2-D), 0 = unknown.
+    config
+        section `segment` of the settings.
     """
     box = bounding_box(mask)
     part, scale = mask[box], scale[box]

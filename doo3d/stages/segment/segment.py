@@ -34,10 +34,14 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
 
     Parameters
     ----------
-    data : the frame, cloud or image.
-    config : section `segment` of the settings.
-    mask : (H, W) for a Frame or an Image, (N,) for a Cloud, the caller's own segmentation; replaces the method of the config.
-    seed : of the random numbers that the method draws.
+    data
+        the frame, cloud or image.
+    config
+        section `segment` of the settings.
+    mask
+        (H, W) for a Frame or an Image, (N,) for a Cloud, the caller's own segmentation; replaces the method of the config.
+    seed
+        of the random numbers that the method draws.
 
     Returns
     -------
@@ -64,10 +68,14 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 
     Parameters
     ----------
-    data : the frame, cloud or image.
-    config : section `segment` of the settings.
-    mask : (H, W) bool, the extended mask; treated as one that the caller gives.
-    base : the segmentation whose mask was extended, itself extended or not.
+    data
+        the frame, cloud or image.
+    config
+        section `segment` of the settings.
+    mask
+        (H, W) bool, the extended mask; treated as one that the caller gives.
+    base
+        the segmentation whose mask was extended, itself extended or not.
 
     Raises
     ------

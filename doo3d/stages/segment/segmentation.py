@@ -22,16 +22,26 @@ class Segmentation:
 
     Attributes
     ----------
-    foreground : the points of the object.
-    method : `mask` where the caller gave one, `extended` where `extend_mask` did; else that of the config, `auto` resolved.
-    selected : pixels or points that the method took for the object, before anything was dropped.
-    removed_small : pixels in connected pieces of fewer than `segment.min_component` pixels.
-    removed_wide : pixels in regions wider than `segment.max_width`, or than `segment.max_width_ratio` times the usual width.
-    without_depth : pixels of the mask without a reading between `segment.min_depth` and `segment.max_depth`; 0 in 2-D.
-    inpainted : pixels of `without_depth` that got the depth of the readings around them.
-    outliers : readings that too few of their neighbors agree with; points of a cloud with few neighbors, or far from the rest.
-    closed_holes : pixels of holes in the mask that were closed, as they were smaller than `segment.min_component`.
-    base : for `extended` the first segmentation, whose mask was extended; None otherwise.
+    foreground
+        the points of the object.
+    method
+        `mask` where the caller gave one, `extended` where `extend_mask` did; else that of the config, `auto` resolved.
+    selected
+        pixels or points that the method took for the object, before anything was dropped.
+    removed_small
+        pixels in connected pieces of fewer than `segment.min_component` pixels.
+    removed_wide
+        pixels in regions wider than `segment.max_width`, or than `segment.max_width_ratio` times the usual width.
+    without_depth
+        pixels of the mask without a reading between `segment.min_depth` and `segment.max_depth`; 0 in 2-D.
+    inpainted
+        pixels of `without_depth` that got the depth of the readings around them.
+    outliers
+        readings that too few of their neighbors agree with; points of a cloud with few neighbors, or far from the rest.
+    closed_holes
+        pixels of holes in the mask that were closed, as they were smaller than `segment.min_component`.
+    base
+        for `extended` the first segmentation, whose mask was extended; None otherwise.
     """
 
     foreground: Foreground

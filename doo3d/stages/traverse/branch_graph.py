@@ -101,8 +101,10 @@ class BranchGraph:
 
         Parameters
         ----------
-        min_branch : m; shorter branches with a free end are spurs.
-        radius : m, of the object.
+        min_branch
+            m; shorter branches with a free end are spurs.
+        radius
+            m, of the object.
 
         Returns
         -------

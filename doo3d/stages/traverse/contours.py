@@ -23,8 +23,10 @@ def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], i
 
     Parameters
     ----------
-    skeleton : in 2-D, not empty.
-    min_branch : px; shorter branches with a free end are spurs.
+    skeleton
+        in 2-D, not empty.
+    min_branch
+        px; shorter branches with a free end are spurs.
 
     Returns
     -------

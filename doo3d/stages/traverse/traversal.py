@@ -13,11 +13,15 @@ class Traversal:
 
     Attributes
     ----------
-    paths : ordered paths between tips and junctions; closed loops as closed paths.
-    spur_length : of branches with a free end, shorter than `traverse.min_branch`. With the method `contours` it is the number
-        of their pixels.
-    loop_length : of loops around holes in the surface, and of the longer one of two branches around such a hole.
-    trimmed_length : of the ends of branches, cut off at tips and where strands touch at junctions.
+    paths
+        ordered paths between tips and junctions; closed loops as closed paths.
+    spur_length
+        of branches with a free end, shorter than `traverse.min_branch`. With the method `contours` it is the number of their
+        pixels.
+    loop_length
+        of loops around holes in the surface, and of the longer one of two branches around such a hole.
+    trimmed_length
+        of the ends of branches, cut off at tips and where strands touch at junctions.
     """
 
     paths: list[Path]

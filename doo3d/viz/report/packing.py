@@ -68,9 +68,12 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
 
     Parameters
     ----------
-    frame : the data of the detection.
-    detection : its chains.
-    max_points : at most, half of them on the object.
+    frame
+        the data of the detection.
+    detection
+        its chains.
+    max_points
+        at most, half of them on the object.
     """
     rng = np.random.default_rng(0)  # the same results give the same page
     sample = _sample_points(frame, detection.coordinates, rng)
@@ -100,8 +103,10 @@ def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
 
     Parameters
     ----------
-    picture : (H, W, 3) uint8 BGR.
-    max_bytes : of the encoded thumbnail.
+    picture
+        (H, W, 3) uint8 BGR.
+    max_bytes
+        of the encoded thumbnail.
 
     Returns
     -------

@@ -35,10 +35,14 @@ def report_page(results: Results, folder: Path | None = None, clouds: bool = Tru
 
     Parameters
     ----------
-    results : of a finished run.
-    folder : of the page, from which it links to the pictures in full size; None: no links.
-    clouds : show points of the capture around the chains, if it can still be read.
-    with_progress : wraps the list of frames, for a progress bar.
+    results
+        of a finished run.
+    folder
+        of the page, from which it links to the pictures in full size; None: no links.
+    clouds
+        show points of the capture around the chains, if it can still be read.
+    with_progress
+        wraps the list of frames, for a progress bar.
 
     Raises
     ------
@@ -85,10 +89,14 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
 
     Parameters
     ----------
-    frame : its status.
-    results : of the run.
-    points : of the capture; None: without.
-    thumbnail_bytes : of the picture, at most.
+    frame
+        its status.
+    results
+        of the run.
+    points
+        of the capture; None: without.
+    thumbnail_bytes
+        of the picture, at most.
     """
     values: dict[str, Any] = {
         "name": frame.name,

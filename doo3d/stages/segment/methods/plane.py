@@ -61,10 +61,14 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
 
     Parameters
     ----------
-    points : (N, 3) m, N >= 3.
-    distance : m, how near an inlier is to the plane.
-    draws : number of planes tried, each through three random points.
-    seed : of the random numbers.
+    points
+        (N, 3) m, N >= 3.
+    distance
+        m, how near an inlier is to the plane.
+    draws
+        number of planes tried, each through three random points.
+    seed
+        of the random numbers.
 
     Returns
     -------
@@ -105,9 +109,12 @@ def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Ar
 
     Parameters
     ----------
-    data : the frame or cloud.
-    normal : (3,), of length 1.
-    offset : m, with normal @ p = offset on the plane.
+    data
+        the frame or cloud.
+    normal
+        (3,), of length 1.
+    offset
+        m, with normal @ p = offset on the plane.
 
     Returns
     -------
