@@ -149,5 +149,5 @@ def test_everything_is_lost_after_segmentation(doo3d, capture, override, stage):
 def test_explain_takes_what_detect_takes():
     loaded = open_capture(SAMPLES / "crossing").frames[0].load()
     explanation = doo3d.explain(loaded.data, doo3d.load_config("default", {"merge.chains": 1}))
-    assert [account.stage for account in explanation.accounts][0] == "segment"
+    assert next(account.stage for account in explanation.accounts) == "segment"
     assert len(explanation.merges) == len(doo3d.detect(loaded.data).chains[0].connections)

@@ -8,9 +8,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from builders.captures import save
 from builders.errors import code_in, refuses
 from builders.paths import DATA
-from conftest import save
 
 from doo3d import Cloud, Frame, Image, detect
 from doo3d.config import load_config
