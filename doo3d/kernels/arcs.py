@@ -1,4 +1,4 @@
-"""Gap paths of an arc, a straight line and an arc (Dubins path, CSC): the loops of `doo3d.geometry.arcs`.
+"""Gap paths of an arc, a straight line and an arc (Dubins path, CSC): the loops of `doo3d.geometry.gap_path`.
 
 Inside, a vector is a tuple of three numbers; in 2-D, `planar`, the third is 0. An arc is a tuple of its start, the unit direction
 there, the unit normal it bends towards, its angle in radians, and its radius. Outside, vectors are arrays, and an arc is a row of

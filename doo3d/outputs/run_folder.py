@@ -14,6 +14,7 @@ from . import CONFIG, JOURNAL, MANIFEST, SUFFIXES
 from .atomic import PREFIX, write_bytes, write_text
 from .detection_json import dumps
 from .journal import Journal
+from .resume import finished_frames
 from .run_identity import find_conflict, frame_names, identity, read_manifest
 
 
@@ -81,18 +82,7 @@ class ResultsFolder:
         lines = self._journal.read() if manifest is not None else []
         self._replaces = conflict is not None or (restart and manifest is not None)
         self._former_names = frame_names(manifest, lines) if self._replaces else set()
-        self.done = {} if self._replaces else self._finished(lines, names)
-
-    def _finished(self, lines: list[dict[str, Any]], names: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Return the journal's lines of the first frames, up to the first without a line or with a missing file."""
-        by_name = {line.get("name"): line for line in lines}
-        done: dict[str, dict[str, Any]] = {}
-        for name in names:
-            line = by_name.get(name)
-            if line is None or (line["status"] == "ok" and not all(self.file(name, each).exists() for each in SUFFIXES.values())):
-                break
-            done[name] = line
-        return done
+        self.done = {} if self._replaces else finished_frames(path, lines, names)
 
     def file(self, name: str, suffix: str) -> Path:
         """Return the path of a frame's file."""

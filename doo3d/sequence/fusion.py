@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import DooError, InputError
-from ..geometry.radius import point_spacing
+from ..geometry.initial_radius import point_spacing
 from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..geometry.arcs import GapPath
+from ..geometry.gap_path import GapPath
 from ..types import Floats, Foreground, VoxelGrid
 from ..visibility import Visibility
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..geometry.arcs import GapPath
+from ..geometry.gap_path import GapPath
 from ..kernels.equal_chords import lay_equal_chords
 from ..types import Floats, Path
 from . import Assembly, FrameContext

@@ -10,8 +10,8 @@ import numpy as np
 from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..geometry.closing import close_cells
+from ..geometry.initial_radius import estimate_radius, point_spacing
 from ..geometry.mask import bounding_box, mask_radius
-from ..geometry.radius import estimate_radius, point_spacing
 from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
 from ..kernels.skeleton_graph import connected_components
 from ..kernels.thinning import neighbor_table

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders.contexts import context_of
 
-from doo3d.geometry.arcs import gap_path
+from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import angle, steps, unit
 from doo3d.stages import Assembly
 from doo3d.stages.fill import fill

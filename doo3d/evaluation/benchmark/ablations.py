@@ -43,8 +43,8 @@ ABLATIONS: dict[str, Ablation] = {
         }
     ),
     "no refinement from surface to axis": Ablation({"refine.iterations": 0}),
-    "no smoothing of the axis": Ablation(constants={"doo3d.stages.refine.estimation:SMOOTHING_RADII": 0.0}),
-    "depth weighted as lateral offset": Ablation(constants={"doo3d.stages.refine.estimation:DEPTH_WEIGHT": 1.0}),
+    "no smoothing of the axis": Ablation(constants={"doo3d.stages.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
+    "depth weighted as lateral offset": Ablation(constants={"doo3d.stages.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
 }
 
 

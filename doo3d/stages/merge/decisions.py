@@ -11,7 +11,7 @@ from ...types import Chain, Floats
 from .. import Assembly
 from .assignment import Link
 from .ends import Pair, ends_of
-from .gap_paths import GapCost, GapPaths
+from .gap_path_costs import GapCost, GapPaths
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from .confidence import confidences
 from .costs import cost_terms, pair_costs
 from .decisions import DroppedChain, Merged, record_decisions
 from .ends import End, ends_of, measure_ends
-from .gap_paths import GapPaths
+from .gap_path_costs import GapPaths
 
 
 def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:

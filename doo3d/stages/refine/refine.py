@@ -13,9 +13,9 @@ from ...geometry.polyline import arc_length
 from ...kernels.nearest import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
+from .axis_and_radius import estimate_axis, infer_viewpoint
 from .cross_sections import thinned
 from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
-from .estimation import estimate_axis, infer_viewpoint
 from .samples import Samples, sample_paths
 
 WALL_LATERAL_RADII = 0.9

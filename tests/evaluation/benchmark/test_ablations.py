@@ -16,7 +16,7 @@ from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.pipeline import run_stages
 
-MODULE = "doo3d.stages.refine.estimation"
+MODULE = "doo3d.stages.refine.axis_and_radius"
 WEIGHT, SMOOTHING = f"{MODULE}:DEPTH_WEIGHT", f"{MODULE}:SMOOTHING_RADII"
 PARTS_OFF = [name for name in ABLATIONS if name != DEFAULT]
 

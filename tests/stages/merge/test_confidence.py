@@ -11,7 +11,7 @@ from builders.drawn_masks import frame_of, line, wave
 
 import doo3d
 from doo3d.config import MergeConfig
-from doo3d.geometry.arcs import gap_path
+from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
 from doo3d.stages import Assembly
 from doo3d.stages.fill import fill
@@ -19,7 +19,7 @@ from doo3d.stages.merge import merge
 from doo3d.stages.merge.assignment import Link
 from doo3d.stages.merge.confidence import confidences
 from doo3d.stages.merge.ends import ChainEnds, ends_of
-from doo3d.stages.merge.gap_paths import GapPaths
+from doo3d.stages.merge.gap_path_costs import GapPaths
 from doo3d.types import Camera, Chain, Connection, Detection
 from doo3d.visibility import Visibility
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.arcs import arc_line_arc, arc_towards, corner_radius, gap_path
+from doo3d.geometry.gap_path import arc_line_arc, arc_towards, corner_radius, gap_path
 from doo3d.geometry.polyline import angle, steps, unit
 
 SPACING = 0.01

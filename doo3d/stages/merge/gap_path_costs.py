@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import MergeConfig
-from ...geometry.arcs import GapPath, gap_path
+from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.polyline import steps
 from ...types import Floats
 from ...visibility import PointVisibility, Visibility

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders.drawn_masks import line, surface
 
-from doo3d.stages.refine.estimation import depth_noise, estimate_axis
+from doo3d.stages.refine.axis_and_radius import depth_noise, estimate_axis
 from doo3d.stages.refine.samples import Samples, sample_paths
 from doo3d.types import Foreground, Path
 

@@ -1,0 +1,115 @@
+"""The log odds that one of two crossing strands is the upper: from the depth of their surfaces, and from their colors."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.projection import Projection
+from ...kernels.sampling import sample_bilinear
+from ...types import Array, Floats, Foreground
+from .overlap import CrossingStrands, Lookup, color_order, depth_order, sample_strands
+
+DEPTH_DEVIATION = 0.5
+"""Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
+
+UNMEASURED_DEPTH_DEVIATION = 1.0
+"""The same where a strand was not measured on both sides of the crossing."""
+
+SURFACE_WEIGHT = 0.75
+"""Weight of the measured surfaces beside that of the chains: the chain of the lower strand is filled in at the crossing."""
+
+MAX_DEPTH_DIFFERENCE = 1.5
+"""Thicknesses up to which a difference in depth counts."""
+
+SURFACE_LOG_ODDS = 4.0
+"""Log odds when the surface in the overlap is just where one strand's should be, and a thickness from the other's."""
+
+COLOR_LOG_ODDS = 3.0
+"""Log odds per log ratio by which one strand's colors explain the overlap better, up to MAX_COLOR_LOG_RATIO of that."""
+
+MAX_COLOR_LOG_RATIO = 2.0
+
+MIN_COLOR_LOG_RATIO = 0.35
+"""A log ratio of colors that is less than this says nothing: so much comes from light and texture."""
+
+COLOR_NOISE = 6.0
+"""Grey levels of 255 by which colors along a strand differ anyway."""
+
+NEAREST_POINTS = 8
+"""Points of a cloud of which the nearest to the sensor is taken for the surface."""
+
+CLOUD_SEARCH_HALF_WIDTHS = 20.0
+"""Half-widths of a strand round a crossing within which points of a cloud are searched."""
+
+
+def upper_strand_log_odds(
+    intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
+) -> Floats:
+    """Return the log odds (C,) that the first strand of each crossing is the upper; radius : (C, 2) of the strands."""
+    depth = chains.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2]
+    strands = sample_strands(intersections, chains, radius * view.scale(depth))
+    log_odds = np.zeros(len(depth))
+    if foreground.points.shape[1] == 3:
+        log_odds += _depth_log_odds(strands, depth, radius, _surface_lookup(foreground, view, strands))
+    color = foreground.color
+    if color is not None:
+        ratio = color_order(strands, lambda positions: _colors(color, positions), COLOR_NOISE)
+        telling = np.abs(ratio) >= MIN_COLOR_LOG_RATIO
+        log_odds += COLOR_LOG_ODDS * np.where(telling, np.clip(ratio, -MAX_COLOR_LOG_RATIO, MAX_COLOR_LOG_RATIO), 0.0)
+    return log_odds
+
+
+def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
+    """Return the log odds (C,) by depth: from the strands' difference, and from whose surface is seen in the overlap."""
+    thickness = np.maximum(radius.sum(axis=1), 1e-9)
+    in_front, mismatch = depth_order(strands, surface, depth, radius)
+    difference = (depth[:, 1] - depth[:, 0]) / thickness
+    measured = np.isfinite(in_front)
+    deviation = np.where(measured, DEPTH_DEVIATION, UNMEASURED_DEPTH_DEVIATION)
+    difference = np.where(measured, SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference, difference)
+    log_odds = 2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2
+    return np.asarray(log_odds + SURFACE_LOG_ODDS * np.nan_to_num(np.clip(mismatch / thickness, -1.0, 1.0)))
+
+
+def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingStrands) -> Lookup:
+    """Return the lookup of the surface's distance: in the depth image within the mask, or from points of the cloud nearby."""
+    if foreground.depth is not None and foreground.mask is not None:
+        depth, mask = foreground.depth, foreground.mask
+
+        def in_depth_image(positions: Floats) -> Floats:
+            measured = _nearest_pixels(depth, positions)
+            return np.where((measured > 0) & (_nearest_pixels(mask, positions) > 0), measured, np.nan)
+
+        return in_depth_image
+    points, distance = view.project(foreground.points), view.distance(foreground.points)
+    width = float(strands.half_width.max())
+    near = np.zeros(len(points), dtype=bool)
+    for point in strands.point:
+        near |= (np.abs(points - point) < CLOUD_SEARCH_HALF_WIDTHS * width).all(axis=1)
+    if not near.any():
+        return lambda positions: np.full(positions.shape[:-1], np.nan)
+    tree, known = cKDTree(points[near]), np.append(distance[near], np.inf)
+
+    def in_cloud(positions: Floats) -> Floats:
+        asked = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
+        nearest = known[tree.query(asked, NEAREST_POINTS, distance_upper_bound=0.5 * width)[1]].min(axis=1)
+        return np.where(np.isfinite(nearest), nearest, np.nan).reshape(positions.shape[:-1])
+
+    return in_cloud
+
+
+def _nearest_pixels(image: Array, positions: Floats) -> Floats:
+    """Return the image's pixels (H, W) or (H, W, K) at positions (..., 2) px; NaN outside."""
+    height, width = image.shape[:2]
+    u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
+    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    pixels = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
+    return np.where(inside if image.ndim == 2 else inside[..., None], pixels, np.nan)
+
+
+def _colors(image: Array, positions: Floats) -> Floats:
+    """Return the bilinear colors (..., 3) of the image at positions (..., 2) px; NaN outside."""
+    flat = sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2))
+    return np.asarray(flat).reshape(*positions.shape[:-1], -1)
