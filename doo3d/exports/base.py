@@ -1,4 +1,4 @@
-"""The base classes of all exports, and their shared names, colors and times of chains."""
+"""The base classes of all export formats, and the chain numbers, colors, times and up axis that they share."""
 
 from __future__ import annotations
 
@@ -16,10 +16,19 @@ from ..viz.palette import Rgb, chain_color
 
 
 class Export(BaseModel):
-    """A format, with its options as fields.
+    """An export format. Each subclass is one format; its pydantic fields are the options that a user can set.
 
-    summary : one line for lists. suffixes : of its files, the default first; empty for a folder. file_per : content of one file.
-    supports_2d : 2-D results can be exported.
+    Attributes
+    ----------
+    summary
+        one line that describes the format in lists.
+    suffixes
+        the file suffixes that the format accepts, such as (".usda", ".usdc"); the first is the default. Empty if it writes a
+        folder.
+    file_per
+        what one file holds: the whole capture, one frame, or one chain.
+    supports_2d
+        whether 2-D results, in pixels, can be exported too.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -31,37 +40,42 @@ class Export(BaseModel):
 
     @property
     def suffix(self) -> str:
-        """The suffix of files in a folder."""
+        """The suffix, such as ".ply", of the files that doo3d names itself, one per frame or chain in a folder."""
         return self.suffixes[0]
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write a new file.
+        """Write one file (or one folder) of this format.
 
         Parameters
         ----------
         frames
-            all frames of a capture in order, or a single frame, or a single frame with a single chain, as `file_per` says.
+            the detections for this file. If `file_per` is "capture", all frames in order; if "frame", one detection;
+            if "chain", one detection with one chain, or with none if the frame has none.
         path
-            the new file.
+            the file to write, which does not exist yet; its folder does.
 
         Raises
         ------
-        InputError : the chains lack a value that the format needs. MissingDependency : a library is not installed.
+        InputError
+            the chains lack a value that the format needs, such as the radius.
+        MissingDependency
+            a library that the format needs is not installed.
         """
         raise NotImplementedError
 
 
 class RadiusExport(Export):
-    """A format that needs the radius of the chains."""
+    """An export format that needs the radius of the chains. The option `radius` replaces the detected one."""
 
     radius: float | None = Field(None, gt=0, description="radius of all chains, m (px in 2-D); default: each chain's own")
 
     def radius_of(self, chain: Chain) -> float:
-        """Return the radius of a chain in m (px in 2-D).
+        """Return the radius of a whole chain, m (px in 2-D): the option `radius` if it is set, otherwise the detected radius.
 
         Raises
         ------
-        InputError : the radius is unknown.
+        InputError
+            the option is not set and the radius of the chain is unknown (NaN) or not positive.
         """
         radius = chain.radius if self.radius is None else self.radius
         if not math.isfinite(radius) or radius <= 0:
@@ -72,7 +86,16 @@ class RadiusExport(Export):
         return radius
 
     def radii_of(self, chain: Chain) -> Floats:
-        """Return the radius at each joint, (N + 1,) m (px in 2-D); the chain's where it is unknown."""
+        """Return the radius at each of the N + 1 joints of a chain, (N + 1,) m (px in 2-D).
+
+        If the option `radius` is set, it applies to all joints. Otherwise a joint without a measured radius gets the radius of
+        the whole chain.
+
+        Raises
+        ------
+        InputError
+            the option is not set and the radius of the whole chain is unknown (NaN) or not positive.
+        """
         default = self.radius_of(chain)
         if self.radius is not None:
             return np.full(len(chain.joints), default)
@@ -81,24 +104,39 @@ class RadiusExport(Export):
 
 
 def labels(detection: Detection) -> list[int]:
-    """Return the numbers of the chains: their ids if all have different ones, else 0, 1, 2, ..."""
+    """Return a number for each chain, in the order of `detection.chains`, for the names in files ("chain0").
+
+    The numbers are the chains' ids, which tracking keeps from frame to frame. If any id is missing or occurs twice, they are
+    0, 1, 2, ... instead.
+    """
     ids = [chain.id for chain in detection.chains if chain.id is not None]
     return ids if len(set(ids)) == len(detection.chains) else list(range(len(detection.chains)))
 
 
 def colors(label: int) -> tuple[Rgb, Rgb]:
-    """Return the RGB colors, 0 to 255, of a chain's visible segments and, paler, of its occluded ones."""
+    """Return two RGB colors, 0 to 255, for the chain with this number: of its visible segments and, paler, of its occluded ones.
+
+    The first is the chain's color in all pictures of doo3d.
+    """
     visible = chain_color(label)
     red, green, blue = ((2 * part + 3 * 255) // 5 for part in visible)
     return visible, (red, green, blue)
 
 
 def times(frames: Sequence[Detection], rate: float) -> list[float]:
-    """Return the time of each frame in s: its timestamp, or, if one has none, `rate` frames per second from 0."""
+    """Return the time of each frame in s, as many as there are frames.
+
+    The times are the frames' timestamps. If any frame has none, they are 0, 1 / rate, 2 / rate, ... instead, with `rate` in
+    frames per second.
+    """
     stamps = [frame.timestamp for frame in frames if frame.timestamp is not None]
     return stamps if len(stamps) == len(frames) else [i / rate for i in range(len(frames))]
 
 
 def is_z_up(detection: Detection) -> bool:
-    """Return whether the z axis points up: in all coordinates but a (level) camera's, whose y axis points down."""
+    """Return whether the z axis of the detection's coordinates is taken to point up.
+
+    False for a camera's coordinates (x right, y down, z forward), where up is -y if the camera is level. True for all others: a
+    world, or a cloud in coordinates of its own.
+    """
     return detection.coordinates != "camera"

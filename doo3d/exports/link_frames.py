@@ -10,17 +10,19 @@ from ..types import Floats
 
 
 def link_frames(joints: Floats) -> Floats:
-    """Return the orientation of each segment, with minimal twist (parallel transport).
+    """Return the orientation of each segment of a chain as a rotation matrix, with minimal twist (parallel transport).
 
     Parameters
     ----------
     joints
-        (N + 1, 3) m.
+        (N + 1, 3) m, the joints in order; a segment leads from each joint to the next.
 
     Returns
     -------
-    (N, 3, 3) rotations whose third column is the segment's direction. Each is the previous one (for the first: the identity),
-    rotated about the axis perpendicular to both directions.
+    (N, 3, 3) float64
+        rotations from a segment's own coordinates to those of the joints: p_joints = R @ p_segment. The third column, the
+        segment's z axis, is its unit direction. Each rotation is the previous one turned by the smallest angle that aligns the
+        z axes; the first is the identity turned in the same way.
     """
     frames = []
     frame = np.eye(3)
@@ -31,7 +33,18 @@ def link_frames(joints: Floats) -> Floats:
 
 
 def relative_rotations(frames: Floats) -> Rotation:
-    """Return the rotation of each segment (N, 3, 3) relative to the previous one; of the first, to the coordinates."""
+    """Return the rotation of each segment relative to the previous one.
+
+    Parameters
+    ----------
+    frames
+        (N, 3, 3), the orientation of each segment: R in p_joints = R @ p_segment.
+
+    Returns
+    -------
+    Rotation
+        N rotations, from the coordinates of segment k to those of segment k - 1; of segment 0, to the coordinates of the joints.
+    """
     previous = np.concatenate((np.eye(3)[None], frames[:-1]))
     return Rotation.from_matrix(previous.transpose(0, 2, 1) @ frames)
 

@@ -35,7 +35,19 @@ class _Mesh(RadiusExport):
     sides: int = Field(16, ge=3, le=256, description="number of sides of each cylinder; their edges lie on the surface")
 
     def parts(self, detection: Detection) -> Iterator[tuple[str, Any]]:
-        """Yield (name, mesh) of each chain's visible and occluded segments: `chain0`, `chain0_occluded`."""
+        """Yield (name, trimesh.Trimesh) for the visible and for the occluded segments of each chain.
+
+        The names are `chain0` and `chain0_occluded`, with the chain's number; a part without segments is left out. Each segment
+        is a closed cylinder of the chain's radius, in metres and in the coordinates of the detection; its color is at the
+        vertices.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown.
+        MissingDependency
+            trimesh is not installed.
+        """
         trimesh = require("trimesh")
         for label, chain in zip(labels(detection), detection.chains, strict=True):
             radius, frames = self.radius_of(chain), link_frames(chain.joints)
@@ -53,26 +65,29 @@ class _Mesh(RadiusExport):
 
 
 class Ply(_Mesh):
-    """One mesh with the chain's color at the vertices, paler where occluded."""
+    """PLY: one mesh of all chains. Vertices have the color of their chain, paler at occluded segments."""
 
     summary: ClassVar[str] = "mesh of all cylinders, colored"
     suffixes: ClassVar[tuple[str, ...]] = (".ply",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write binary PLY with float32 coordinates."""
+        """Write the mesh of one frame as binary PLY with float32 coordinates, m; without chains, a valid PLY with no vertex."""
         meshes = [mesh for _, mesh in self.parts(frames[0])]
         combined = require("trimesh").util.concatenate(meshes) if meshes else None
         path.write_bytes(combined.export(file_type="ply", vertex_normal=False) if combined else EMPTY_PLY.encode("ascii"))
 
 
 class Obj(_Mesh):
-    """An object (`o`) per part, with colours at the vertices (`v x y z r g b`)."""
+    """Wavefront OBJ: an object `chain0` of the visible segments of each chain, and `chain0_occluded` of its occluded ones."""
 
     summary: ClassVar[str] = "mesh, an object per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".obj",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write text with 9 decimals."""
+        """Write the meshes of one frame as text, with a line `v x y z r g b` per vertex.
+
+        Coordinates are in m with 9 decimals, colors are 0 to 1.
+        """
         lines, first = ["# doo3d, metres"], 1
         for name, mesh in self.parts(frames[0]):
             lines.append(f"o {name}")
@@ -84,13 +99,17 @@ class Obj(_Mesh):
 
 
 class Glb(_Mesh):
-    """One node per part, in glTF's y-up coordinates."""
+    """Binary glTF: a node `chain0` of the visible segments of each chain, and `chain0_occluded` of its occluded ones."""
 
     summary: ClassVar[str] = "glTF mesh, a node per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".glb",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write nodes rotated to make the scene upright; their vertices keep the detection's coordinates."""
+        """Write the meshes of one frame, m.
+
+        The vertices keep the coordinates of the detection. A rotation in each node turns them to glTF's axes (y up, z towards the
+        viewer), taking up as -y in a camera's coordinates and as z in others.
+        """
         scene = require("trimesh").Scene()
         transform = Z_UP if is_z_up(frames[0]) else CAMERA_UP
         for name, mesh in self.parts(frames[0]):

@@ -22,7 +22,11 @@ CONTACT_FREE_RADII = 3.0  # along the chain: closer capsules touch at every bend
 
 
 class Mjcf(RadiusExport):
-    """MJCF that MuJoCo 3 and 4 load: no plugin, no composite."""
+    """MuJoCo model (MJCF) for MuJoCo 3 and 4: one body with a capsule per segment, joined by ball joints.
+
+    It uses neither plugins nor composite bodies. The origin of a body is at one end of its segment, and its z axis points to
+    the other.
+    """
 
     summary: ClassVar[str] = "MuJoCo: capsules with ball joints"
     suffixes: ClassVar[tuple[str, ...]] = (".xml",)
@@ -42,7 +46,13 @@ class Mjcf(RadiusExport):
     timestep: float = Field(0.002, gt=0, description="time step, s")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write one model per frame."""
+        """Write one frame as an MJCF model in XML, with a tree of nested bodies per chain.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown, or `ground` is set without gravity.
+        """
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:

@@ -28,7 +28,7 @@ DATA binary
 
 
 class Nodes(Export):
-    """Nodes (M, 3) m, evenly spaced along the chain, from its first to its last joint."""
+    """Evenly spaced points of one chain, from its first joint to its last: (M, 3) m, with M the option `count`."""
 
     summary: ClassVar[str] = "evenly spaced points of a chain, the initial state of trackers (TrackDLO, CDCPD)"
     suffixes: ClassVar[tuple[str, ...]] = (".npy", ".pcd", ".json")
@@ -41,11 +41,15 @@ class Nodes(Export):
 
     @property
     def suffix(self) -> str:
-        """The suffix of files in a folder, from the option `file`."""
+        """The suffix of the files that doo3d itself names, from the option `file`: ".npy", ".pcd" or ".json"."""
         return f".{self.file}"
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write NPY (float64), PCD (float32, binary) or JSON (with edges); no points for a frame without chains."""
+        """Write the points of one chain in the format that the suffix of `path` names.
+
+        `.npy` is an (M, 3) float64 array, `.pcd` is binary with float32 coordinates, and `.json` has "nodes" (M lists [x, y,
+        z]) and "edges" ([k, k + 1], indices of consecutive nodes). For a frame without chains, M is 0.
+        """
         points = frames[0].chains[0].nodes(self.count) if frames[0].chains else np.zeros((0, 3))
         {".npy": _npy, ".pcd": _pcd, ".json": _json}[path.suffix.lower()](path, points)
 

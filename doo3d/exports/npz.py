@@ -13,7 +13,10 @@ from .base import Export
 
 
 class Npz(Export):
-    """Ragged data: one concatenated array per quantity, and the offsets of its parts."""
+    """NumPy file of all frames of a capture, without loss of precision.
+
+    Each quantity, such as the joints, is one array over all chains of all frames. Offsets tell which rows belong to which chain.
+    """
 
     summary: ClassVar[str] = "NumPy arrays of the whole capture, exact"
     suffixes: ClassVar[tuple[str, ...]] = (".npz",)
@@ -21,13 +24,23 @@ class Npz(Export):
     supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write compressed arrays; the same arrays give the same bytes."""
+        """Write the arrays of all frames as compressed NPZ; the same results give the same bytes."""
         with path.open("xb") as file:
             np.savez_compressed(file, **arrays(frames))
 
 
 def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
-    """Return the arrays of the file, see docs/pages/exports.md: F frames, C chains, J joints, S segments."""
+    """Return the arrays of the NPZ file by name, for F frames with C chains, J joints and S segments in all.
+
+    Returns
+    -------
+    dict
+        "schema" and "units" ("m" or "px") are scalars. Per frame, (F,): "frames" (names), "stamps" (s, NaN if unknown),
+        "coordinates". "chain_offsets" (F + 1,): frame f has the chains chain_offsets[f] to chain_offsets[f + 1] - 1.
+        "joint_offsets" and "segment_offsets" (C + 1,): the same for the joints and segments of each chain. Per joint: "joints"
+        (J, 3 or 2), "radii" (J,). Per segment: "occluded" (S,) bool. Per chain, (C,): "ids" (-1 if unknown), "radius",
+        "segment_length", "closed", "confidence".
+    """
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
     counts = [len(chain.joints) for chain in chains]

@@ -17,20 +17,24 @@ TOLERANCE = 1e-3  # of a rotation written with few digits; it is made orthonorma
 
 
 def read_pose(pose: PoseLike) -> Floats:
-    """Return a pose as a matrix.
+    """Return a pose, given in one of several forms, as a 4x4 matrix.
 
     Parameters
     ----------
     pose
-        4x4 numbers, or x y z qx qy qz qw (m and a unit quaternion); a text "x,y,z,qx,qy,qz,qw"; a text or NPY file with either.
+        either 4x4 numbers, row by row, or the seven numbers x y z qx qy qz qw (m and a unit quaternion). They may be given as
+        an array or list, as a text "x,y,z,qx,qy,qz,qw", or as the path of a text or NPY file with the numbers.
 
     Returns
     -------
-    (4, 4) float64, m: p_out = R p_in + t, with an orthonormal R.
+    (4, 4) float64
+        the pose T with p_out = T @ (p_in, 1), m; for a camera's pose in the world, p_in is in the camera's coordinates and p_out
+        in the world's. The rotation is made exactly orthonormal.
 
     Raises
     ------
-    InputError : another count of numbers, an unreadable file, or a matrix that is not a rotation.
+    InputError
+        the file cannot be read, there are neither 7 nor 16 finite numbers, or they differ from a rigid motion by more than 0.001.
     """
     name, numbers = _numbers(pose)
     if numbers.size == 7:
@@ -41,18 +45,22 @@ def read_pose(pose: PoseLike) -> Floats:
 
 
 def transformed(detection: Detection, pose: Floats) -> Detection:
-    """Return the detection in the world's coordinates.
+    """Return a copy of a 3-D detection in the world's coordinates.
+
+    The joints of the chains and the points of the crossings are moved; lengths, radii and all else stay.
 
     Parameters
     ----------
     detection
-        3-D.
+        3-D, for example in the camera's coordinates.
     pose
-        (4, 4) from `read_pose`.
+        (4, 4) matrix, m, from the detection's coordinates to the world's: p_world = pose @ (p, 1). Its rotation must be
+        orthonormal.
 
     Raises
     ------
-    InputError : the detection is 2-D.
+    InputError
+        the detection is 2-D.
     """
     if detection.mode == "2d":
         raise InputError(f"frame {detection.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")

@@ -26,11 +26,17 @@ FORMATS: dict[str, str | type[Export]] = {
 
 
 def export_class(name: str) -> type[Export]:
-    """Return the class that writes the format `name`.
+    """Return the class of an export format, not yet with options; its module is imported on first use.
+
+    Parameters
+    ----------
+    name
+        of the format in lists, such as "mjcf".
 
     Raises
     ------
-    ConfigError : the format does not exist.
+    ConfigError
+        there is no format of this name.
     """
     if name not in FORMATS:
         raise ConfigError(f"no export format {name!r}: choose one of {', '.join(FORMATS)}", code="format-unknown")
@@ -43,11 +49,19 @@ def export_class(name: str) -> type[Export]:
 
 
 def export_of(name: str, options: dict[str, Any]) -> Export:
-    """Return the format `name` with its options.
+    """Return an export format with its options set, ready to write.
+
+    Parameters
+    ----------
+    name
+        of the format in lists, such as "mjcf".
+    options
+        option name -> value; options not given keep their defaults.
 
     Raises
     ------
-    ConfigError : the format or an option does not exist, or a value is out of bounds.
+    ConfigError
+        the format or an option does not exist, or a value is out of bounds.
     """
     kind = export_class(name)
     try:

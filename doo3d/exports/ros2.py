@@ -21,7 +21,10 @@ Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link frame has z alo
 
 
 class Ros2(RadiusExport):
-    """Per frame: nav_msgs/Path on /doo3d/chain<number>, visualization_msgs/MarkerArray on /doo3d/markers."""
+    """ROS 2 bag: for each frame, a nav_msgs/Path per chain and a visualization_msgs/MarkerArray of all chains.
+
+    The topics are /doo3d/chain0 (with the chain's number) and /doo3d/markers.
+    """
 
     summary: ClassVar[str] = "ROS 2 bag: nav_msgs/Path per chain, visualization_msgs/MarkerArray"
     suffixes: ClassVar[tuple[str, ...]] = ()
@@ -32,7 +35,10 @@ class Ros2(RadiusExport):
     rate: float = Field(30.0, gt=0, description="frames per second of a capture without timestamps")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write a folder with metadata.yaml, as ros2 bag does."""
+        """Write all frames as a bag: the folder `path` with the data and metadata.yaml.
+
+        The time of a message is the frame's timestamp; in a capture without timestamps, frames are 1 / `rate` s apart, from 0.
+        """
         bags, stores = require("rosbags.rosbag2", "bags"), require("rosbags.typesys", "bags")
         store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
         storage = {"mcap": bags.StoragePlugin.MCAP, "sqlite3": bags.StoragePlugin.SQLITE3}[self.storage]
@@ -62,20 +68,26 @@ class Ros2(RadiusExport):
 
 
 class _MessageFactory:
-    """Makes messages with a common header."""
+    """Builder of ROS messages with the same header: `types` maps names such as "nav_msgs/msg/Path" to message classes."""
 
     def __init__(self, types: Any, header: Any) -> None:
         self.types, self.header = types, header
 
     def point(self, position: Array) -> Any:
+        """Return a geometry_msgs/Point at a position (3,), m."""
         return self.types["geometry_msgs/msg/Point"](*map(float, position))
 
     def pose(self, position: Array, quaternion: Array) -> Any:
+        """Return a geometry_msgs/Pose from a position (3,), m, and a quaternion (4,) in the order x, y, z, w."""
         orientation = self.types["geometry_msgs/msg/Quaternion"](*map(float, quaternion))
         return self.types["geometry_msgs/msg/Pose"](position=self.point(position), orientation=orientation)
 
     def path(self, chain: Chain) -> Any:
-        """Return a pose at each joint with x along the segment that starts there (at the last joint: ends there)."""
+        """Return a nav_msgs/Path with a pose at each joint of a chain.
+
+        The x axis of a pose points along the segment that starts at the joint; at the last joint, along the segment that ends
+        there.
+        """
         quaternions = Rotation.from_matrix(link_frames(chain.joints) @ Z_TO_X).as_quat()
         stamped = self.types["geometry_msgs/msg/PoseStamped"]
         poses = [
@@ -85,22 +97,22 @@ class _MessageFactory:
         return self.types["nav_msgs/msg/Path"](header=self.header, poses=poses)
 
     def marker(self, number: int, action: int, namespace: str, width: float, color: tuple[int, int, int], points: Floats) -> Any:
-        """Return a marker with a list of line segments.
+        """Return a visualization_msgs/Marker that draws separate line segments.
 
         Parameters
         ----------
         number
-            of the chain.
+            id of the marker: the number of the chain.
         action
-            ADD or DELETE_ALL.
+            ADD (0), or DELETE_ALL (3) to clear earlier markers.
         namespace
-            of the marker.
+            of the marker: "seen" or "occluded".
         width
             of the lines, m.
         color
             RGB, 0 to 255.
         points
-            (2 L, 3) m, two per line segment.
+            (2 L, 3) m, the start and the end of each of L line segments.
         """
         types, zero = self.types, np.zeros(3)
         return types["visualization_msgs/msg/Marker"](

@@ -15,7 +15,10 @@ VISIBLE, OCCLUDED = 0, 5  # types of a point: 0 is "undefined", 5 and above are 
 
 
 class Swc(RadiusExport):
-    """One tree per chain, from its first joint to its last; the type of a joint is of the segment that ends there."""
+    """SWC, the text format of neuron skeletons: one tree per chain, from the first joint (parent -1) to the last.
+
+    A joint at the end of an occluded segment has type 5, all others have type 0.
+    """
 
     summary: ClassVar[str] = "skeleton: n type x y z radius parent"
     suffixes: ClassVar[tuple[str, ...]] = (".swc",)
@@ -24,7 +27,10 @@ class Swc(RadiusExport):
     scale: float = Field(1.0, gt=0, description="factor of coordinates and radii; 1e6 gives micrometres, usual for neurons")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write numbers in full precision; in 2-D z is 0."""
+        """Write one frame as text, one line "n type x y z radius parent" per joint.
+
+        Coordinates and radii are in m (px in 2-D) times the option `scale`, in full precision; in 2-D, z is 0.
+        """
         detection = frames[0]
         unit = "m" if detection.mode == "3d" else "px"
         lines = [f"# doo3d, frame {detection.frame}", f"# unit: {unit} times {self.scale:g}; type {OCCLUDED}: occluded"]

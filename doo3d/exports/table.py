@@ -14,7 +14,7 @@ COLUMNS = ["frame", "timestamp", "chain", "id", "closed", "segment_length", "cha
 
 
 class Csv(Export):
-    """A table with numbers in full precision, so that reading them back is exact."""
+    """CSV table of all frames of a capture, one row per joint. Numbers are in full precision: reading them back is exact."""
 
     summary: ClassVar[str] = "table of the whole capture, a row per joint"
     suffixes: ClassVar[tuple[str, ...]] = (".csv",)
@@ -22,7 +22,11 @@ class Csv(Export):
     supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write a table with a header; unknown values are empty fields."""
+        """Write the table of all frames, with a header line.
+
+        Unknown values are empty fields. `occluded` (0 or 1) describes the segment that starts at the joint; it is empty at the
+        last joint.
+        """
         axes = "xy" if frames and all(frame.mode == "2d" for frame in frames) else "xyz"
         with path.open("x", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")

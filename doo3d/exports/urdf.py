@@ -23,7 +23,10 @@ TINY_MASS, TINY_INERTIA = 1e-6, 1e-12  # kg, kg m²: of the links between a ball
 
 
 class Urdf(RadiusExport):
-    """One robot per frame with its root link at the origin. All joints at 0 give the detected shape."""
+    """URDF robot: one cylinder link per segment, joined by two or three revolute joints in place of each ball joint.
+
+    The root link is at the origin of the coordinates. All joints at 0 give the detected shape.
+    """
 
     summary: ClassVar[str] = "URDF: cylinders, a ball joint is two or three revolute joints"
     suffixes: ClassVar[tuple[str, ...]] = (".urdf",)
@@ -34,7 +37,7 @@ class Urdf(RadiusExport):
     base: Literal["fixed", "floating"] = Field("fixed", description="joint of the first segment with the root link")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write one robot per frame."""
+        """Write all chains of one frame as one robot in XML."""
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:

@@ -15,7 +15,11 @@ from .base import RadiusExport, colors, is_z_up, labels, times
 
 
 class Usd(RadiusExport):
-    """One linear UsdGeom.BasisCurves per chain, below an Xform that makes the scene upright."""
+    """OpenUSD scene: one linear UsdGeom.BasisCurves per chain, animated over the frames of a capture.
+
+    All curves are below the Xform /doo3d. It turns a camera's coordinates (y down, z forward) to y up; other coordinates are
+    written as z up.
+    """
 
     summary: ClassVar[str] = "OpenUSD curves, animated over the capture"
     suffixes: ClassVar[tuple[str, ...]] = (".usda", ".usdc", ".usd")
@@ -24,7 +28,10 @@ class Usd(RadiusExport):
     rate: float = Field(30.0, gt=0, description="time codes per second; also frames per second of a capture without timestamps")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write one layer: plain values for a single frame, time samples for several."""
+        """Write all frames as one scene; the suffix of `path` chooses text (.usda) or binary (.usdc, .usd).
+
+        Several frames become time samples, at (timestamp - first timestamp) x `rate`. A single frame becomes values without time.
+        """
         pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", "Sdf", "Vt")}
         stage = pxr["Usd"].Stage.CreateNew(str(path))
         geometry = pxr["UsdGeom"]

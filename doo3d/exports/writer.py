@@ -32,34 +32,40 @@ def export(
     force: bool = False,
     **options: Any,
 ) -> tuple[Path, ...]:
-    """Write chains in the format of another program.
+    """Write chains in the format of another program, such as a simulator.
 
     Parameters
     ----------
     results
-        a detection, several, the results of a run, or the folder of a run.
+        one detection, several in order, the opened results of a run, or the folder of a run.
     to
-        the format, see `doo3d export --list`.
+        name of the format, such as "mjcf"; `doo3d export --list` prints all with their options.
     path
-        the file of a format with one file per capture; otherwise a folder, with files named after the frames.
+        for formats with one file per capture, the file (for ros2, the folder). For all others a folder, in which files are
+        named after frames; if there is a single file to write, `path` may also be that file.
     frames
-        names of the frames to export; None: all.
+        names of the frames to export; None for all.
     pose
-        of the camera in the world, to export in world coordinates: 4x4, x y z qx qy qz qw, or a file with either.
+        camera-to-world pose, to export in world coordinates (p_world = pose @ p_camera, m): 4x4 numbers, or x y z qx qy qz qw, or
+        a file with either. None leaves the coordinates as they are.
     force
-        replace existing files.
-    options
-        of the format.
+        replace existing files; otherwise they are an error.
+    **options
+        options of the format, such as radius=0.004.
 
     Returns
     -------
-    The written files (or the written folder).
+    tuple of Path
+        the files written (for ros2, the folder). If one cannot be made, none is written.
 
     Raises
     ------
-    InputError : unusable results or pose, 2-D results for a 3-D format, a file that exists or cannot be written.
-    ConfigError : unknown format or option.
-    MissingDependency : a library of the format is not installed.
+    InputError
+        the results or the pose are unusable, 2-D results are given for a 3-D format, or a file exists or cannot be written.
+    ConfigError
+        unknown format or option.
+    MissingDependency
+        a library that the format needs is not installed.
     """
     kind, path = export_of(to, options), Path(path)
     detections = _select(_detections(results), frames)
@@ -80,7 +86,17 @@ def export(
 
 
 def default_path(results: Path, to: str) -> Path:
-    """Return the default path of `doo3d export`: beside the results, `out.npz` or the folder `out_mjcf`."""
+    """Return where `doo3d export` writes if no path is given: beside the folder of the results.
+
+    For a folder `out` that is the file `out.npz` for a format with one file per capture, otherwise the folder `out_mjcf`.
+
+    Parameters
+    ----------
+    results
+        of a run.
+    to
+        name of the format, such as "mjcf".
+    """
     kind, folder = export_class(to), results.resolve()
     one_file = kind.file_per == "capture" and kind.suffixes
     return folder.with_name(folder.name + (kind.suffixes[0] if one_file else f"_{to}"))

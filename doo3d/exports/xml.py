@@ -10,18 +10,28 @@ import numpy as np
 
 
 def escape(text: str) -> str:
-    """Escape text for an attribute in double quotes."""
+    """Return the text with &, <, > and " replaced by XML entities, for an attribute in double quotes."""
     return _escape(text, {'"': "&quot;"})
 
 
 def numbers(values: Any) -> str:
-    """Return a number, or a sequence of them, in full precision."""
+    """Return a number as text in full precision; of a sequence, its numbers separated by spaces."""
     if isinstance(values, Iterable):
         return " ".join(map(numbers, values))
     return repr(float(values)) if isinstance(values, float | np.floating) else str(int(values))
 
 
 def tag(element: str, close: bool = True, /, **attributes: Any) -> str:
-    """Return the tag `<element key="value"/>`, or without the slash if `close` is False."""
+    """Return an XML tag as text: `<element key="value"/>`.
+
+    Parameters
+    ----------
+    element
+        name of the element.
+    close
+        False for an opening tag without the slash, to be closed by the caller with `</element>`.
+    **attributes
+        key -> value: a text, a number or a sequence of numbers, which are separated by spaces.
+    """
     items = (f'{key}="{escape(value) if isinstance(value, str) else numbers(value)}"' for key, value in attributes.items())
     return f"<{' '.join((element, *items))}{'/' * close}>"

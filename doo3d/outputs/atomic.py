@@ -11,11 +11,15 @@ PREFIX = ".doo3d-"  # of the names of temporary files; a killed run may leave on
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name in the same folder, flush it to the disk, then rename it.
+    """Write a file so that it is either complete or not there, even if the process is killed.
+
+    The data are written under a temporary name in the same folder, flushed to the disk, and renamed to `path`. An existing file
+    is replaced.
 
     Raises
     ------
-    OSError : the disk is full or the folder may not be written to; the former file at `path` is untouched.
+    OSError
+        the disk is full or the folder may not be written to; an existing file at `path` is unchanged.
     """
     temporary = path.parent / f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}.tmp"
     try:
@@ -31,5 +35,13 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write text in UTF-8 with unchanged line ends, as `write_bytes` does."""
+    """Write text in UTF-8 so that the file is either complete or not there; line ends are not translated.
+
+    An existing file is replaced.
+
+    Raises
+    ------
+    OSError
+        the disk is full or the folder may not be written to; an existing file at `path` is unchanged.
+    """
     write_bytes(path, text.encode("utf-8"))

@@ -16,31 +16,43 @@ _NUMBER_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
 
 
 def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
-    """Encode `detection.to_dict()` as JSON in UTF-8."""
+    """Return the content of a frame's JSON file (schema doo3d/detection/2) as UTF-8 bytes.
+
+    Parameters
+    ----------
+    detection
+        the chains and crossings to write.
+    data
+        the input of the detection; not used. The functions that encode a frame's files all take the same arguments.
+    """
     return dumps(detection.to_dict()).encode("utf-8")
 
 
 def dumps(value: Any) -> str:
-    """Return JSON text with one line per joint, floats in full precision, and null for NaN and infinity."""
+    """Return a value as indented JSON text, ending in a newline.
+
+    Floats have full precision, NaN and infinity become null, and a list of numbers, such as a joint, is on one line.
+    """
     text = json.dumps(finite(value), indent=1, ensure_ascii=False, allow_nan=False)
     return _NUMBER_LIST.sub(lambda match: "[" + re.sub(r"\n\s+", " ", match.group(1)) + "]", text) + "\n"
 
 
 def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:
-    """Read the object in a JSON file.
+    """Return the object in a JSON file as a dict, after checking its "schema".
 
     Parameters
     ----------
     path
         the file.
     schemas
-        the accepted values of its "schema", the current one first.
+        the values of "schema" that are accepted, the current one first.
     what
-        the kind of file in words, with an article, for messages.
+        the kind of file in words with an article, such as "a detection", for error messages.
 
     Raises
     ------
-    InputError : the file is missing, is not JSON, or has another schema.
+    InputError
+        the file is missing, is not JSON, or has another schema.
     """
     try:
         values = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -54,7 +66,7 @@ def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[s
 
 
 def finite(value: Any) -> Any:
-    """Return a copy of nested dicts and lists with None for NaN and infinity."""
+    """Return a copy of nested dicts, lists and tuples with NaN and infinity replaced by None; tuples become lists."""
     if isinstance(value, dict):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

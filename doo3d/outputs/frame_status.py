@@ -18,11 +18,22 @@ from .run_reader import Results
 
 @dataclass(frozen=True)
 class FrameStatus:
-    """The status of one frame.
+    """How one frame of a run ended, for videos and reports.
 
-    name : of the frame. error : the reason of the failure; None for a frame that succeeded. timestamp : s, None if the
-    capture has none. seconds : duration of the frame, s; None if unknown. stages : stage -> duration, s; empty if unknown.
-    picture : path of the frame's picture, which may be missing.
+    Attributes
+    ----------
+    name
+        of the frame.
+    error
+        the reason why the frame failed; None if it succeeded.
+    timestamp
+        s; None if the capture has none.
+    seconds
+        time that the whole frame took, s; None if unknown.
+    stages
+        stage -> time that it took, s; empty if unknown.
+    picture
+        path of the frame's picture with the chains drawn; the file may be missing, as it is for a failed frame.
     """
 
     name: str
@@ -34,11 +45,12 @@ class FrameStatus:
 
 
 def frame_statuses(results: Results) -> list[FrameStatus]:
-    """Return the status of every frame of a finished run, in order.
+    """Return the status of every frame of a finished run, failed frames included, in the order of the capture.
 
     Raises
     ------
-    InputError : the run is not finished, or the manifest is damaged.
+    InputError
+        the run is not finished, or its manifest is damaged.
     """
     if not results.manifest.get("finished", True):
         raise InputError(
@@ -65,7 +77,7 @@ def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameS
 
 
 def read_picture(path: Path) -> Array | None:
-    """Read an image as (H, W, 3) uint8 BGR; None if the file is missing or unreadable."""
+    """Return the image in a file as (H, W, 3) uint8 BGR; None if the file is missing or not an image."""
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError:

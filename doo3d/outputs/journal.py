@@ -11,14 +11,26 @@ from .detection_json import finite
 
 
 class Journal:
-    """A file with one JSON object per line. A line counts once it is complete; an incomplete last line is overwritten."""
+    """The journal of a run: a file with one JSON object per line, for finished frames.
+
+    A line counts only if it is complete. What a killed process left incomplete at the end is overwritten by the next line.
+    `read` must be called before `add` to continue an existing file; otherwise it is overwritten from its start.
+
+    Parameters
+    ----------
+    path
+        the file; created by the first `add`.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._size = 0
 
     def read(self) -> list[dict[str, Any]]:
-        """Return the objects of the file up to the first line that is not a JSON object."""
+        """Return the objects of all lines, in order, up to the first line that is incomplete or not a JSON object.
+
+        The next `add` appends after the last of these lines. Without a file, the list is empty.
+        """
         entries: list[dict[str, Any]] = []
         self._size = 0
         try:
@@ -37,11 +49,12 @@ class Journal:
         return entries
 
     def add(self, values: dict[str, Any]) -> None:
-        """Append one line and flush it to the disk.
+        """Append a dict as one line and flush it to the disk; NaN and infinity become null.
 
         Raises
         ------
-        OSError : the disk is full or the file may not be written to; the line then does not count.
+        OSError
+            the disk is full or the file may not be written to; the line then does not count.
         """
         line = json.dumps(finite(values), ensure_ascii=False).encode("utf-8") + b"\n"
         with self.path.open("r+b" if self.path.exists() else "xb") as file:
@@ -53,6 +66,6 @@ class Journal:
         self._size += len(line)
 
     def remove(self) -> None:
-        """Delete the file."""
+        """Delete the journal's file, if there is one; the next `add` starts a new one."""
         self.path.unlink(missing_ok=True)
         self._size = 0

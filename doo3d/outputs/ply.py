@@ -8,16 +8,16 @@ from ..types import Array, Floats, Ints
 
 
 def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
-    """Encode points and edges as binary little-endian PLY.
+    """Return points and edges as the bytes of a binary little-endian PLY file.
 
     Parameters
     ----------
     points
-        (N, 2 or 3); 2-D points get z = 0.
+        (N, 2 or 3), written as float64 in the unit given; 2-D points get z = 0.
     colors
-        (N, 3) uint8 RGB.
+        (N, 3) uint8 RGB, of the points.
     edges
-        (E, 2) indices of points.
+        (E, 2) indices of the two points that each edge joins; (0, 2) for none.
     """
     vertices = np.zeros(
         len(points), dtype=[*((name, "<f8") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue"))]

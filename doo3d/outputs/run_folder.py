@@ -19,35 +19,41 @@ from .run_identity import find_conflict, frame_names, identity, read_manifest
 
 
 class ResultsFolder:
-    """The folder that a run writes to, from one process, frame after frame; an interrupted run resumes from it.
+    """The folder that a run writes its results to, frame after frame; an interrupted run resumes from it.
 
-    A frame is finished when its line is in the journal, which is written after its files. All files but the journal are the
-    same, byte for byte, for the same input and configuration. A run without a result leaves no folder behind.
+    It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (what was run and what came of it)
+    and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
+    journal, which is written after its files. All files but the journal are the same, byte for byte, for the same input and
+    configuration. The folder is not created before the first result. Only one process may write to it.
 
     Parameters
     ----------
     path
-        the folder, created with the first result.
+        the folder.
     source
-        the input, as the manifest records it. A change of its `files` means that the input has changed; a change of any other
-        value means another input.
+        description of the input for the manifest. If only its "files" or "frames" differ from those of the results in the
+        folder, the input has changed; any other difference means another input.
     config
         the configuration of the run.
     names
-        of the frames, in order.
+        names of all frames of the run, in order.
     restart
-        remove the folder's results of this input and start over.
+        remove results of this input that are in the folder, instead of resuming or refusing.
     force
-        write although the folder has other content; results of another run in it are removed.
+        write even if the folder has other content. Results of another run are removed, other files stay.
 
     Attributes
     ----------
+    path
+        the folder.
     done
-        name -> line of the journal, for the finished frames at the start of `names`.
+        frame name -> its line in the journal, for the frames that are already finished: the first of `names`, up to the first
+        that is not finished.
 
     Raises
     ------
-    InputError : the folder has other content or cannot be written to, or a frame's name cannot name a file.
+    InputError
+        the folder has other content or cannot be written to, or a frame's name is used twice or cannot be a file name.
     """
 
     def __init__(
@@ -85,26 +91,27 @@ class ResultsFolder:
         self.done = {} if self._replaces else finished_frames(path, lines, names)
 
     def file(self, name: str, suffix: str) -> Path:
-        """Return the path of a frame's file."""
+        """Return the path of a frame's file in the folder, from the name of the frame and a suffix such as ".json"."""
         return self.path / f"{name}{suffix}"
 
     def add(self, name: str, line: dict[str, Any], files: dict[str, bytes] | None) -> None:
-        """Write a frame's files, then its line in the journal.
+        """Write the files of one frame, then its line in the journal.
 
-        Results of a former run stay until the first frame of this run succeeds.
+        With `restart` or `force`, the results of an earlier run are removed only when the first frame of this run succeeds.
 
         Parameters
         ----------
         name
             of the frame.
         line
-            for the journal.
+            what the journal records of the frame: a dict with at least "name" and "status".
         files
-            suffix -> content; None for a frame that failed.
+            suffix -> content, such as ".json" -> bytes; None for a frame that failed.
 
         Raises
         ------
-        InputError : the disk is full or the folder may not be written to.
+        InputError
+            the disk is full or the folder may not be written to.
         """
         if files is None and self._replaces and not self._started:
             self._early_failures.append(line)
@@ -121,11 +128,17 @@ class ResultsFolder:
             raise self._unwritable(error) from None
 
     def finish(self, values: dict[str, Any]) -> None:
-        """Write the manifest of the finished run with these values in it.
+        """Write the manifest of the finished run, and `config.yaml`.
+
+        Parameters
+        ----------
+        values
+            what the manifest holds beside the identity of the run: "counts", "figures" and "frames".
 
         Raises
         ------
-        InputError : the disk is full or the folder may not be written to.
+        InputError
+            the disk is full or the folder may not be written to.
         """
         text = dumps(self._identity | {"finished": True} | values)
         try:
@@ -135,7 +148,10 @@ class ResultsFolder:
             raise self._unwritable(error) from None
 
     def abandon(self) -> None:
-        """Remove the manifest, the configuration, the journal and created folders of a run without a result."""
+        """Remove what a run without any result has written.
+
+        These are the manifest, the configuration, the journal, and the folders that the run created, if they are empty.
+        """
         if not self._started:
             return
         with contextlib.suppress(OSError):

@@ -26,7 +26,14 @@ PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "trimesh", "pyt
 class Conflict:
     """The reason why a folder cannot take the results of a run.
 
-    reason : for the message. code : of the error. can_restart : the results are of the same input, so `restart` may replace them.
+    Attributes
+    ----------
+    reason
+        sentence for the error message.
+    code
+        of the error, such as "out-other-input".
+    can_restart
+        whether restarting the run may replace the results, because they are of the same input.
     """
 
     reason: str
@@ -35,12 +42,25 @@ class Conflict:
 
 
 def identity(source: dict[str, Any], config: Config) -> dict[str, Any]:
-    """Return the part of the manifest that identifies a run: schema, versions, input and digest of the configuration."""
+    """Return the part of a run's manifest that tells whether results in a folder belong to the same run.
+
+    Parameters
+    ----------
+    source
+        description of the input: path, format, number of frames, a digest of the files.
+    config
+        the configuration of the run.
+
+    Returns
+    -------
+    dict
+        "schema", "versions" (package -> version), "input" (`source`) and "config_digest" (SHA-256 of the configuration).
+    """
     return {"schema": SCHEMA, "versions": _versions(), "input": source, "config_digest": digest(config)}
 
 
 def digest(config: Config) -> str:
-    """Return the SHA-256 of the effective configuration as hexadecimal text."""
+    """Return the SHA-256 of a configuration, all its values written as YAML, as 64 hexadecimal digits."""
     return hashlib.sha256(config.to_yaml().encode()).hexdigest()
 
 
@@ -53,7 +73,7 @@ def _versions() -> dict[str, str]:
 
 
 def read_manifest(path: Path) -> dict[str, Any] | None:
-    """Return the manifest in a folder; None if there is no valid one of doo3d."""
+    """Return the content of `manifest.json` in a folder; None if it is missing, is not JSON, or was not written by doo3d."""
     try:
         manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -63,16 +83,18 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
 
 
 def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, Any]) -> Conflict | None:
-    """Return why a folder cannot take the results of a run; None if it is empty or holds results of the same run.
+    """Return the reason why a folder cannot take the results of a run; None if it can.
+
+    A folder can if it does not exist, is empty, or holds results of the same input, configuration and versions.
 
     Parameters
     ----------
     path
-        the folder, which need not exist.
+        the folder.
     former
-        its manifest; None without one.
+        content of the manifest in the folder; None if there is none.
     current
-        `identity` of the new run.
+        manifest entries that identify the new run, from `identity(source, config)`.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None
@@ -98,7 +120,20 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
 
 
 def frame_names(manifest: dict[str, Any] | None, lines: Iterable[Any]) -> set[str]:
-    """Return the names of the frames in a manifest and in lines of a journal, as far as they can be names of files."""
+    """Return the names of all frames that a manifest or a journal mentions.
+
+    Parameters
+    ----------
+    manifest
+        content of `manifest.json`; None if there is none.
+    lines
+        objects of the journal.
+
+    Returns
+    -------
+    set of str
+        without names that cannot be names of files in the folder, such as "../a": the files of the frames are to be removed.
+    """
     frames = (manifest or {}).get("frames")
     entries = [*(frames if isinstance(frames, list) else []), *lines]
     names = [entry.get("name") for entry in entries if isinstance(entry, dict)]

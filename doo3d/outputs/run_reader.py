@@ -18,9 +18,16 @@ from .detection_json import read_object
 
 @dataclass(frozen=True)
 class Results:
-    """The results of a run.
+    """The results of a run, opened for reading.
 
-    path : the folder. manifest : content of `manifest.json`. frames : names of the frames that succeeded, in order.
+    Attributes
+    ----------
+    path
+        folder of the run.
+    manifest
+        content of its `manifest.json`.
+    frames
+        names of the frames that succeeded, in the order of the capture.
     """
 
     path: Path
@@ -28,22 +35,24 @@ class Results:
     frames: tuple[str, ...]
 
     def detections(self) -> Iterator[Detection]:
-        """Read the detection of each of `frames`, one at a time.
+        """Yield the detection of each frame that succeeded, in order; each is read from its file only when it is asked for.
 
         Raises
         ------
-        InputError : a frame's file is missing or damaged.
+        InputError
+            the file of a frame is missing or damaged.
         """
         for name in self.frames:
             yield read_detection(self.path / f"{name}.json")
 
 
 def open_results(path: str | Path) -> Results:
-    """Open the results of a run.
+    """Open the folder that `doo3d detect` wrote; the results of single frames are not read yet.
 
     Raises
     ------
-    InputError : the folder has no manifest of doo3d, or a damaged one.
+    InputError
+        the folder has no manifest written by doo3d, or a damaged one.
     """
     path = Path(path)
     try:
@@ -61,11 +70,14 @@ def open_results(path: str | Path) -> Results:
 
 
 def read_detection(path: str | Path) -> Detection:
-    """Read the JSON file of one frame, schema doo3d/detection/2 or /1.
+    """Return the detection in the JSON file of one frame, of the schema doo3d/detection/2 or the earlier /1.
+
+    Values that are null in the file, such as an unknown radius, become NaN.
 
     Raises
     ------
-    InputError : the file is missing, is not JSON, has another schema, or is damaged.
+    InputError
+        the file is missing, is not JSON, has another schema, or is damaged.
     """
     values = read_object(path, (SCHEMA, FORMER_SCHEMA), "a detection")
     try:

@@ -1,4 +1,4 @@
-"""Proposals of a configuration for a camera and an object: color ranges, and the lengths that follow from its width."""
+"""Proposal of a configuration from one frame: color ranges of the object, and the lengths that follow from its width."""
 
 from __future__ import annotations
 

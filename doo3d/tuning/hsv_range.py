@@ -30,19 +30,25 @@ MAX_ROUNDS = 4
 
 
 def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> HsvRange:
-    """Return the HSV box with the best quality, widened as far as that costs little.
+    """Return the HSV box that best separates a thin object from its background, widened where that costs little.
 
-    The quality is hits / (pixels of the object + background pixels in the box). Coordinate descent over hue, saturation and
-    value, each over all pairs of bounds. Hues are shifted so that the object's are at 90: red does not wrap.
+    Coordinate descent over hue, saturation and value maximizes the quality: object pixels in the box, divided by the number of
+    object pixels plus background pixels in the box (0 to 1). Each bound is then moved outwards as long as the quality drops by
+    at most 0.004, to leave room for shadows and highlights of other frames. A gray object gets a box of all hues.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     thin
-        the object.
+        the object; its mask tells object from background.
     excluded
-        (H, W) bool, pixels that count as neither side, such as other objects.
+        (H, W) bool, pixels that count as neither, such as those of other objects; None for none.
+
+    Returns
+    -------
+    HsvRange
+        in OpenCV's 8-bit HSV. If the low hue is above the high hue, the range passes through red (hue 0).
     """
     hsv = hsv_of(color)
     background = ~thin.mask if excluded is None else ~thin.mask & ~excluded
@@ -119,7 +125,18 @@ def _widened(quality: Floats, best: Ints, max_steps: int) -> tuple[int, int]:
 
 
 def completed_mask(color: Array, thin: ThinObject) -> Bools:
-    """Return the object's mask (H, W) with its highlights and with border pixels that resemble it more than the background."""
+    """Return the mask of a thin object, (H, W) bool, with its highlights and border pixels added and specks removed.
+
+    Color alone misses them. A pixel in a gap of the mask, or next to its border, is added if its color is nearer to the mean
+    color of the object around it than to that of the background around it.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    thin
+        the object, as found by its color.
+    """
     diameter = max(3, 2 * round(thin.half_width) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
     solid = remove_small_components(thin.mask, max(2, round(4 * thin.half_width**2)))

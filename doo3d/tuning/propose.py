@@ -58,13 +58,28 @@ OTHER_METHODS = (
 
 @dataclass(frozen=True)
 class Tuned:
-    """A proposed configuration.
+    """A proposed configuration, and how well it segments the frame that it was made from.
 
-    config : the configuration. mask : (H, W) bool, the segmentation with it.
-    object_mask : (H, W) bool, the thin object as tuning found it; None without color.
-    recall : 0 to 1, share of the object that is segmented; precision : 0 to 1, share of the segmentation that is the object;
-    both None without `object_mask`. width_px : of the object, px; width_m : the same in m, None without depth.
-    reasons : dotted key -> reason of the proposed value. advice : next steps, a sentence each.
+    Attributes
+    ----------
+    config
+        the proposed configuration, complete.
+    mask
+        (H, W) bool, the segmentation with this configuration.
+    object_mask
+        (H, W) bool, the thin object as tuning found it; None if the frame has no color.
+    recall
+        share of the pixels of `object_mask` that are in `mask`, 0 to 1; None without `object_mask`.
+    precision
+        share of the pixels of `mask` that are in `object_mask`, 0 to 1; None without `object_mask`.
+    width_px
+        typical width of the segmented object, px.
+    width_m
+        the same in m; None in the 2-D mode and for an image without depth.
+    reasons
+        dotted key, such as "fit.segment_length" -> the reason for its value.
+    advice
+        what the user could do to improve the result, a sentence each; empty if nothing.
     """
 
     config: Config
@@ -84,23 +99,29 @@ def tune(
     picks: Sequence[tuple[int, int]] = (),
     box: tuple[int, int, int, int] | None = None,
 ) -> Tuned:
-    """Propose color ranges, voxel size and segment length for one frame.
+    """Propose a configuration for one frame: segmentation, voxel size and segment length.
+
+    With color, the object is segmented by color ranges (method "hsv"). Without color, the method that suits the depth is chosen.
+    Proposed lengths are in m for a frame, in px for an image.
 
     Parameters
     ----------
     data
-        the frame, or a photograph.
+        a frame with depth, or an image.
     config
-        provides all other values.
+        the configuration to start from; values that are not tuned are kept. In its 2-D mode, a frame with color is taken as an
+        image.
     picks
         (x, y) px, pixels on the object, one for each of its colors.
     box
-        (x, y, w, h) px around the object. Without picks and box, the object is the longest thin one with a color of its own.
+        (x, y, w, h) px, region with the object: its upper left corner and its size. Used only without picks. Without either, the
+        whole image is searched for the best thin, long object with a color of its own.
 
     Raises
     ------
-    InputError : a pick or the box is outside the image; there is no thin object there, or no color range separates it from
-        the background; the data is a cloud.
+    InputError
+        a pick or the box is outside the image; no thin object is there; no color range separates it from the background; or the
+        data is a cloud.
     """
     if isinstance(data, Cloud):
         raise InputError(
@@ -249,7 +270,18 @@ def _propose_lengths(
 
 
 def segment_length(radius: float, spacing: float) -> float:
-    """Return a round number near SEGMENT_RADII radii, and not below MIN_SEGMENT_SPACINGS pixel spacings."""
+    """Return a segment length near 2.5 radii of the object, or near 6 pixel spacings if that is longer.
+
+    Shorter segments would have no reliable direction. The length is the nearest of the round numbers 1, 1.5, 2, 2.5, 3, 4, 5,
+    6, 8 and 10 times a power of ten.
+
+    Parameters
+    ----------
+    radius
+        of the object, m (px in 2-D).
+    spacing
+        distance on the object between neighboring pixels, m (px in 2-D).
+    """
     wanted = max(SEGMENT_RADII * radius, MIN_SEGMENT_SPACINGS * spacing)
     power = 10.0 ** math.floor(math.log10(wanted))
     return float(f"{min((step * power for step in ROUND_STEPS), key=lambda step: abs(math.log(step / wanted))):.6g}")

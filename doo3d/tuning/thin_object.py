@@ -41,10 +41,18 @@ MIN_DIAGONAL_SHARE = 0.15
 
 @dataclass(frozen=True)
 class ThinObject:
-    """The thin and long components of a mask.
+    """The thin, long parts of a mask, such as a cable's pixels among all pixels of its color.
 
-    mask : (H, W) bool, these components only. share : 0 to 1, of the original mask's pixels. length : px, total.
-    half_width : px, typical.
+    Attributes
+    ----------
+    mask
+        (H, W) bool, the pixels of the thin, long parts only.
+    share
+        fraction, 0 to 1, of the original mask's pixels that belong to these parts.
+    length
+        total length of these parts, px.
+    half_width
+        typical half width of these parts, px.
     """
 
     mask: Bools
@@ -54,7 +62,12 @@ class ThinObject:
 
 
 def thin_components(mask: Bools) -> ThinObject:
-    """Return the 8-connected components of a mask (H, W) that are at least MIN_ASPECT times as long as wide, and not broad."""
+    """Return the thin, long components (8-connected) of a mask (H, W) bool.
+
+    A component is kept if it is more than 5 times as long as wide, has 30 pixels or more, is narrower than 9 % of the shorter
+    side of the image, and is about as wide as the other such components. If none is, the result has an empty mask, and 0 for
+    all numbers.
+    """
     none = ThinObject(np.zeros_like(mask), 0.0, 0.0, 0.0)
     if not mask.any():
         return none
@@ -79,12 +92,25 @@ def thin_components(mask: Bools) -> ThinObject:
 
 
 def hsv_of(color: Array) -> Array:
-    """Return OpenCV's 8-bit HSV of (H, W, 3) uint8 RGB."""
+    """Return an image (H, W, 3) uint8 RGB in OpenCV's 8-bit HSV, (H, W, 3): hue 0 to 179, saturation and value 0 to 255."""
     return np.asarray(cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV))
 
 
 def object_at(color: Array, pick: tuple[int, int]) -> ThinObject | None:
-    """Return the thin object at a pixel (x, y), found by the color there; None if that color is not of a thin object."""
+    """Return the thin, long object through a pixel, found by its color there.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    pick
+        (x, y) px. The color is sampled in small windows around it; the object must pass within 3 px.
+
+    Returns
+    -------
+    ThinObject or None
+        None if no thin, long object passes there, or if less than 60 % of the pixels of its color belong to thin, long objects.
+    """
     x, y = pick
     wide = (slice(max(y - PICK_RADIUS_PX, 0), y + PICK_RADIUS_PX + 1), slice(max(x - PICK_RADIUS_PX, 0), x + PICK_RADIUS_PX + 1))
     narrow = (slice(max(y - 1, 0), y + 2), slice(max(x - 1, 0), x + 2))
@@ -104,16 +130,17 @@ def _object_of_color(color: Array, pixels: Array, region: Bools) -> ThinObject |
 
 
 def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = None) -> ThinObject | None:
-    """Return the best thin object with a color of its own; None if there is none.
+    """Return the most prominent thin, long object whose color is (almost) its own; None if there is none.
 
-    Objects with a hue are preferred to merely dark or bright ones, which shadows are as well.
+    Long, wide objects whose color occurs hardly anywhere else are preferred. Dark or bright objects without a hue are
+    considered only if there is no colorful one, since shadows look like them.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     region
-        (x, y, w, h) px to search in; None: the whole image.
+        (x, y, w, h) px, upper left corner and size of the region to search in; None: the whole image.
     """
     height, width = color.shape[:2]
     x, y, w, h = region or (0, 0, width, height)

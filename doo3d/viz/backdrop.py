@@ -17,10 +17,14 @@ POINT_WIDTH = 1.2  # of a point, in square roots of the pixels per point: a surf
 
 @dataclass(frozen=True)
 class Backdrop:
-    """An image to draw upon.
+    """An image to draw on, and where points lie in it.
 
-    image : (H, W, 3) uint8 RGB.
-    projection : of points to pixels of the image.
+    Attributes
+    ----------
+    image
+        (H, W, 3) uint8 RGB.
+    projection
+        maps points (m in 3-D, px in 2-D) to pixels of the image (x right, y down).
     """
 
     image: Array
@@ -28,7 +32,13 @@ class Backdrop:
 
 
 def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
-    """Return a frame's color image (or its depth in shades), the picture of a cloud's points, or the image itself."""
+    """Return the image to draw chains on, with the projection of points to its pixels.
+
+    For a frame, that is the color image, or the depth in shades of gray if there is no color, with the camera's projection. For
+    a cloud, it is a picture of its points, 1280 x 720 px: seen in perspective from the viewpoint of the cloud, or, if that is
+    unknown, in parallel projection along the axis in which the points spread least. For an image, or an array (H, W, 3) uint8
+    RGB, it is the image itself, for 2-D points in px.
+    """
     if isinstance(data, Frame):
         image = data.color if data.color is not None else depth_picture(data.depth)
         return Backdrop(image, Projection.of_camera(data.camera))
@@ -38,7 +48,11 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
 
 
 def depth_picture(depth: Array) -> Array:
-    """Return depth (H, W) m, 0 = none, as shades (H, W, 3) uint8 RGB: near is bright, none is nearly black."""
+    """Return a depth image (H, W), m, as a picture in bluish gray, (H, W, 3) uint8 RGB.
+
+    Near is bright, far is dark; pixels without depth (0) are nearly black. The shades span the 2nd to the 98th percentile of the
+    depths.
+    """
     measured = depth > 0
     if not measured.any():
         return np.full((*depth.shape, 3), 20, np.uint8)
@@ -50,7 +64,7 @@ def depth_picture(depth: Array) -> Array:
 
 
 def planar_backdrop(image: Array) -> Backdrop:
-    """Return an image for chains in its own pixels, 2-D."""
+    """Return a backdrop for 2-D chains: the image (H, W, 3) uint8 RGB, in which points lie at their own x, y px."""
     return Backdrop(image, Projection.planar())
 
 

@@ -19,17 +19,35 @@ _MAX_COORDINATE_PX = 2**14  # OpenCV's coordinates are 32-bit, fraction included
 
 
 class Canvas:
-    """A layer of (H, W) pixels; points are (N, 2) float px (x right, y down)."""
+    """A transparent layer of height x width pixels to draw on. A shape replaces what is below it on the layer.
+
+    Positions are (x, y) px as floats, x right and y down. Edges are antialiased.
+
+    Attributes
+    ----------
+    layer
+        (height, width, 4) uint8 RGBA, the colors premultiplied by the opacity; transparent at first.
+    """
 
     def __init__(self, height: int, width: int) -> None:
         self.layer = np.zeros((height, width, 4), np.uint8)
 
     def polygon(self, corners: Floats, color: Rgb, alpha: float) -> None:
-        """Draw a filled polygon, convex or not."""
+        """Draw a filled polygon, convex or not.
+
+        Parameters
+        ----------
+        corners
+            (K, 2) px.
+        color
+            RGB, 0 to 255.
+        alpha
+            opacity, 0 to 1.
+        """
         cv2.fillPoly(self.layer, [_fixed_point(corners)], _rgba(color, alpha), cv2.LINE_AA, _FRACTION_BITS)
 
     def line(self, points: Floats, color: Rgb, alpha: float, width: float) -> None:
-        """Draw a polyline.
+        """Draw an open polyline.
 
         Parameters
         ----------
@@ -40,13 +58,13 @@ class Canvas:
         alpha
             opacity, 0 to 1.
         width
-            px, rounded to whole pixels.
+            of the line, px, rounded to whole pixels, at least 1.
         """
         thickness = max(1, round(width))
         cv2.polylines(self.layer, [_fixed_point(points)], False, _rgba(color, alpha), thickness, cv2.LINE_AA, _FRACTION_BITS)
 
     def disc(self, center: Floats, radius: float, color: Rgb, alpha: float) -> None:
-        """Draw a filled circle; with `alpha` 0, a hole in the layer.
+        """Draw a filled circle; with opacity 0, cut a transparent hole into what is drawn on the layer.
 
         Parameters
         ----------
@@ -78,7 +96,7 @@ class Canvas:
         cv2.rectangle(self.layer, tuple(low), tuple(high), _rgba(color, alpha), -1)
 
     def blend_over(self, image: Array) -> Array:
-        """Return the (H, W, 3) uint8 image with the layer over it, as a new array."""
+        """Return a new image: the layer blended over `image`, (height, width, 3) uint8 RGB, which is not changed."""
         transparency = cv2.cvtColor(255 - self.layer[:, :, 3], cv2.COLOR_GRAY2RGB)
         background = cv2.multiply(image, transparency, scale=1 / 255)
         return np.asarray(cv2.add(background, np.ascontiguousarray(self.layer[:, :, :3])))

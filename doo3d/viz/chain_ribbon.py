@@ -19,11 +19,26 @@ MIN_CROSSING_SINE = 0.4  # flatter crossings are drawn as long as at this angle
 
 @dataclass(frozen=True)
 class Strand:
-    """A chain on the image.
+    """A chain projected to an image, to be drawn as a ribbon as wide as the object.
 
-    points : (N + 1, 2) px; NaN outside the view. half_width : (N + 1,) px. distance : (N + 1,) along the view.
-    radius : of the chain, in the unit of the distances. occluded : (N,) bool. color : RGB. closed : the last joint is the first.
-    unit : px, the unit of line widths.
+    Attributes
+    ----------
+    points
+        (N + 1, 2) px, the joints in the image; NaN for joints behind the camera.
+    half_width
+        (N + 1,) px, of the ribbon at each joint.
+    distance
+        (N + 1,) m, of each joint along the view, smaller is nearer; 0 in 2-D.
+    radius
+        of the chain, m (px in 2-D); 0 if unknown.
+    occluded
+        (N,) bool, of each segment.
+    color
+        RGB, 0 to 255.
+    closed
+        whether the chain is a ring, whose last joint meets the first.
+    unit
+        px, which all line widths are multiples of: 1, or more in a large image.
     """
 
     points: Floats
@@ -37,18 +52,18 @@ class Strand:
 
     @staticmethod
     def of(chain: Chain, backdrop: Backdrop, color: Rgb, unit: float) -> Strand:
-        """Return the chain as it lies on the backdrop.
+        """Return a chain projected to the image that it will be drawn on.
 
         Parameters
         ----------
         chain
-            the chain.
+            the chain, in the coordinates that the projection of `backdrop` takes.
         backdrop
-            the image and its projection.
+            the image and the projection of points to its pixels.
         color
             RGB, 0 to 255.
         unit
-            px, the unit of line widths.
+            px, which all line widths are multiples of: 1, or more in a large image.
         """
         view = backdrop.projection
         distance = view.distance(chain.joints)
@@ -60,11 +75,22 @@ class Strand:
 
     @property
     def middles(self) -> Floats:
-        """The middles of the segments, (N, 2) px."""
+        """The middle of each segment in the image, (N, 2) px."""
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
-        """Yield runs of chosen segments inside the view that are all occluded or all visible, as slices of joints."""
+        """Yield runs of consecutive chosen segments, each run either all visible or all occluded.
+
+        Parameters
+        ----------
+        chosen
+            (N,) bool, of the segments. Segments with a joint behind the camera are left out.
+
+        Yields
+        ------
+        slice
+            of the joints: `points[run]` are the joints of the run, one more than it has segments.
+        """
         in_view = np.asarray(np.isfinite(self.points).all(axis=1))
         drawable = chosen & in_view[1:] & in_view[:-1]
         start = 0
@@ -75,7 +101,17 @@ class Strand:
                 start = i
 
     def paint(self, canvas: Canvas, chosen: Bools) -> None:
-        """Draw the chosen segments ((N,) bool): edge, ribbon, center line, joints."""
+        """Draw the chosen segments: dark edge, ribbon, center line and joints.
+
+        Occluded segments are paler, with a dashed center line and without edge and joints.
+
+        Parameters
+        ----------
+        canvas
+            the layer to draw on.
+        chosen
+            (N,) bool, of the segments.
+        """
         runs = list(self.runs(chosen))
         for run in runs:
             if not self.occluded[run.start]:
@@ -127,7 +163,15 @@ class Strand:
             canvas.disc(point, radius, LIGHT, 1.0)
 
     def paint_bridge_edges(self, canvas: Canvas, chosen: Bools) -> None:
-        """Draw lines along both sides of the chosen segments, as maps draw a bridge: this strand passes over another."""
+        """Draw a white line along both sides of the chosen segments: they pass over another chain, as a bridge on a map.
+
+        Parameters
+        ----------
+        canvas
+            the layer to draw on.
+        chosen
+            (N,) bool, of the segments.
+        """
         for run in self.runs(chosen):
             points = self.points[run]
             normals = np.gradient(points, axis=0)[:, ::-1] * (-1, 1)
@@ -138,7 +182,7 @@ class Strand:
                 canvas.line(edge, LIGHT, 1.0, 1.6 * self.unit)
 
     def paint_ends(self, canvas: Canvas) -> None:
-        """Mark the first joint with a disc and the last with a ring; a closed chain has only the disc."""
+        """Mark the first joint with a disc and the last joint with a ring; a closed chain gets only the disc."""
         first, last, u = self.points[0], self.points[-1], self.unit
         if np.isfinite(last).all() and not self.closed:
             canvas.disc(last, 8.2 * u, DARK, 0.85)
@@ -175,18 +219,21 @@ def _dashes(points: Floats, unit: float) -> list[Floats]:
 
 
 def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
-    """Return the pieces of strands that pass over others, far ones first.
+    """Return the pieces of chains that pass over another one, to be drawn on top: far pieces first.
 
     Parameters
     ----------
     strands
-        one per chain.
+        the projected chains, in the order of the detection.
     crossings
-        as detected; without any, of two strands that touch in the view, the nearer one passes over.
+        of the detection. If there are none, the order is taken from the depth: where two chains overlap in the image, the one
+        that is nearer by more than a radius passes over.
 
     Returns
     -------
-    For each piece: index of the strand, (N,) bool of its segments, and whether the order is known.
+    list of (int, (N,) bool, bool)
+        for each piece, the index of its chain, the N segments of this chain that belong to the piece, and whether it is known
+        to be the upper: a crossing of the detection says so with a confidence above 0.
     """
     if not crossings:
         return [(index, chosen, False) for index, chosen, _ in _nearer_pieces(strands)]

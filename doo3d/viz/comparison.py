@@ -23,7 +23,9 @@ def draw_comparison(
     chains_2d: Sequence[Floats],
     differences: Sequence[tuple[tuple[float, float], float]],
 ) -> Array:
-    """Draw the chains of the 3-D mode over those of the 2-D mode.
+    """Draw the chains of the 3-D mode over those of the 2-D mode, on the frame's image.
+
+    Chains of the 3-D mode are thin and blue, those of the 2-D mode wide and orange; differences are circled in red.
 
     Parameters
     ----------
@@ -32,11 +34,13 @@ def draw_comparison(
     chains_3d, chains_2d
         joints of each chain in the image, (N + 1, 2) px.
     differences
-        ((x, y) px, tolerance px) of each position where the modes differ; each is circled.
+        ((x, y), tolerance) px for each position where the modes differ, with the tolerance of the comparison there. The circle
+        has a radius of 2.5 tolerances, at least 14 px.
 
     Returns
     -------
-    (H, W, 3) uint8 RGB, of the frame's size.
+    (H, W, 3) uint8 RGB
+        of the frame's size.
     """
     image = backdrop_of(data).image
     height, width = image.shape[:2]

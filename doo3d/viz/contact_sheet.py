@@ -26,10 +26,18 @@ _DEPTH_PERCENTILES = (1, 99)  # span of the colors of depth
 
 @dataclass(frozen=True)
 class Tile:
-    """A frame scaled down, so that a sheet of many takes little memory.
+    """One frame on a contact sheet, scaled down so that a sheet of many frames takes little memory.
 
-    caption : above the pictures. pictures : (h, w, 3) uint8 RGB each. depth : (h, w) float32 m, 0 = none; its color scale is
-    that of the whole sheet. error : why there is nothing to show.
+    Attributes
+    ----------
+    caption
+        text above the pictures.
+    pictures
+        (h, w, 3) uint8 RGB each, drawn side by side.
+    depth
+        (h, w) float32 m, 0 = none, drawn beside the pictures with one color scale for the whole sheet; None without depth.
+    error
+        why the frame cannot be shown, drawn in place of the pictures; empty if it can.
     """
 
     caption: str
@@ -39,16 +47,18 @@ class Tile:
 
 
 def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = None) -> Tile:
-    """Return a frame scaled down: its color with the outline of the mask, and its depth; or the picture of a cloud.
+    """Return one frame as a tile of a contact sheet, scaled down to at most 384 x 288 px per picture.
+
+    A frame gives its color and its depth, an image only its color, a cloud a picture along the axis of least spread.
 
     Parameters
     ----------
     caption
-        of the tile.
+        text above the pictures.
     data
-        the frame; a cloud is drawn along its axis of least spread.
+        the frame, image or cloud.
     mask
-        (H, W) bool; None: no outline.
+        (H, W) bool, outlined on the color; None for no outline. Ignored for a cloud.
     """
     if isinstance(data, Cloud):
         return Tile(caption, (_scaled_down(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
@@ -59,7 +69,23 @@ def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = No
 
 
 def draw_sheet(title: str, tiles: Sequence[Tile]) -> Array:
-    """Draw the tiles in rows below the title and, with depth, its color scale: (H, WIDTH, 3) uint8 RGB."""
+    """Draw a contact sheet: a title, then the tiles in rows.
+
+    If any tile has a depth, the color scale of depth is at the right of the title, from the 1st to the 99th percentile of all
+    tiles.
+
+    Parameters
+    ----------
+    title
+        one line of text.
+    tiles
+        in order, row by row.
+
+    Returns
+    -------
+    (H, 1600, 3) uint8 RGB
+        as high as the tiles need.
+    """
     measured = [tile.depth[tile.depth > 0] for tile in tiles if tile.depth is not None]
     depths = np.concatenate(measured) if measured else np.zeros(0)
     near, far = np.percentile(depths, _DEPTH_PERCENTILES).tolist() if len(depths) else (0.0, 0.0)
@@ -104,7 +130,15 @@ def _draw_tile(tile: Tile, near: float, far: float) -> Array:
 
 
 def depth_colors(depth: Array, near: float, far: float) -> Array:
-    """Return depth (H, W) m, 0 = none, in colors (H, W, 3) uint8 RGB: red is near, blue is far, black is none."""
+    """Return a depth image in colors, (H, W, 3) uint8 RGB: red is near, blue is far, black is no depth.
+
+    Parameters
+    ----------
+    depth
+        (H, W) m, 0 = none.
+    near, far
+        m, the depths at the ends of the color scale; depths beyond get the colors of the ends.
+    """
     share = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
     colors = cv2.applyColorMap(np.rint(15 + 225 * share).astype(np.uint8), cv2.COLORMAP_TURBO)[:, :, ::-1].copy()
     colors[~(depth > 0)] = _NO_DEPTH

@@ -16,22 +16,25 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
-    """Draw the chains over the color image (or the shaded depth, or the points of a cloud).
+    """Draw the chains of a detection over its input: the color image, the depth in shades of gray, or the points of a cloud.
 
-    Each chain has its own color (of its id, if it has one), a ribbon of the object's width and a line through its joints,
-    which is dashed where it is occluded. A disc marks the first joint, a ring the last. Of two strands that cross, the upper
-    is drawn on top, between two white lines if the order is known; of a cloud without a viewpoint, the nearer in the picture.
+    Each chain has its own color; with tracking, it is the same in all frames. A ribbon shows the width of the object, a line
+    its joints; where the chain is occluded, the ribbon is pale and the line dashed. A disc marks the first joint, a ring the
+    last. Where chains cross in the view, the upper is drawn on top, between two white lines if the detection knows which it is.
+    For a cloud without a viewpoint, the upper is the one nearer in the picture. A panel in a corner lists length, radius and
+    occluded share of each chain.
 
     Parameters
     ----------
     data
-        the input of the detection; an image may be an array (H, W, 3) uint8 RGB.
+        the input that the detection was made from; an image may be an array (H, W, 3) uint8 RGB.
     detection
-        its chains.
+        the chains to draw, in the coordinates of `data`.
 
     Returns
     -------
-    (H, W, 3) uint8 RGB, of the frame's size.
+    (H, W, 3) uint8 RGB
+        of the size of the input image; for a cloud, 1280 x 720 px.
     """
     backdrop = backdrop_of(data)
     if detection.mode == "2d":
@@ -53,7 +56,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
 
 def caption_lines(detection: Detection) -> list[str]:
-    """Return one line per chain: length, radius and occluded share."""
+    """Return one line of text per chain: length, radius and occluded share, such as "1.204 m   r 5.0 mm   12% occluded"."""
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
 
 

@@ -24,7 +24,11 @@ UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit 
 
 
 def chain_color(index: int) -> Rgb:
-    """Return the RGB color of the chain `index`: hand-picked for the first, then hues a golden ratio apart."""
+    """Return the RGB color, 0 to 255, of the chain with this number in all pictures.
+
+    The first eight colors are hand-picked. After them, the hue moves by the golden ratio of a turn from number to number, so that
+    consecutive numbers never have similar colors.
+    """
     if index < len(CHAINS):
         return CHAINS[index]
     red, green, blue = colorsys.hls_to_rgb((index * _HUE_STEP) % 1.0, 0.62, 0.95)

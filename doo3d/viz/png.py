@@ -10,12 +10,12 @@ from . import draw
 
 
 def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
-    """Encode the picture of `viz.draw`."""
+    """Return the content of a PNG file: the chains of a detection drawn over the input that it was made from."""
     return encode_image(draw(data, detection))
 
 
 def encode_image(image: Array) -> bytes:
-    """Encode an image (H, W, 3) uint8 RGB as PNG."""
+    """Return an image (H, W, 3) uint8 RGB as the content of a PNG file."""
     success, encoded = cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]))
     if not success:
         raise RuntimeError("OpenCV could not encode the picture")

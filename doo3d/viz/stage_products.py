@@ -17,10 +17,22 @@ DIMMING = 0.45  # factor of the image's brightness below the product
 
 @dataclass(frozen=True)
 class Product:
-    """The product of a stage for a frame.
+    """What one stage of the method made of a frame, to be drawn: points and edges, or a mask.
 
-    name : such as "4-branches". points : (N, D) m (px in 2-D). colors : (N, 3) uint8 RGB. edges : (E, 2) indices of points;
-    an edge has the color of its first point. mask : (H, W) bool, for a stage that works on the image. labels : point -> text.
+    Attributes
+    ----------
+    name
+        such as "4-branches".
+    points
+        (N, D) m (px in 2-D).
+    colors
+        (N, 3) uint8 RGB, of the points.
+    edges
+        (E, 2) indices of the points that each edge joins; it has the color of the first.
+    mask
+        (H, W) bool, for a stage that works on the image; None otherwise.
+    labels
+        index of a point -> text beside it.
     """
 
     name: str
@@ -32,7 +44,11 @@ class Product:
 
 
 def draw_product(backdrop: Backdrop, product: Product) -> Array:
-    """Draw a product over the dimmed backdrop: (H, W, 3) uint8 RGB."""
+    """Draw what one stage made of a frame over the dimmed image, (H, W, 3) uint8 RGB.
+
+    If it has a mask of the size of the image, only the mask is drawn: its pixels are not dimmed, its border is green. Otherwise
+    points, edges and labels are drawn.
+    """
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
     picture = np.asarray(np.rint(backdrop.image * DIMMING), dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""The picture of a segmentation beside the object: hits, misses and false hits in colors."""
+"""The picture of a segmentation that tuning proposes: segmented, missed and wrongly segmented pixels in colors."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ TINT = 0.55  # share of the color over the image
 
 
 def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
-    """Draw a segmentation over the grayed image.
+    """Draw a segmentation over the grayed image, with a legend.
 
-    Segmented pixels of the object are green, missed ones red, segmented pixels beside the object yellow.
+    Pixels of the object are green if segmented, red if missed. Segmented pixels that are not the object are yellow.
 
     Parameters
     ----------
@@ -26,11 +26,12 @@ def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
     mask
         (H, W) bool, the segmentation.
     object_mask
-        (H, W) bool, the object; None if unknown: the whole segmentation is green.
+        (H, W) bool, the object; None if unknown: then all segmented pixels are green.
 
     Returns
     -------
-    (H, W, 3) uint8 RGB.
+    (H, W, 3) uint8 RGB
+        of the size of the image.
     """
     gray = cv2.cvtColor(cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
     picture: Array = np.rint(0.55 * gray + 0.25 * image).astype(np.uint8)

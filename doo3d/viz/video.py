@@ -27,10 +27,18 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 @dataclass(frozen=True)
 class Video:
-    """Figures of a written video.
+    """Figures of a video that was written.
 
-    frames : in the video. failed : failed frames of the run, shown or skipped. fps : frames per second.
-    size : (width, height) px.
+    Attributes
+    ----------
+    frames
+        number of frames in the video.
+    failed
+        number of failed frames of the run, whether the video shows or skips them.
+    fps
+        frames per second.
+    size
+        (width, height) px.
     """
 
     frames: int
@@ -47,29 +55,35 @@ def write_video(
     skip_failed: bool = False,
     with_progress: Callable[[list[FrameStatus]], Iterable[FrameStatus]] = iter,
 ) -> Video:
-    """Write the pictures of a run as a video.
+    """Write the pictures of a run as an MP4 video; an existing file is replaced.
 
-    The size is that of the first picture; pictures of another size are letterboxed. A failed frame is a dark picture with its
-    name and reason.
+    The video has the size of the first picture. Pictures of another size are scaled to fit, with black bars. A failed frame is
+    shown as a dark picture with the frame's name and the reason.
 
     Parameters
     ----------
     results
         of a finished run.
     path
-        the MP4 file.
+        the MP4 file to write.
     fps
-        frames per second; None: from the median step of the timestamps, 10 without them.
+        frames per second, above 0; None: from the median step of the frames' timestamps (1 to 60), or 10 without timestamps.
     codec
         mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to encode), or avc1 (H.264, which not every OpenCV encodes).
     skip_failed
-        omit failed frames.
+        leave failed frames out of the video.
     with_progress
-        wraps the list of frames, for a progress bar.
+        called with the list of frames; returns an iterable of the same frames, for example one that shows a progress bar.
+
+    Returns
+    -------
+    Video
+        number of frames, rate and size of the video.
 
     Raises
     ------
-    InputError : there is no frame to show, a picture is missing, the codec is not available, or the file cannot be written.
+    InputError
+        there is no frame to show, a picture is missing, the codec is not available, or the file cannot be written.
     """
     if codec not in CODECS:
         raise InputError(f"codec {codec}: unknown, choose one of {', '.join(CODECS)}", code="choice-unknown")
@@ -144,7 +158,17 @@ def _rate(timestamps: Sequence[float | None]) -> float:
 
 
 def letterboxed(picture: Array, size: tuple[int, int]) -> Array:
-    """Return a picture (H, W, 3) uint8 scaled to fit into `size` (width, height) px, with black bars."""
+    """Return a picture (H, W, 3) uint8 scaled to fit into a given size, centered, with black bars where it does not fill it.
+
+    A picture that is at most one pixel larger is cropped instead.
+
+    Parameters
+    ----------
+    picture
+        (H, W, 3) uint8.
+    size
+        (width, height) px of the result.
+    """
     width, height = size
     if picture.shape[:2] in ((height, width), (height + 1, width), (height, width + 1), (height + 1, width + 1)):
         return np.ascontiguousarray(picture[:height, :width])
@@ -158,7 +182,17 @@ def letterboxed(picture: Array, size: tuple[int, int]) -> Array:
 
 
 def failed_card(name: str, reason: str, size: tuple[int, int]) -> Array:
-    """Return a dark picture (height, width, 3) uint8 BGR with the name of a failed frame and the reason, cut to fit."""
+    """Return a dark picture, (height, width, 3) uint8 BGR, with the name of a failed frame and the reason of the failure.
+
+    Parameters
+    ----------
+    name
+        of the frame.
+    reason
+        wrapped to the width of the picture, and cut off if it is too long.
+    size
+        (width, height) px of the picture.
+    """
     width, height = size
     sheet = np.full((height, width, 3), DARK[::-1], np.uint8)
     text_size = max(0.3, 0.9 * min(width, 1.5 * height) / 1280)

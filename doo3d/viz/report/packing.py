@@ -23,16 +23,18 @@ OBJECT_RADII = 1.3  # radii from the axis within which a point is on the object
 
 
 def base64_text(data: bytes | Array) -> str:
-    """Return bytes, or those of an array, in base64."""
+    """Return bytes as base64 text; of an array, the bytes of its values in C order."""
     return base64.b64encode(data if isinstance(data, bytes) else np.ascontiguousarray(data).tobytes()).decode("ascii")
 
 
 def pack_points(points: Floats) -> dict[str, Any]:
-    """Quantize points (N, D) to 16 bit.
+    """Return points (N, D) in a compact form: 16-bit integers in base64, with the center and the step to restore them.
 
     Returns
     -------
-    {"center": (D,), "step": float, "levels": base64 of (N, D) int16}, with points = center + step * levels.
+    dict
+        "center": D floats; "step": float; "levels": base64 of (N, D) little-endian int16; points = center + step * levels, to
+        within half a step. The step is the greatest extent of the points divided by 65534.
     """
     if not len(points):
         return {"center": [0.0] * points.shape[1], "step": 1.0, "levels": ""}
@@ -47,7 +49,22 @@ def pack_points(points: Floats) -> dict[str, Any]:
 
 
 def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
-    """Return joints and radii (16 bit), occluded segments ("0110"), and the color of the chain `index` in the pictures."""
+    """Return one chain as a dict for the page of the report.
+
+    Parameters
+    ----------
+    index
+        of the chain in the detection; gives the color if the chain has no id.
+    chain
+        the chain.
+
+    Returns
+    -------
+    dict
+        "joints" and "radii" as 16-bit integers in base64 (radii None if any is unknown), "occluded" as a text such as "0110"
+        with a digit per segment, "color" as "#rrggbb", the same as in the pictures, and "id", "closed", "length", "radius",
+        "confidence".
+    """
     number = index if chain.id is None else chain.id
     radii = chain.radii[:, None]
     return {
@@ -64,16 +81,25 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
 
 
 def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[str, Any] | None:
-    """Return a sample of points on the object, then of its surroundings; None without points in the chains' coordinates.
+    """Return a random sample of a frame's points, on the object and around it, as a dict for the page of the report.
+
+    The sample is the same each time for the same frame.
 
     Parameters
     ----------
     frame
-        the data of the detection.
+        the frame of the capture, with its camera-to-world pose if the chains are in world coordinates.
     detection
-        its chains.
+        the chains found in the frame.
     max_points
-        at most, half of them on the object.
+        number of points at most: half of them within 1.3 radii of a chain, half in the box around the chains.
+
+    Returns
+    -------
+    dict or None
+        "center", "step" and "levels": the points, those on the object first, as 16-bit integers; "on_object": how many those
+        are; "rgb": base64 of one uint16 (5, 6 and 5 bits) per point; "has_color": False if all are gray; "viewpoint" of a
+        cloud, if known. None for an image, and for chains in world coordinates if the pose of the frame is unknown.
     """
     rng = np.random.default_rng(0)  # the same results give the same page
     sample = _sample_points(frame, detection.coordinates, rng)
@@ -99,18 +125,19 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
 
 
 def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
-    """Encode a thumbnail of about `max_bytes` at most.
+    """Return a thumbnail of a picture as WebP in base64, as large as `max_bytes` allows.
 
     Parameters
     ----------
     picture
         (H, W, 3) uint8 BGR.
     max_bytes
-        of the encoded thumbnail.
+        of the WebP; the smallest thumbnail, 110 px wide, may exceed it.
 
     Returns
     -------
-    WebP in base64, and the width and height of the original, px.
+    tuple of (str, int, int)
+        the base64 text, and the width and height of the original picture, px.
     """
     height, width = picture.shape[:2]
     encoded = b""

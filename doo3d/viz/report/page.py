@@ -31,23 +31,28 @@ WithProgress = Callable[[list[FrameStatus]], Iterable[FrameStatus]]
 
 
 def report_page(results: Results, folder: Path | None = None, clouds: bool = True, with_progress: WithProgress = iter) -> str:
-    """Return one HTML page: figures, plots over the frames, thumbnails, and an interactive view of each frame's chains.
+    """Return a report of a run as the text of one self-contained HTML page.
+
+    The page has figures of the run, plots over the frames, thumbnails of the pictures, and an interactive view of each frame's
+    chains. It needs no network.
 
     Parameters
     ----------
     results
         of a finished run.
     folder
-        of the page, from which it links to the pictures in full size; None: no links.
+        the folder that the page will be saved in, to link from there to the pictures in full size; None: no links.
     clouds
-        show points of the capture around the chains, if it can still be read.
+        show the points of the capture around the chains. They are read from the capture again; if that fails, the page says so.
     with_progress
-        wraps the list of frames, for a progress bar.
+        called with the list of frames; returns an iterable of the same frames, for example one that shows a progress bar.
 
     Raises
     ------
-    InputError : the run is not finished, or a file of it is damaged.
-    MissingDependency : plotly is not installed.
+    InputError
+        the run is not finished, or a file of its results is damaged.
+    MissingDependency
+        plotly is not installed.
     """
     plotly = require("plotly.offline")
     frames = frame_statuses(results)
