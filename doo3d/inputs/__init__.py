@@ -37,7 +37,10 @@ _MAX_LISTED = 5  # captures that an error lists by name
 
 
 def format_class(name: str) -> CaptureFormat:
-    """Return the class that reads the format `name`, imported at the first request."""
+    """Return the class that reads the format `name`, a key of `FORMATS` such as "bag" or "tum".
+
+    The class's module is imported at the first request. KeyError for an unknown name.
+    """
     registered = FORMATS[name]
     if not isinstance(registered, str):
         return registered
@@ -51,23 +54,23 @@ def open_capture(
 ) -> Capture:
     """Open a recording, a cloud or an image as a sequence of frames.
 
-    Opening lists the frames and reads what they share (times, intrinsics); the data of a frame is read by
-    `capture.frames[i].load()`, which returns a FrameData with `data` (Frame, Cloud or Image), `mask` and `pose`.
+    Opening lists the frames and reads what they share (times, intrinsics). `capture.frames[i].load()` reads one frame's data and
+    returns a FrameData: `data` (Frame, Cloud or Image), `mask` (bool or None) and `pose` (camera to world, or None).
 
     Parameters
     ----------
     path
-        a folder or a file in any format of `FORMATS`, detected from content: a ROS 1 or ROS 2 bag, one of RealSense's SDK, TUM
+        a folder or a file in any format of `FORMATS`, detected from content: a bag (ROS 1, ROS 2 or RealSense's SDK), TUM
         RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder with depth/ and color/, a depth image with a YAML
         file, clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
     images_only
-        prefer the color images, as Image, of a folder that has depth too: for a config with `mode: 2d`.
+        if a folder has both depth and color images, open its color images alone, as Image: for a config with `mode: 2d`.
     masks
         masks to use instead of the capture's own: a folder of images named like the frames, or one image for a capture of one
-        frame. Non-zero pixels are the object.
+        frame. Pixels above zero are the object. None: the capture's own masks, if it has any.
     options
         values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
-        `tolerance` (s), `color`, `trajectory` (a file of camera poses). They take precedence over the capture's.
+        `tolerance` (s), `color`, `trajectory` (a file of camera poses). A value given here replaces the capture's.
 
     Returns
     -------

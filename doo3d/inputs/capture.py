@@ -16,9 +16,15 @@ from .read_options import DEFAULT, ReadOptions
 class FrameData:
     """The data of one frame of a capture.
 
-    data : Frame or Cloud; Image for the 2-D mode.
-    mask : (H, W) bool, the pixels of the object as annotated in the capture; None if it has no mask.
-    pose : (4, 4) the camera's optical frame in the world, x_world = pose @ x_camera, m; None if unknown.
+    Attributes
+    ----------
+    data
+        Frame (depth with or without color) or Cloud; Image (color alone) for the 2-D mode.
+    mask
+        (H, W) bool, true on the object, from the capture or from mask files that the user gave; None if there is no mask.
+    pose
+        (4, 4) float, camera to world: x_world = pose @ x_camera, in metres; None if unknown. The camera frame is the optical
+        frame: x right, y down, z forward. For a cloud it is the frame of the cloud's points.
     """
 
     data: Frame | Cloud | Image
@@ -26,17 +32,27 @@ class FrameData:
     pose: Floats | None = None
 
     def mask_for(self, config: Config) -> Bools | None:
-        """Return the capture's own mask (H, W) bool, or None if the config names another method of segmentation."""
+        """Return `mask` if the config lets it segment the object (`segment.method` is "auto" or "mask"), else None.
+
+        None as well if the frame has no mask.
+        """
         return self.mask if config.segment.method in ("auto", "mask") else None
 
 
 @dataclass(frozen=True)
 class FrameRef:
-    """A reference to one frame of a capture: small, picklable; `load` reads the data and does not keep it.
+    """A reference to one frame of a capture: small, picklable, without the data.
 
-    name : the frame's name in results, unique in its capture.
-    source : the file or folder that the frame is read from. timestamp : s; None if the capture has no times.
-    loader : reads the data; raises InputError with the file's name. It can be pickled, for other processes.
+    Attributes
+    ----------
+    name
+        the frame's name in results, unique in its capture.
+    source
+        the file or folder that the frame is read from.
+    loader
+        function without arguments that reads the data. It raises InputError with the file's name, and can be pickled.
+    timestamp
+        time of the frame, s; None if the capture has no times.
     """
 
     name: str
@@ -45,7 +61,7 @@ class FrameRef:
     timestamp: float | None = None
 
     def load(self) -> FrameData:
-        """Read the frame's data from disk.
+        """Read the frame from disk and return its FrameData (`data`, `mask`, `pose`). Nothing is cached.
 
         Raises
         ------
@@ -55,10 +71,18 @@ class FrameRef:
 
 
 class Capture(Protocol):
-    """A sequence of frames in recording order.
+    """The interface of an opened recording: a sequence of frames in recording order.
 
-    format : the format's name in the registry. path : as given by the user. frames : references, not yet loaded.
     A capture may also have `topics`, a list of str: a line for each topic or stream, printed by `doo3d info`.
+
+    Attributes
+    ----------
+    format
+        name of the format, a key of `doo3d.inputs.FORMATS`.
+    path
+        the file or folder, as given by the user.
+    frames
+        references to the frames; their data is read by `FrameRef.load`.
     """
 
     format: str
@@ -67,13 +91,18 @@ class Capture(Protocol):
 
 
 class CaptureFormat(Protocol):
-    """The class of a format: `can_read` tests a path; calling the class with the path and the options opens the capture.
+    """The interface of a class that reads one format; calling it with a path and options opens a capture.
 
-    what : the format in half a sentence, for the error that lists the formats.
+    Attributes
+    ----------
+    what
+        the format in half a sentence, for the error that lists the known formats.
     """
 
     what: ClassVar[str]
 
-    def can_read(self, path: Path) -> bool: ...
+    def can_read(self, path: Path) -> bool:
+        """Return whether `path` (an existing file or folder) is in this format, judged quickly from its content."""
 
-    def __call__(self, path: Path, options: ReadOptions = DEFAULT) -> Capture: ...
+    def __call__(self, path: Path, options: ReadOptions = DEFAULT) -> Capture:
+        """Open the capture at `path`; raise InputError if something that all frames need is missing or damaged."""

@@ -15,10 +15,15 @@ from .support.listing import images_in, match_images
 
 
 class MaskedCapture:
-    """A capture with external masks instead of its own.
+    """A capture whose frames have masks from separate files instead of the capture's own.
 
-    masks : an image, for a capture of one frame; or a folder of images, matched to frames by name, or by order if no name
-    matches and their numbers are equal.
+    `masks` is one image, for a capture of one frame, or a folder of images. The images of a folder belong to the frames of the
+    same name; if no name agrees and there are as many images as frames, they are matched by order. Pixels above zero are the
+    object. Loading a frame without a mask file raises InputError.
+
+    Raises
+    ------
+    InputError : `masks` does not exist, the folder has no mask for any frame, or one image is given for several frames.
     """
 
     def __init__(self, capture: Capture, masks: Path) -> None:

@@ -21,9 +21,16 @@ _TIME_EPS_S = 1e-6  # two times closer than this are equal; float64 resolves tim
 
 @dataclass(frozen=True)
 class FramePosition:
-    """A position in a capture.
+    """A position in a capture, by frame number or by time, counted from the first or from the last frame.
 
-    value : a frame's number from 0, or s since the first frame if `in_seconds`. from_end : counted back from the last frame.
+    Attributes
+    ----------
+    value
+        a frame number, or a time in s if `in_seconds`. Not negative.
+    in_seconds
+        whether `value` is a time: s after the first frame, or before the last frame if `from_end`.
+    from_end
+        whether `value` counts back from the end: frame number 1 is then the last frame. Else frame number 0 is the first.
     """
 
     value: float
@@ -35,7 +42,9 @@ class FramePosition:
 
     @staticmethod
     def parse(text: str, option: str) -> FramePosition:
-        """Return the position written as `12`, `-1`, `12.5s` or `-2s`; `option` is named in the error.
+        """Return the position written as `12` or `-1` (frame number, -1 the last frame), or `12.5s` or `-2s` (time).
+
+        `option` is the command-line option that the text was given to; it is named in the error.
 
         Raises
         ------
@@ -52,10 +61,19 @@ class FramePosition:
 
 @dataclass(frozen=True)
 class Selection:
-    """The conditions that a selected frame meets, all of them. Frames are numbered from 0 in the capture's order.
+    """Which frames of a capture to use: those that meet all of these conditions.
 
-    frames : positions and spans of them, such as `3,7,10-20`; both ends of a span are included. start, end : the first and the
-    last frame. every : of the frames that meet the other conditions, keep the first and every Nth after it.
+    A position is written as a frame number (`0` the first frame, `-1` the last) or as a time since the first frame (`12.5s`;
+    `-2s` is 2 s before the last frame).
+
+    Attributes
+    ----------
+    every
+        of the frames that meet the other conditions, keep the first and every Nth after it.
+    start, end
+        positions of the first and of the last frame, both included; None for no limit.
+    frames
+        positions and spans of positions, such as `3,7,10-20` or `2s-4.5s`, both ends of a span included; None for all frames.
     """
 
     every: int = 1
@@ -77,7 +95,18 @@ class Selection:
 class SelectedCapture:
     """A capture reduced to its selected frames, in their order.
 
-    selection : as on the command line. whole : the capture with all frames. indices : the selected frames' numbers in it.
+    Attributes
+    ----------
+    path, format, masks
+        of the whole capture; `masks` is the path of external masks, or None.
+    selection
+        the selection as on the command line, such as "--start 2s --every 5".
+    whole
+        the capture with all frames.
+    indices
+        numbers of the selected frames in the whole capture, from 0, increasing.
+    frames
+        references to the selected frames.
 
     Raises
     ------
@@ -103,7 +132,12 @@ class SelectedCapture:
 
 
 def select_frames(capture: Capture, selection: Selection) -> Capture:
-    """Return the capture reduced to the selected frames, or the capture itself if every frame is selected."""
+    """Return the capture reduced to the selected frames, or `capture` itself if the selection has no condition.
+
+    Raises
+    ------
+    InputError : a position is malformed or not in the capture, a time is given but frames have none, or no frame is left.
+    """
     return SelectedCapture(capture, selection) if str(selection) else capture
 
 

@@ -23,12 +23,30 @@ _MAX_STEP_MEDIANS = 3.0  # median time steps; a longer step between two frames g
 
 @dataclass(frozen=True)
 class FrameSummary:
-    """The content of one checked frame.
+    """The content of one frame that was loaded for the summary of its capture.
 
-    index, name, timestamp : of the frame reference. error : why the frame cannot be read; all other fields keep their defaults.
-    kind : "depth", "cloud" or "image". size : (width, height) px. color, mask, pose, viewpoint : whether the frame has one.
-    depth : m, at PERCENTILES; None without valid depth. missing : share of pixels without depth, 0 to 1.
-    points : number of points of a cloud. low, high : corners of the cloud's bounding box, m.
+    Attributes
+    ----------
+    index, name, timestamp
+        the frame's number in the whole capture from 0, its name, its time in s or None.
+    error
+        why the frame cannot be read, and then all fields below keep their defaults; None if it can be read.
+    kind
+        "depth", "cloud" or "image".
+    size
+        (width, height) px; None for clouds.
+    camera
+        the pinhole camera of a depth frame.
+    color, mask, pose, viewpoint
+        whether the frame has one.
+    depth
+        1st, 50th and 99th percentile of the measured depth, m; None if no pixel has depth.
+    missing
+        share of the pixels without depth, 0 to 1; None for clouds and images.
+    points
+        number of points of a cloud.
+    low, high
+        least and greatest x, y, z of a cloud's points, m, in the cloud's coordinates.
     """
 
     index: int
@@ -51,10 +69,18 @@ class FrameSummary:
 
 @dataclass(frozen=True)
 class Timing:
-    """The times of the frames.
+    """The times of a capture's frames.
 
-    first, last : s. rate : frames per second, from the median step. longest : the longest step between two frames, s;
-    longest_after : the name of the frame before it.
+    Attributes
+    ----------
+    first, last
+        earliest and latest time, s.
+    rate
+        frames per second: 1 / the median step between successive frames; None if that step is not above zero.
+    longest
+        longest step between two successive frames, s; None for a single frame.
+    longest_after
+        name of the frame before the longest step.
     """
 
     first: float
@@ -66,11 +92,26 @@ class Timing:
 
 @dataclass(frozen=True)
 class CaptureSummary:
-    """The content of a capture.
+    """Format, frames and times of a capture, with the content of a few frames loaded as a check.
 
-    frames, names : number of selected frames, names of the first and the last. total : number of frames of the whole capture.
-    selection : as on the command line, empty for all frames. topics : a line for each topic or stream, if the format has them.
-    checked : summaries of the frames that were loaded.
+    Attributes
+    ----------
+    path, format
+        of the capture; `format` is a key of `doo3d.inputs.FORMATS`.
+    frames
+        number of selected frames.
+    total
+        number of frames of the whole capture.
+    selection
+        the selection as on the command line, such as "--every 5"; empty if all frames are selected.
+    names
+        names of the first and of the last selected frame; None without frames.
+    topics
+        a line of text for each topic or stream; empty if the format has none (only bags have).
+    timing
+        times of the selected frames; None if no frame has one.
+    checked
+        summaries of the frames that were loaded, in recording order.
     """
 
     path: str
@@ -85,29 +126,36 @@ class CaptureSummary:
 
     @property
     def readable(self) -> list[FrameSummary]:
-        """The checked frames that can be read."""
+        """The checked frames that could be read, in recording order."""
         return [frame for frame in self.checked if frame.error is None]
 
     @property
     def depth(self) -> tuple[float, float, float] | None:
-        """Least, median and greatest, over the checked frames, of their depths at PERCENTILES, m."""
+        """Range of the depth over the checked frames, (near, median, far) m; None without depth.
+
+        These are the least 1st percentile, the median of the medians, and the greatest 99th percentile.
+        """
         depths = np.array([frame.depth for frame in self.readable if frame.depth is not None])
         return (float(depths[:, 0].min()), float(np.median(depths[:, 1])), float(depths[:, 2].max())) if len(depths) else None
 
     @property
     def missing(self) -> float | None:
-        """Share of the pixels without depth, 0 to 1, the mean of the checked frames."""
+        """Share of pixels without depth, 0 to 1, averaged over the checked depth frames; None if there are none."""
         shares = [frame.missing for frame in self.readable if frame.missing is not None]
         return float(np.mean(shares)) if shares else None
 
     @property
     def warnings(self) -> list[str]:
-        """Implausible units, intrinsics, sizes and gaps in time, and unreadable frames: a sentence each."""
+        """What looks wrong, one sentence each; empty if nothing does.
+
+        Covered are implausible depth units, intrinsics and cloud sizes, frames of different sizes, long gaps in time, and frames
+        that cannot be read.
+        """
         checks = (_depth_warnings, _camera_warnings, _cloud_warnings, _frame_warnings)
         return [warning for check in checks for warning in check(self)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the summary as `doo3d info --json` prints it."""
+        """Return the summary as the JSON object that `doo3d info --json` prints, of schema "doo3d/info/2"."""
         return {
             "schema": SCHEMA,
             "input": {"path": self.path, "format": self.format, "frames": self.total, "topics": list(self.topics)},
@@ -125,16 +173,18 @@ class CaptureSummary:
 def summarize_capture(
     capture: Capture, samples: int, visit: Callable[[FrameSummary, FrameData | None], None] = lambda frame, data: None
 ) -> CaptureSummary:
-    """Load up to `samples` frames of a capture, evenly spaced, one in memory at a time, and summarize the capture.
+    """Load up to `samples` evenly spaced frames of a capture and return the summary of the capture.
+
+    Only one frame is in memory at a time. A frame that cannot be read is noted in its summary; it raises no error.
 
     Parameters
     ----------
     capture
         the capture, or a selection of its frames.
     samples
-        number of frames to load at most, from the first to the last.
+        largest number of frames to load. The first and the last frame are among them if `samples` is 2 or more.
     visit
-        called with the summary and the data of each loaded frame; the data is None if the frame cannot be read.
+        function called once per loaded frame with its summary and its data, or None instead of the data if it cannot be read.
     """
     count = len(capture.frames)
     checked = []

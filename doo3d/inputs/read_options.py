@@ -12,7 +12,10 @@ from ..errors import InputError, invalid_code
 
 
 class ReadOptions(BaseModel):
-    """Values that take precedence over those of the capture; None leaves them to the capture or to its format's convention."""
+    """Values for reading a capture that lacks them or has them wrong.
+
+    A value given here replaces the capture's. None keeps the capture's value, or the default of its format.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -32,7 +35,9 @@ class ReadOptions(BaseModel):
 
     @staticmethod
     def from_pairs(pairs: list[str]) -> ReadOptions:
-        """Return the options of KEY=VALUE pairs, each value parsed as YAML.
+        """Return the options written as a list of `key=value`, such as "depth_scale=5000".
+
+        The keys are the fields of this class; each value is parsed as YAML.
 
         Raises
         ------

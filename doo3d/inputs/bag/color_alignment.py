@@ -11,24 +11,24 @@ _OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest 
 
 
 def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera, extrinsics: Floats) -> Array:
-    """Return the colour of each depth pixel, black where the colour camera does not see the surface.
+    """Return the colour of each pixel of a depth image; black where the colour camera does not see the surface.
 
-    Each depth pixel is projected into the colour image and gets the nearest pixel's colour; surfaces occluded from the colour
-    camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so that
-    objects seen by the colour camera alone keep their colour.
+    Each depth pixel is projected into the colour image and gets the colour of the nearest pixel there. Surfaces occluded from the
+    colour camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
+    that objects seen by the colour camera alone keep their colour.
 
     Parameters
     ----------
     color
-        (h, w, 3) uint8 RGB of `color_camera`.
+        (h, w, 3) uint8 RGB, the image of `color_camera`.
     color_camera
         pinhole camera of the colour image.
     depth
-        (H, W) float m of `camera`, 0 or not finite = none.
+        (H, W) float m, the image of `camera`; 0 or not finite = none.
     camera
         pinhole camera of the depth image.
     extrinsics
-        (4, 4), from coordinates of the depth camera to those of the colour camera, m.
+        (4, 4), depth camera to colour camera: x_color = extrinsics @ x_depth, m.
 
     Returns
     -------

@@ -33,10 +33,20 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 @dataclass
 class TopicIndex:
-    """The messages of one topic.
+    """The messages of one topic of a bag, in the order of the file.
 
-    times, stamps : ns, of recording and from the header (0 without header). locations : four numbers per message.
-    frame : frame_id in the header of the first message.
+    Attributes
+    ----------
+    topic
+        name, message type and encoding.
+    frame
+        frame_id (name of the coordinate frame) in the header of the first message; empty without header.
+    times
+        time of recording of each message, ns.
+    stamps
+        time in the header of each message, ns; 0 without header.
+    locations
+        where each message is in the bag, four numbers per message in one flat array.
     """
 
     topic: Topic
@@ -49,22 +59,43 @@ class TopicIndex:
         return len(self.times)
 
     def location(self, index: int) -> MessageLocation:
-        """Return the location of a message."""
+        """Return where message number `index` (from 0) of the topic is in the bag, to be read by `Bag.message`.
+
+        These are four numbers: of the file, offset of the chunk (-1 if not compressed), offset in the chunk or in the file (in
+        SQLite: number of the row), length in bytes.
+        """
         a, b, c, d = self.locations[4 * index : 4 * index + 4]
         return a, b, c, d
 
     @property
     def stamped(self) -> bool:
-        """Whether all headers have a time stamp."""
+        """Whether every message has a time above zero in its header; false without messages."""
         return min(self.stamps, default=0) > 0
 
     def clock(self, stamped: bool = True) -> Array:
-        """Return times (messages,) int64 ns: header stamps, or recording times if a stamp is missing or `stamped` is false."""
+        """Return the time of each message, (messages,) int64 ns.
+
+        These are the times in the headers if `stamped` is true and every message has one; otherwise the times of recording.
+        """
         return np.array(self.stamps if stamped and self.stamped else self.times, dtype=np.int64)
 
 
 class Bag:
-    """An open bag. compressed : its messages are compressed one by one."""
+    """An open bag: a bag of ROS 1, ROS 2 or RealSense's SDK, in one or several files.
+
+    Attributes
+    ----------
+    path
+        the file or folder.
+    storages
+        readers of the bag's files, in order.
+    compressed
+        whether each message is compressed on its own (compression_mode "message" of ROS 2).
+
+    Raises
+    ------
+    InputError : a file of the bag is missing, empty or of an unknown format, or the metadata is invalid.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path, self._lock = path, Lock()
@@ -72,7 +103,12 @@ class Bag:
         self.storages: list[Storage] = [_open_storage(file, number) for number, file in enumerate(files)]
 
     def index(self) -> dict[str, TopicIndex]:
-        """Return the index of each topic of a type that is read; if the bag is not compressed, only message headers are read."""
+        """Scan the bag and return a dict topic name -> TopicIndex with the messages of each topic.
+
+        Only topics are listed whose messages can be decoded and are of a type that doo3d reads: images, CameraInfo, clouds,
+        transforms, RealSense's options. Of a bag without compression only the headers of messages are read. Damage is noted in
+        `faults`.
+        """
         indices: dict[str, TopicIndex] = {}
         for storage in self.storages:
             for message in storage.scan():
@@ -107,15 +143,18 @@ class Bag:
 
     @property
     def topics(self) -> dict[str, Topic]:
-        """All topics by name; known after `index`."""
+        """All topics of the bag by name, also those that doo3d does not read; empty until `index` has been called."""
         return {topic.name: topic for storage in self.storages for topic in storage.topics}
 
     def faults(self) -> list[str]:
-        """Return the damage found by `index`, a sentence each."""
+        """Return the damage found by `index`, one sentence with the file's path each; empty if there is none."""
         return [f"{storage.path}: {fault}" for storage in self.storages for fault in storage.faults]
 
     def message(self, topic: Topic, location: MessageLocation) -> Any:
-        """Read and decode a message; the fields have their ROS names.
+        """Read and decode a message; return an object with the ROS message's fields as attributes.
+
+        `topic` gives the message type; `location` is the message's place in the bag, from `TopicIndex.location`. Several threads
+        may call this at once.
 
         Raises
         ------
@@ -136,13 +175,17 @@ class Bag:
             raise InputError(f"{file}: a message on {topic.name} is damaged ({error})", code="message-damaged") from None
 
     def close(self) -> None:
-        """Close the files."""
+        """Close the files of the bag."""
         for storage in self.storages:
             storage.close()
 
 
 def decode_message(data: bytes, topic: Topic) -> Any:
-    """Decode a message; bytes after its end are ignored, since RealSense's SDK appends some."""
+    """Decode the bytes of a message into an object with the ROS message's fields as attributes.
+
+    The message type and encoding are those of `topic`. Bytes after the end of the message are ignored, since RealSense's SDK
+    appends some. Damaged bytes raise any exception (the decoders are generated code).
+    """
     store = _types(topic.encoding)
     definition = store.get_msgdef("tf2_msgs/msg/TFMessage" if topic.kind == "tf/msg/tfMessage" else topic.kind)
     if topic.encoding == "ros1":
@@ -163,7 +206,10 @@ def _types(encoding: str) -> Any:
 
 
 def storage_class(path: Path) -> Any:
-    """Return the class that reads a file, by its first bytes; None if the file belongs to no bag."""
+    """Return the class that reads a bag file (Rosbag1, Mcap or Db3), chosen by the file's first bytes.
+
+    None if the file is none of these.
+    """
     with path.open("rb") as file:
         head = file.read(16)
     return next((storage for magic, storage in STORAGES.items() if head.startswith(magic)), None)
@@ -184,7 +230,14 @@ def _open_storage(path: Path, number: int) -> Storage:
 
 
 def files_of(path: Path) -> tuple[list[Path], bool]:
-    """Return the files of a bag in order, and whether its messages are compressed one by one.
+    """Return the files of a bag in order, and whether each message is compressed on its own.
+
+    `path` is a file, which is then the only one, or the folder of a ROS 2 bag. The files of a folder are listed in its
+    metadata.yaml; if that is missing (the recorder was killed), they are all .bag, .mcap and .db3 files, sorted by name.
+
+    Returns
+    -------
+    (files, compressed): the list of paths, and whether each message is compressed on its own.
 
     Raises
     ------
@@ -214,12 +267,16 @@ def files_of(path: Path) -> tuple[list[Path], bool]:
 
 
 def stamp_of(path: Path) -> Stamp:
-    """Return path, modification time and size of the bag's files, by which a changed bag is detected."""
+    """Return (path, modification time in ns, size in bytes) of each file of a bag, to detect a changed bag."""
     stats = [(file, file.stat()) for file in files_of(path)[0]]
     return tuple((os.fspath(file), stat.st_mtime_ns, stat.st_size) for file, stat in stats)
 
 
 @lru_cache(maxsize=1)
 def open_bag(path: Path, stamp: Stamp) -> Bag:
-    """Return one open bag for all its frames, also of frames unpickled here; `stamp` tells a changed bag."""
+    """Return the open bag at `path`; the bag opened last stays open and is returned again.
+
+    Thus all frames of a bag share one open bag, also frames unpickled in another process. `stamp` is (path, modification time,
+    size) of each file: if it has changed, the bag is opened anew.
+    """
     return Bag(path)

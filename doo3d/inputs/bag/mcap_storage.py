@@ -18,10 +18,13 @@ _MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, time of recording
 
 
 class Mcap(Chunked):
-    """One `.mcap` file."""
+    """An open `.mcap` file: scanned for messages, which are then read by location."""
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that are read, in file order; fill `topics` and `faults`."""
+        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+
+        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        """
         schemas: dict[int, str] = {}
         channels: dict[int, Topic] = {}
         try:
@@ -77,7 +80,14 @@ class Mcap(Chunked):
         return size, checksum, name, at + _CHUNK_HEADER.size + letters + 8
 
     def decompress(self, at: int) -> bytes:
-        """Return the content of the compressed chunk whose data begins at byte `at`, after a check of its checksum."""
+        """Return the decompressed records of a chunk, after checking their size and checksum.
+
+        `at` is the byte of the file at which the chunk record's data begins, after its op code and length.
+
+        Raises
+        ------
+        DamagedRecord : the chunk is damaged, or compressed by another method than lz4 and zstd.
+        """
         size, checksum, name, begin = self._chunk_header(at)
         data = read_exactly(self.file, begin, int.from_bytes(read_exactly(self.file, begin - 8, 8), "little"))
         if name not in ("lz4", "zstd"):
@@ -89,7 +99,12 @@ class Mcap(Chunked):
 
 
 def unzstd(data: bytes) -> bytes:
-    """Decompress Zstandard data; raises DamagedRecord."""
+    """Decompress Zstandard data.
+
+    Raises
+    ------
+    DamagedRecord : the data cannot be decompressed. MissingDependency : backports.zstd is not installed (Python before 3.14).
+    """
     zstd = require("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd", "bags")
     try:
         return bytes(zstd.decompress(data))

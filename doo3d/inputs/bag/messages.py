@@ -39,7 +39,11 @@ _FIELDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8
 
 
 def encoding_of(message: Any) -> str:
-    """Return the encoding of an Image, or of a CompressedImage: _TRANSPORT, _PNG16 or "compressed"."""
+    """Return the encoding of an image message (sensor_msgs Image or CompressedImage).
+
+    For an Image it is the message's own, such as "16UC1" or "rgb8". For a CompressedImage it is "compressedDepth" (of ROS's
+    compressed_depth_image_transport), "compressed 16-bit PNG", or "compressed" for all others.
+    """
     if hasattr(message, "encoding"):
         return str(message.encoding)
     if _TRANSPORT in message.format:
@@ -49,22 +53,33 @@ def encoding_of(message: Any) -> str:
 
 
 def is_depth(encoding: str) -> bool:
-    """Return whether images of this encoding are depth."""
+    """Return whether an encoding, as from `encoding_of`, is one of depth images.
+
+    These are 16UC1, mono16 and 32FC1 of an Image; "compressedDepth" and "compressed 16-bit PNG" of a CompressedImage.
+    """
     return encoding in DEPTH or encoding in (_TRANSPORT, _PNG16)
 
 
 def is_color(encoding: str) -> bool:
-    """Return whether images of this encoding are colour or grey."""
+    """Return whether an encoding, as from `encoding_of`, is one of colour or grey images that can be read.
+
+    These are RGB, BGR, grey, Bayer and YUV 4:2:2 encodings with 8 bits, and "compressed" of a CompressedImage.
+    """
     return encoding in _TO_RGB or encoding.lower() in _TO_RGB or encoding == "compressed"
 
 
 def is_gray(encoding: str) -> bool:
-    """Return whether images of this encoding are known to be grey."""
+    """Return whether an encoding is one of grey images, "mono8" or "8UC1"; false for compressed images."""
     return encoding in _GREY
 
 
 def size_of(message: Any) -> tuple[int, int]:
-    """Return width and height of an image, px."""
+    """Return (width, height) of an image message in px; a compressed image is decompressed for it.
+
+    Raises
+    ------
+    InputError : a compressed image is damaged or cut off.
+    """
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
     data = bytes(message.data)
@@ -73,11 +88,13 @@ def size_of(message: Any) -> tuple[int, int]:
 
 
 def depth_of(message: Any, scale: float) -> Array:
-    """Return depth (H, W) float32 m, 0 or NaN = none; `scale` is the units per metre of integers (REP 118: 1000).
+    """Return the depth in an image message, (H, W) float32 m along the optical axis; 0 or NaN = none.
+
+    `scale` is the units per metre of 16-bit integers (1000, for millimetres, by REP 118). Floats are in metres already.
 
     Raises
     ------
-    InputError : the image is no depth, or incomplete.
+    InputError : the image is no depth image, or incomplete.
     """
     encoding = encoding_of(message)
     if encoding in (_PNG16, "compressed"):
@@ -118,7 +135,7 @@ def _compressed_depth(message: Any) -> Array:
 
 
 def color_of(message: Any) -> Array:
-    """Return a colour image (H, W, 3) uint8 RGB.
+    """Return the colour of an image message, (H, W, 3) uint8 RGB; a grey image gets three equal channels.
 
     Raises
     ------
@@ -183,7 +200,12 @@ def _decompress(data: bytes) -> Array:
 
 
 def cloud_of(message: Any) -> tuple[Array, Array | None]:
-    """Return points (N, 3) float m and colours (N, 3) uint8 RGB or None of a PointCloud2; non-finite points are dropped.
+    """Return the points and colours of a PointCloud2 message; points that are not finite are left out.
+
+    Returns
+    -------
+    The points, (N, 3) float64 m, in the coordinate frame that the message's header names, and the colours, (N, 3) uint8 RGB, or
+    None.
 
     Raises
     ------

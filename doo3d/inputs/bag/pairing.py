@@ -19,16 +19,23 @@ _MAX_INTRINSICS_DIFFERENCE_PX = 0.01  # cameras whose intrinsics differ by less 
 
 
 def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float) -> Array:
-    """Return the index of the colour image nearest in time to each depth image, (depth images,) int; -1 beyond the tolerance.
+    """Find the colour image nearest in time to each depth image.
+
+    Times are those in the headers if all messages of both topics have one, else the times of recording.
 
     Parameters
     ----------
     path
-        of the bag, for the error.
+        path of the bag, named in the error.
     depth, color
-        the topics.
+        messages of the depth and of the colour topic.
     tolerance
-        s.
+        largest time difference, s.
+
+    Returns
+    -------
+    (depth images,) int: for each depth image the number of its colour image in `color`, or -1 if none is within the tolerance.
+    One colour image may belong to several depth images.
 
     Raises
     ------
@@ -54,22 +61,27 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
 def color_geometry(
     bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream, transforms: Transforms, time: int
 ) -> tuple[Lens, tuple[tuple[float, ...], ...] | None]:
-    """Return the colour camera, and the transform from the depth camera to it; None if their pixels coincide.
+    """Return the colour camera with its lens, and the transform from the depth camera to it.
+
+    The transform comes from RealSense's extrinsics or from the tree of coordinate frames (/tf). It is the identity for topics of
+    depth aligned to colour, and for images of the same frame_id.
 
     Parameters
     ----------
     bag, index
-        the bag and its topics.
+        the bag, and its messages by topic name.
     depth, color
-        the streams.
+        the topics of the images; the depth camera's lens must be known.
     transforms
-        the tree of frames.
+        the tree of coordinate frames.
     time
-        ns, at which the transform is taken.
+        time at which the transform is taken, ns.
 
     Returns
     -------
-    The lens of the colour images, and the rows of the (4, 4) from depth to colour coordinates, m, or None.
+    The lens of the colour images (the depth camera's if the colour topic has no CameraInfo), and the rows of the (4, 4)
+    transform: x_color = transform @ x_depth, m. None instead of the transform if the pixels of both images coincide, without
+    alignment.
 
     Raises
     ------
@@ -117,7 +129,10 @@ def _same_pixels(a: Lens, b: Lens) -> bool:
 
 
 def transforms_of(bag: Bag, index: Mapping[str, TopicIndex]) -> Transforms:
-    """Return the tree of frames from /tf and /tf_static; damaged messages are skipped."""
+    """Read the transforms in a bag (TFMessage, as on /tf and /tf_static) into a tree of coordinate frames.
+
+    `index` is the bag's messages by topic name. Damaged messages are skipped.
+    """
     result = Transforms()
     for topic_index in index.values():
         if not topic_index.topic.kind.lower().endswith("/tfmessage"):

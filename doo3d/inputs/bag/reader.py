@@ -27,10 +27,18 @@ _OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 1
 
 
 class BagCapture:
-    """The depth images of a bag, each with the colour image nearest in time; or its clouds; or its colour images alone.
+    """A bag opened as a capture: ROS 1, ROS 2 or RealSense's SDK.
 
-    Frames are in the order of their header stamps. A depth image without a colour image within `options.tolerance` is a frame
-    without colour. Of a damaged bag the complete messages are read, and one more frame fails with a message about the damage.
+    Frames are the depth images, each with the colour image nearest in time. A bag without depth images gives its clouds, else its
+    colour images alone. Frames are in the order of the times in the message headers. A depth image without a colour image within
+    `options.tolerance` is a frame without colour. Poses come from /tf: camera to world, the world is the
+    coordinate frame named map, odom or world.
+
+    Of a damaged bag the complete messages are read. It gets one more frame, which fails to load with a message about the damage.
+
+    Raises
+    ------
+    InputError : the bag cannot be read, or has no such messages. MissingDependency : the package rosbags is not installed.
     """
 
     what: ClassVar[str] = (

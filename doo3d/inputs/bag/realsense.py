@@ -23,25 +23,36 @@ _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 
 
 def stream_of(topic: str) -> str | None:
-    """Return the prefix of a stream's topics, from the topic of its images; None if the topic is not of the SDK."""
+    """Return the common prefix of a RealSense stream's topics, from the topic of the stream's images.
+
+    For "/device_0/sensor_0/Depth_0/image/data" it is "/device_0/sensor_0/Depth_0". None if `topic` is no topic of images of the
+    SDK.
+    """
     match = _STREAM.fullmatch(topic)
     return f"{match[1]}/{match[2]}" if match else None
 
 
 def is_depth_stream(topic: str) -> bool:
-    """Return whether a topic has depth images of the SDK."""
+    """Return whether a topic has depth images of RealSense's SDK, judged by its name."""
     match = _STREAM.fullmatch(topic)
     return match is not None and match[2].startswith("Depth")
 
 
 def is_color_stream(topic: str) -> bool:
-    """Return whether a topic has colour images of the SDK."""
+    """Return whether a topic has colour images of RealSense's SDK, judged by its name."""
     match = _STREAM.fullmatch(topic)
     return match is not None and match[2].startswith("Color")
 
 
 def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
-    """Return the units per metre of the SDK's depth images; `topic` is that of the images.
+    """Return the units per metre of the depth images in a bag of RealSense's SDK, such as 1000 for millimetres.
+
+    Parameters
+    ----------
+    bag, index
+        the bag, and its messages by topic name.
+    topic
+        the topic of the depth images.
 
     Raises
     ------
@@ -66,14 +77,14 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
 
 
 def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str) -> Floats:
-    """Return the transform (4, 4) from coordinates of the depth camera to those of the colour camera, m.
+    """Return the (4, 4) transform from the depth to the colour camera, x_color = T @ x_depth, m.
 
     Parameters
     ----------
     bag, index
-        the bag and its topics.
+        the bag, and its messages by topic name.
     depth, color
-        the topics of the images.
+        the topics of the depth and of the colour images.
 
     Raises
     ------

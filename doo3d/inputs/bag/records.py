@@ -22,11 +22,21 @@ READ_TYPES = {
 
 
 class DamagedRecord(Exception):
-    """A record that is malformed, or longer than the rest of the file."""
+    """Raised for a record of a bag file that is malformed, or longer than the rest of the file."""
 
 
 class Topic(NamedTuple):
-    """A topic. kind : message type in ROS 2 notation. encoding : of its messages, "ros1" or "cdr"; others cannot be read."""
+    """A topic of a bag.
+
+    Attributes
+    ----------
+    name
+        such as "/camera/depth/image_raw".
+    kind
+        message type in ROS 2 notation, such as "sensor_msgs/msg/Image".
+    encoding
+        serialization of the messages: "ros1" or "cdr" (ROS 2). Messages in any other encoding cannot be read.
+    """
 
     name: str
     kind: str
@@ -34,7 +44,18 @@ class Topic(NamedTuple):
 
 
 class Message(NamedTuple):
-    """A message of a topic. time : of recording, ns. location : in the bag."""
+    """A message found by a scan of a bag, without its content.
+
+    Attributes
+    ----------
+    topic
+        the topic it was sent on.
+    time
+        time of recording, ns.
+    location
+        where the message is in the bag: number of the file, offset of its chunk (-1 if not compressed), offset in the chunk or in
+        the file (in SQLite: number of the row), length in bytes.
+    """
 
     topic: Topic
     time: int
@@ -42,29 +63,54 @@ class Message(NamedTuple):
 
 
 class Storage(Protocol):
-    """A file of a bag. topics : known after `scan`. faults : damage found by `scan`, a sentence without subject each."""
+    """The interface of one open file of a bag.
+
+    Attributes
+    ----------
+    path
+        the file.
+    topics
+        all topics in the file; complete after `scan`.
+    faults
+        damage found by `scan`, each a phrase that continues the file's name, such as "ends after 3 of 7 chunks".
+    """
 
     path: Path
     topics: list[Topic]
     faults: list[str]
 
-    def scan(self) -> Iterator[Message]: ...
+    def scan(self) -> Iterator[Message]:
+        """Yield the messages of the types that doo3d reads, in file order; fill `topics` and `faults`."""
 
-    def read(self, location: MessageLocation, limit: int | None = None) -> bytes: ...
+    def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
+        """Return the bytes of the message at `location` (as in `Message`), or only the first `limit` bytes."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the file."""
 
 
 def ros2_type(kind: str) -> str:
-    """Return a message type in ROS 2 notation, such as sensor_msgs/msg/Image."""
+    """Return a message type in ROS 2 notation: sensor_msgs/Image becomes sensor_msgs/msg/Image.
+
+    A type that is in this notation already is returned unchanged.
+    """
     parts = kind.split("/")
     return f"{parts[0]}/msg/{parts[-1]}" if len(parts) == 2 else kind
 
 
 class Chunked:
-    """A file with messages in chunks; the chunk decompressed last is cached.
+    """Base class of open bag files whose messages lie in chunks (ROS 1 and MCAP).
 
-    number : of the file in its bag.
+    The chunk decompressed last is cached.
+
+    Attributes
+    ----------
+    path, file, size
+        path, open file and size in bytes.
+    number
+        number of this file in its bag, from 0.
+    topics, faults
+        filled by `scan`: all topics, and the damage found.
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
@@ -83,17 +129,32 @@ class Chunked:
     __del__ = close
 
     def decompress(self, at: int) -> bytes:
-        """Return the content of the compressed chunk at byte `at`; raises DamagedRecord."""
+        """Return the decompressed content of the chunk whose data begins at byte `at` of the file.
+
+        To be defined by each format. Raises DamagedRecord.
+        """
         raise NotImplementedError
 
     def chunk_content(self, at: int) -> bytes:
-        """Return the content of the compressed chunk at byte `at`, from the cache if it was the last one."""
+        """Return the decompressed content of the chunk at byte `at` of the file.
+
+        It is kept in memory until another chunk is requested.
+
+        Raises
+        ------
+        DamagedRecord : the chunk cannot be decompressed.
+        """
         if self._cached_chunk[0] != at:
             self._cached_chunk = (at, self.decompress(at))
         return self._cached_chunk[1]
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of a message, or the first `limit`; raises DamagedRecord if there are fewer."""
+        """Return the bytes of the message at `location`, or only the first `limit` bytes.
+
+        Raises
+        ------
+        DamagedRecord : the file ends before the end of the message, or its chunk cannot be decompressed.
+        """
         _, chunk, at, length = location
         count = length if limit is None else min(limit, length)
         if chunk >= 0:
@@ -101,12 +162,20 @@ class Chunked:
         return read_exactly(self.file, at, count)
 
     def source(self, chunk: int) -> BinaryIO:
-        """Return the file object from which to read the records of a chunk: the file, or its decompressed content."""
+        """Return a binary file from which to read the records of a chunk, by its byte offset in the bag file.
+
+        For -1 (records that are not compressed) it is the bag file itself, else the decompressed content of the chunk.
+        """
         return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
 
 
 def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:
-    """Return `count` bytes from byte `at`; raises DamagedRecord if the file ends before."""
+    """Return `count` bytes of a file from byte `at`.
+
+    Raises
+    ------
+    DamagedRecord : the file ends before.
+    """
     file.seek(at)
     data = file.read(count)
     if len(data) != count:

@@ -15,10 +15,13 @@ _MAX_HEADER_BYTES = 1 << 20  # a header has a few fields
 
 
 class Rosbag1(Chunked):
-    """One `.bag` file."""
+    """An open ROS 1 `.bag` file: scanned for messages, which are then read by location."""
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that are read, in file order; fill `topics` and `faults`."""
+        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+
+        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        """
         connections: dict[int, Topic] = {}
         chunks, declared = 0, None
         try:
@@ -64,7 +67,14 @@ class Rosbag1(Chunked):
                 self.topics.append(connections[number])
 
     def decompress(self, at: int) -> bytes:
-        """Return the content of the compressed chunk whose data begins at byte `at`: bz2 or lz4, by its first bytes."""
+        """Return the decompressed content of a chunk, bz2 or lz4 as its first bytes say.
+
+        `at` is the byte of the file at which the chunk record's data begins, after its header and length.
+
+        Raises
+        ------
+        DamagedRecord : the chunk is damaged.
+        """
         length = int.from_bytes(read_exactly(self.file, at - 4, 4), "little")
         data = read_exactly(self.file, at, length)
         try:

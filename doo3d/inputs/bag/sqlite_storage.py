@@ -13,7 +13,10 @@ MAGIC = b"SQLite format 3\0"
 
 
 class Db3:
-    """One `.db3` file. A message's location holds the number of its row."""
+    """An open SQLite file (`.db3`) of a ROS 2 bag: scanned for messages, which are then read by location.
+
+    The location of a message is (number of the file in the bag, -1, number of the row, length in bytes).
+    """
 
     def __init__(self, path: Path, number: int = 0) -> None:
         self.path, self.number = path, number
@@ -35,7 +38,10 @@ class Db3:
     __del__ = close
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that are read, in file order; fill `topics` and `faults`."""
+        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+
+        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        """
         try:
             rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
             topics = {row[0]: Topic(row[1], ros2_type(row[2]), row[3]) for row in rows}
@@ -50,7 +56,12 @@ class Db3:
             self.faults.append(f"is cut off or damaged ({error})")
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of a message, or the first `limit`; raises DamagedRecord."""
+        """Return the bytes of the message at `location`, or only the first `limit` bytes.
+
+        Raises
+        ------
+        DamagedRecord : the file is damaged, or has no such message.
+        """
         column = "data" if limit is None else f"substr(data, 1, {int(limit)})"
         try:
             row = self._database.execute(f"SELECT {column} FROM messages WHERE id = ?", (location[2],)).fetchone()

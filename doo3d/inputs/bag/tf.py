@@ -18,7 +18,10 @@ _MAX_DEPTH = 100  # levels of the tree; more means a cycle
 
 
 class Transforms:
-    """The tree of frames; per child its parent and seven numbers per message: translation, quaternion x y z w."""
+    """A tree of coordinate frames (tf), with the transform of each frame to its parent over time.
+
+    Add all transforms with `add`, call `finish` once, then ask for a `pose` or the transform `between` two frames.
+    """
 
     def __init__(self) -> None:
         self._parents: dict[str, str] = {}
@@ -27,18 +30,21 @@ class Transforms:
         self._values: dict[str, array[float]] = {}
 
     def add(self, parent: str, child: str, time: int, values: tuple[float, ...], static: bool) -> None:
-        """Add a transform from coordinates in `child` to coordinates in `parent`; one that is not finite is skipped.
+        """Add the transform of one message, child to parent: x_parent = T @ x_child.
+
+        A transform that is not finite is skipped. One that is not static is skipped as well if its child already has a static
+        transform or another parent.
 
         Parameters
         ----------
         parent, child
-            names of the frames.
+            names of the frames, with or without a leading slash.
         time
-            ns.
+            time of the transform, ns; ignored if `static`.
         values
-            x, y, z, m; quaternion x, y, z, w.
+            x, y, z in m, then the quaternion x, y, z, w.
         static
-            valid at all times.
+            whether the transform is valid at all times.
         """
         if not np.isfinite(values).all():
             return
@@ -52,20 +58,29 @@ class Transforms:
                 self._values.setdefault(child, array("d")).extend(values)
 
     def finish(self) -> None:
-        """Sort the transforms of each frame by time; call it after the last `add`."""
+        """Sort the transforms of each frame by time; to be called once, after the last `add`."""
         for child, times in self._times.items():
             order = np.argsort(np.array(times), kind="stable")
             self._times[child] = array("q", np.array(times)[order].tolist())
             self._values[child] = array("d", np.array(self._values[child]).reshape(-1, 7)[order].ravel().tolist())
 
     def pose(self, frame: str, time: int) -> Floats | None:
-        """Return the pose (4, 4) of `frame` in the fixed frame above it; None if there is none, or not at this time (ns)."""
+        """Return the (4, 4) pose of a frame in the world at a time (ns): x_world = pose @ x_frame, m.
+
+        The world is the frame named "map", "odom" or "world" above `frame` in the tree, preferred in this order. Between two
+        transforms at most 1 s apart the pose is interpolated; up to 0.1 s before the first or after the last, that one is taken.
+        None if there is no such world, or no transform at this time.
+        """
         ancestors = [name for name, _ in self._chain(frame)]
         world = next((name for name in FIXED if name in ancestors), None)
         return None if world is None else self._to_ancestor(frame, world, time)
 
     def between(self, source: str, target: str, time: int) -> Floats | None:
-        """Return the transform (4, 4) from `source` to `target` coordinates at a time (ns); None if they are not connected."""
+        """Return the (4, 4) transform T between two frames at a time (ns): x_target = T @ x_source, m.
+
+        None if the two frames are not connected, or a transform between them is unknown at this time (gaps of up to 1 s are
+        interpolated).
+        """
         if source == target:
             return np.eye(4)
         ancestors = {name for name, _ in self._chain(target)} | {target}
@@ -113,7 +128,10 @@ class Transforms:
 
 
 def matrix(values: tuple[float, ...]) -> Floats:
-    """Return the transform (4, 4) of x, y, z and a quaternion x, y, z, w; one of length zero is the identity rotation."""
+    """Return the (4, 4) transform of seven values: translation x, y, z and quaternion x, y, z, w (scalar last).
+
+    A quaternion of length zero gives the identity rotation.
+    """
     from scipy.spatial.transform import Rotation
 
     transform = np.eye(4)

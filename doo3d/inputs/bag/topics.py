@@ -26,7 +26,21 @@ _TRANSPORT = re.compile(r"/(compressed|compressedDepth)$")
 
 @dataclass(frozen=True)
 class Stream:
-    """Images of one topic. size : (width, height) px. scale : integer units per metre. lens : None if unknown."""
+    """The images of one topic of a bag.
+
+    Attributes
+    ----------
+    topic_index
+        the messages of the topic.
+    encoding
+        of the first complete image, such as "16UC1", "rgb8" or "compressed".
+    size
+        (width, height) px.
+    lens
+        pinhole camera and distortion; None if unknown.
+    scale
+        units per metre of depth images of integers.
+    """
 
     topic_index: TopicIndex
     encoding: str
@@ -41,7 +55,22 @@ class Stream:
 
 
 class Streams:
-    """The topics to read. depth, color, cloud : None if absent or excluded by the options."""
+    """The topics of a bag to read, chosen by the options or else by names and encodings.
+
+    Preferred are a depth topic that is aligned to colour or rectified by its name, and a colour topic named color or rgb beside
+    it. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and no image topic is requested.
+
+    Attributes
+    ----------
+    depth, color
+        topics of images; None if absent or excluded by the option value "none". `depth` has a known lens.
+    cloud
+        messages of the cloud topic; None if no clouds are read.
+
+    Raises
+    ------
+    InputError : a requested topic is missing, several fit equally well, or the depth camera's CameraInfo is missing or wrong.
+    """
 
     def __init__(self, bag: Bag, index: Mapping[str, TopicIndex], options: ReadOptions) -> None:
         self._bag, self._index, self._options = bag, index, options

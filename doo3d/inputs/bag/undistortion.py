@@ -21,9 +21,16 @@ _COEFFICIENT_COUNTS = (4, 5, 8, 12, 14)  # that OpenCV accepts
 
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole camera with the distortion of its lens.
+    """A pinhole camera and the distortion of its lens.
 
-    model, coefficients : as sensor_msgs/CameraInfo and RealSense's SDK name and order them; empty without distortion.
+    Attributes
+    ----------
+    camera
+        intrinsics and image size.
+    model
+        name of the distortion model as in sensor_msgs/CameraInfo or RealSense's SDK, such as "plumb_bob" or "equidistant".
+    coefficients
+        in the order of that model (plumb_bob: k1, k2, p1, p2, k3); empty or all zero without distortion.
     """
 
     camera: Camera
@@ -32,11 +39,14 @@ class Lens:
 
     @property
     def is_undistorted(self) -> bool:
-        """Whether the lens has no distortion."""
+        """Whether the lens has no distortion: no coefficients, or all of them zero."""
         return not any(self.coefficients)
 
     def check(self) -> None:
-        """Raise InputError if the distortion model is unknown, or the number of coefficients does not fit it."""
+        """Raise InputError if the distortion model is unknown or its coefficients are impossible.
+
+        Impossible are a wrong number of coefficients, and values that are not finite.
+        """
         if not self.is_undistorted and self.model not in (*PLUMB_BOB, *FISHEYE):
             models = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
             raise InputError(f"the distortion model {self.model!r} is unknown; known are {models}", code="lens-unknown")
@@ -49,7 +59,16 @@ class Lens:
             )
 
     def undistorted(self, image: Array, nearest: bool) -> Array:
-        """Return the image (H, W[, 3]) of the pinhole camera; `nearest` for depth, which must not be interpolated."""
+        """Return an image of this lens, resampled to the image of the pinhole camera without distortion.
+
+        The image is (H, W) or (H, W, 3) with the size of `camera`, and keeps size, type and intrinsics. `nearest` takes the
+        nearest pixel instead of interpolating; use it for depth, where a mean of two surfaces lies on neither. Pixels from
+        outside the image are 0.
+
+        Raises
+        ------
+        InputError : the distortion model is unknown, or its coefficients are impossible.
+        """
         if self.is_undistorted:
             return image
         maps = _maps(self)

@@ -19,9 +19,16 @@ COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
 class Points(NamedTuple):
-    """The content of a cloud file.
+    """The content of a cloud file, in the file's own coordinates.
 
-    points : (N, 3) m. colors : (N, 3) uint8, or floats from 0 to 1; None. viewpoint : (3,) m, the position of the sensor; None.
+    Attributes
+    ----------
+    points
+        (N, 3), m.
+    colors
+        (N, 3) RGB, uint8 or floats from 0 to 1; None if the file has none.
+    viewpoint
+        (3,) position of the sensor, m; None if unknown.
     """
 
     points: Array
@@ -30,11 +37,13 @@ class Points(NamedTuple):
 
 
 def read_open3d(path: Path, kind: str) -> Points:
-    """Read points and colours by Open3D; `kind` is ply or pcd.
+    """Read points, colours and viewpoint of a PLY or PCD file by Open3D.
+
+    `kind` is "ply" or "pcd". Only a PCD has a viewpoint, in its header; the default 0 0 0 1 0 0 0 counts as unknown.
 
     Raises
     ------
-    InputError : damage that Open3D only warns about (it returns noise or nothing), or no points.
+    InputError : the file has no points, or is damaged (Open3D only prints a warning then, and returns noise or nothing).
     """
     reader = open3d().io
     with capture_native_output() as native:
@@ -94,11 +103,15 @@ def _first_message(text: str) -> str:
 
 
 def read_xyz(path: Path) -> Points:
-    """Read columns x y z, and r g b if there are six, by numpy (Open3D skips bad rows, trimesh joins ragged ones).
+    """Read a text file with a point per row: x y z in m, or x y z r g b.
+
+    Columns are separated by blanks, commas or semicolons. If there are exactly six and the last three hold whole numbers from 0
+    to 255, those are colours; otherwise the columns after z are ignored. Rows of unequal length are an error (Open3D skips them,
+    trimesh joins them).
 
     Raises
     ------
-    InputError : the rows are not equally many numbers, fewer than three, or none.
+    InputError : there are no rows, or they are not equally many numbers, at least three.
     """
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
@@ -122,7 +135,7 @@ def read_xyz(path: Path) -> Points:
 
 
 def read_npz(path: Path) -> Points:
-    """Read the arrays `points` and `colors` of an NPZ file.
+    """Read a cloud from an NPZ file with the array `points` (N, 3) m and optionally `colors` (N, 3).
 
     Raises
     ------

@@ -20,10 +20,11 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 
 def read_las(path: Path) -> Points:
-    """Read the points of a LAS or LAZ file as float64, scale and offset applied, so that UTM coordinates keep their precision.
+    """Read the points (m) and colours of a LAS or LAZ file; the viewpoint is None.
 
-    Colours have 16 bits (LAS 1.4 R15, Point Data Record Format 2); if no value is above 255, the writer left them at 8 bits.
-    Colours that are all zero count as absent.
+    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours have
+    16 bits (LAS 1.4 R15, Point Data Record Format 2) and are reduced to 8; if no value is above 255, the writer left them at 8
+    bits. Colours that are all zero count as absent.
 
     Raises
     ------
@@ -72,7 +73,7 @@ def _las_fault(path: Path) -> str | None:
 
 
 def count_e57(path: Path) -> int:
-    """Return the number of scans in an E57 file.
+    """Return the number of scans in an E57 file, from its header.
 
     Raises
     ------
@@ -89,10 +90,11 @@ def count_e57(path: Path) -> int:
 
 
 def read_e57(path: Path, scan: int) -> Points:
-    """Read one scan, transformed into the file's frame by its pose: x_file = R x_scanner + t (ASTM E2807).
+    """Read scan number `scan` (from 0) of an E57 file, in the coordinates of the file.
 
-    The viewpoint is t, the scanner's position. If the pose is absent or the identity, as in merged clouds, the viewpoint is
-    unknown.
+    The pose (R, t) maps scanner to file: x_file = R x_scanner + t (ASTM E2807). The viewpoint is t, the scanner's position. If
+    the pose is absent or the identity, as in merged clouds, the viewpoint is None. Points marked as invalid are left out;
+    coordinates may be cartesian or spherical; colours are scaled to 8 bits.
 
     Raises
     ------

@@ -25,10 +25,11 @@ _MM_PER_M = 1000.0
 
 
 class BopCapture:
-    """The images of a scene by number, each with its own intrinsics, unit of depth and pose.
+    """A scene folder of the BOP benchmark, opened as a capture: one frame per image number, without times.
 
-    The mask is the union of the visible parts of all annotated objects (`mask_visib/`), or None if the union is empty or the
-    whole image.
+    Each image has its own intrinsics, unit of depth and pose in `scene_camera.json`. Poses there are world to camera in mm;
+    frames have camera to world in m. The mask is the union of the visible parts of all annotated objects (`mask_visib/`), or None
+    if that union is empty or the whole image.
     """
 
     what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"
@@ -66,7 +67,7 @@ class BopCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a folder with the camera file of a scene."""
+        """Return whether `path` is a folder with the file `scene_camera.json`."""
         return (path / CAMERAS).is_file()
 
 

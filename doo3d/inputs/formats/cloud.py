@@ -25,10 +25,11 @@ _ROW = re.compile(rf"\s*{_NUMBER}(?:[\s,;]+{_NUMBER}){{2,}}[\s,;]*", re.IGNORECA
 
 
 class CloudCapture:
-    """The clouds of a file or a folder, in metres, in the file's own frame, with the viewpoint if the file has one.
+    """A cloud file, or a folder of cloud files, opened as a capture: one frame per cloud, without times.
 
-    Each scan of an E57 file with several is a frame, `<name>_000` and so on. The files of a folder are in natural order of
-    their names; a file that cannot be read fails as a frame, without the others.
+    Points are in metres in the file's own coordinates, with the viewpoint if the file has one. An E57 file with several scans
+    gives one frame per scan, `<name>_000` and so on. The files of a folder come in natural order of their names (9 before 10); a
+    file that cannot be read fails when its frame is loaded, and the other frames are still read.
     """
 
     what: ClassVar[str] = (
@@ -44,7 +45,10 @@ class CloudCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a cloud file by its first bytes or its suffix, or a folder with such files."""
+        """Return whether `path` is a cloud file by its first bytes or its suffix, or a folder with such files.
+
+        In a folder the suffix decides; an NPZ file counts only if it has an array `points`.
+        """
         if path.is_dir():
             return any(_is_cloud(file) for file in sorted(path.iterdir()) if not file.name.startswith("."))
         return path.is_file() and _kind(path) is not None

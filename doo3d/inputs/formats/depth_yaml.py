@@ -26,7 +26,21 @@ _Focal = Annotated[FiniteFloat, Field(gt=0)]
 
 
 class DepthImageInfo(BaseModel):
-    """Content of the YAML file of a depth image: fx, fy, cx, cy (px), units per metre, files relative to it, pose, time (s)."""
+    """Content of the YAML file that describes a depth image.
+
+    Attributes
+    ----------
+    camera
+        fx, fy, cx, cy, px.
+    depth_scale
+        units of the depth image per metre.
+    color, mask
+        paths of the colour and of the mask image, relative to the YAML file; None without.
+    pose
+        (4, 4) as four rows, camera to world, x_world = pose @ x_camera, m; None if unknown.
+    timestamp
+        time of the frame, s; None if unknown.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -39,10 +53,11 @@ class DepthImageInfo(BaseModel):
 
 
 class PairsCapture:
-    """A depth image, or those of a folder, each with `<name>.yaml` beside it: camera, depth_scale, color, mask, pose, timestamp.
+    """Depth images, each with a YAML file `<name>.yaml` beside it, opened as a capture: one frame per image.
 
-    Options for the camera, the unit and (of a single image) the colour take precedence. With the camera in the options, the
-    YAML file of a single image may be missing.
+    The path is a depth image, its YAML file, or a folder with such pairs. A YAML file has `camera` (fx, fy, cx, cy in px), and
+    optionally `depth_scale`, `color`, `mask`, `pose` and `timestamp`. The options `camera`, `depth_scale` and (for a single
+    image) `color` replace the file's values. If the options give the camera, the YAML file of a single image may be missing.
     """
 
     what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
@@ -59,7 +74,11 @@ class PairsCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is an image with a YAML file of its name that has a camera, that file, or a folder with such."""
+        """Return whether `path` is a pair of a depth image and a YAML file, or a folder with such pairs.
+
+        Either file of the pair may be given. The two have the same name but for the suffix, and the YAML file has the key
+        `camera`.
+        """
         if path.is_dir():
             return bool(_yaml_files(path))
         if path.suffix.lower() in _YAML_SUFFIXES:

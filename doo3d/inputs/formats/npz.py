@@ -28,11 +28,23 @@ _DAMAGE_ERRORS = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError,
 
 
 class ArraysCapture:
-    """The frames of an NPZ file; only the loaded frame's part of each array is in memory.
+    """An NPZ file of arrays, opened as a capture of N frames (1 if `depth` is a single image).
 
-    depth : (H, W) or (N, H, W); whole numbers in `depth_scale` units per metre (1000 if absent), or floats in
-    metres. K : (3, 3) or (N, 3, 3). color : (H, W, 3) or (N, H, W, 3) uint8 RGB. mask : (H, W) or (N, H, W).
-    pose : (4, 4) or (N, 4, 4), camera to world, m. timestamps : one or (N,), s.
+    An array without the leading dimension N applies to all frames, except `color`. Loading a frame reads only that frame's part
+    of `depth`, `color` and `mask`.
+
+    Notes
+    -----
+    Arrays in the file; `depth` is required, and `K` unless the options give the camera:
+
+    - depth : (H, W) or (N, H, W); whole numbers in `depth_scale` units per metre (1000 if absent), or floats
+      in metres (divided by `depth_scale` if that is given).
+    - K : (3, 3) or (N, 3, 3), [fx, 0, cx; 0, fy, cy; 0, 0, 1], px.
+    - color : (H, W, 3) or (N, H, W, 3) uint8 RGB.
+    - mask : (H, W) or (N, H, W), true or above zero on the object.
+    - pose : (4, 4) or (N, 4, 4), camera to world, x_world = pose @ x_camera, m.
+    - timestamps : one or (N,), s, increasing.
+    - depth_scale : one or (N,), units per metre.
     """
 
     what: ClassVar[str] = "an NPZ of arrays (depth, K, with color, depth_scale, mask, pose, timestamps)"
@@ -75,7 +87,7 @@ class ArraysCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is an NPZ file with an array called depth."""
+        """Return whether `path` is an NPZ file with an array called `depth`."""
         if not path.is_file():
             return False
         with path.open("rb") as file:

@@ -23,10 +23,12 @@ DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
 
 
 class FolderCapture:
-    """The frames of a folder, in natural order of their names.
+    """A folder as written by Open3D's recorder, opened as a capture: one frame per depth image.
 
-    Depth, colour and mask of a frame have the same stem; if no stems agree and the numbers are equal, they are matched by
-    order. Intrinsics and unit of depth in the options take precedence over the folder's, which may then be missing.
+    The folder has `depth/`, optionally `color/` and `mask/`, and `camera_intrinsic.json`; frames have no times and no poses.
+    Images of one frame have the same stem; if no stem agrees and there are equally many images, they are matched by order. Frames
+    come in natural order of their names (9 before 10). The options `camera` and `depth_scale` replace the folder's values; with
+    the camera in the options, `camera_intrinsic.json` may be missing, and the depth is in mm unless `depth_scale` is given too.
     """
 
     what: ClassVar[str] = (
@@ -57,7 +59,7 @@ class FolderCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a folder with `depth/` or the file of intrinsics."""
+        """Return whether `path` is a folder with a sub-folder `depth/` or the file `camera_intrinsic.json`."""
         return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
 
 
@@ -94,7 +96,10 @@ def _load(
 
 
 def read_intrinsics(path: Path) -> tuple[Camera, float]:
-    """Read the camera and the units per metre of the depth images.
+    """Read an Open3D file of intrinsics: return the Camera and the units of the depth images per metre.
+
+    The JSON file has width, height (px), intrinsic_matrix (nine numbers column by column) and optionally depth_scale; without it
+    the units are 1000 per metre (mm).
 
     Raises
     ------

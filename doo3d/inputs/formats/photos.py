@@ -17,10 +17,11 @@ PHOTO_FOLDERS, MASK_FOLDERS = ("color", "images", "rgb"), ("mask", "masks")  # p
 
 
 class PhotosCapture:
-    """The photographs of a folder in natural order of their names; or a single one.
+    """A photograph, or a folder of them in natural order of their names, opened as a capture for the 2-D mode.
 
-    Photographs and masks are matched by stem; if no stems agree and the numbers are equal, by order. In a folder with masks
-    a photograph without one fails; a single photograph gets the mask of its stem if that exists.
+    Masks are searched in `mask/` or `masks/`. Photographs and masks are matched by stem; if no stem agrees and there are equally
+    many, by order. In a folder with masks, a photograph without a mask fails when it is loaded. A single photograph gets the mask
+    of its stem if there is one.
     """
 
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"
@@ -32,7 +33,7 @@ class PhotosCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is an image, or a folder with images in it or in a sub-folder for photographs."""
+        """Return whether `path` is an image, or a folder with images in it or in `color/`, `images/` or `rgb/`."""
         return bool(images_in(_photo_folder(path), PHOTO_SUFFIXES)) if path.is_dir() else is_image(path)
 
 

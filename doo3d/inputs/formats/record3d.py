@@ -35,9 +35,11 @@ _MAX_ASPECT_ERROR = 1e-2  # relative difference of the aspect ratios of colour a
 
 
 class Record3DCapture:
-    """The frames of a recording by number: depth in metres; colour and intrinsics scaled to the size of the depth.
+    """A recording of the iPhone app Record3D (`.r3d`), opened as a capture: one frame per number.
 
-    The poses, of a camera with y up that looks along -z, are converted to the optical frame. Nothing is unpacked to disk.
+    Depth is in metres. Colour and intrinsics are scaled to the size of the depth image. Poses are camera to world for the optical
+    frame (x right, y down, z forward), converted from the app's camera frame (x right, y up, z backward). The file is a ZIP; its
+    members are read in place, not unpacked to disk.
     """
 
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"
@@ -62,7 +64,10 @@ class Record3DCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a ZIP with metadata and frames as the app writes them, or a damaged file called .r3d."""
+        """Return whether `path` is a ZIP with the member `metadata` and the folder `rgbd/`, as the app writes it.
+
+        A damaged ZIP with the suffix .r3d counts too, so that opening it reports the damage.
+        """
         if not path.is_file():
             return False
         try:

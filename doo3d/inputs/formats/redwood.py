@@ -41,10 +41,13 @@ class _ListedFrame(NamedTuple):
 
 
 class RedwoodCapture:
-    """Frames of `depth/` and of `rgb/`, `image/` or `color/`, with the poses of a trajectory `.log` if there is one.
+    """A folder of a Redwood data set, opened as a capture: one frame per depth image.
 
-    If the names are like `0000001-000000033369` (number, time in microseconds), depth and colour are paired by time, each image
-    at most once, and images without a partner are left out. Other names are matched as in a folder of frames.
+    Depth images are in `depth/`, colour images in the first that exists of `color/`, `rgb/` and `image/`. If the file names are
+    like `0000001-000000033369` (number, time in microseconds), depth and colour are paired by time within the option `tolerance`,
+    each image at most once, and images without a partner are left out. Other names are matched by stem, else by order. Poses
+    (camera to world) come from a trajectory `.log` if there is one. Defaults are fx = fy = 525, cx = 319.5, cy = 239.5 px for
+    640x480, and 1000 units per metre.
     """
 
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
@@ -60,17 +63,22 @@ class RedwoodCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` has `depth/`, no file of intrinsics, and file names or a trajectory as in these data sets."""
+        """Return whether `path` is a folder of a Redwood data set.
+
+        It has `depth/` and no `camera_intrinsic.json`, and one of: a folder `image/`, file names with times, a trajectory file.
+        """
         if not _is_without_intrinsics(path):
             return False
         return (path / "image").is_dir() or _first_is_stamped(path / "depth") or _find_log(path) is not None
 
 
 class IclCapture:
-    """Frames of `depth/` and `rgb/`, matched by name, with the poses of `*.gt.freiburg`, matched by image number.
+    """A sequence of the data set ICL-NUIM, opened as a capture: one frame per image in `depth/`.
 
-    The data set's camera has y up, a left-handed frame, hence its negative fy. Here y points down, in the camera and in the
-    world: a pose P becomes S P S with S = diag(1, -1, 1, 1).
+    Colour images in `rgb/` are matched by name, poses in `*.gt.freiburg` by image number. The data set's frames have y up and are
+    left-handed, hence its negative fy. Here y points down, in the camera and in the world: a pose P (camera to world) becomes S @
+    P @ S with S = diag(1, -1, 1, 1). Defaults are fx = 481.2, fy = 480, cx = 319.5, cy = 239.5 px for 640x480, and 5000 units per
+    metre.
     """
 
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"
@@ -92,7 +100,10 @@ class IclCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` has `depth/`, no intrinsics or lists, and a file that only these sequences have."""
+        """Return whether `path` is a folder of an ICL-NUIM sequence.
+
+        It has `depth/` and `associations.txt` or a file `*.gt.freiburg`, but neither `camera_intrinsic.json` nor `depth.txt`.
+        """
         return (
             _is_without_intrinsics(path)
             and not (path / DEPTH).is_file()

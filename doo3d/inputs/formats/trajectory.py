@@ -21,17 +21,22 @@ _MAX_NORM_ERROR = 1e-2  # of a quaternion: those in files are rounded
 class Trajectory:
     """Camera poses over time.
 
-    times : (N,) s, increasing. poses : (N, 4, 4), camera to world: x_world = pose @ x_camera.
+    Attributes
+    ----------
+    times
+        (N,) s, increasing.
+    poses
+        (N, 4, 4), camera to world: x_world = pose @ x_camera, m.
     """
 
     times: Floats
     poses: Floats
 
     def at(self, time: float, tolerance: float) -> Floats | None:
-        """(4, 4) the pose at a time.
+        """Return the (4, 4) pose at a time (s), or None if no pose is within `tolerance` (s) of it.
 
-        Between two poses that are both no farther off than `tolerance` (s) it lies between them: along the line, and by the
-        same share of the turn (slerp). Where one is near it is that one, and None where none is.
+        If the nearest poses before and after are both within the tolerance, the pose is interpolated between them: linearly in
+        position, by slerp in rotation. If only one of them is, it is returned unchanged.
         """
         after = int(np.searchsorted(self.times, time))
         near = [i for i in (after - 1, after) if 0 <= i < len(self.times) and abs(self.times[i] - time) <= tolerance]
@@ -45,20 +50,20 @@ class Trajectory:
 
 
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:
-    """Return the pose (4, 4) of a unit quaternion and a position.
+    """Return the (4, 4) transform [R, t; 0, 0, 0, 1] of a unit quaternion (R) and a position (t).
 
     Parameters
     ----------
     quaternion
-        qx, qy, qz, qw.
+        qx, qy, qz, qw (scalar last).
     position
-        x, y, z, m.
+        t = x, y, z, m.
     where
-        file and line, for the error.
+        file and line, named in the error.
 
     Raises
     ------
-    InputError : the quaternion's length is not 1, or a number is not finite.
+    InputError : the quaternion's length differs from 1 by more than 0.01, or a number is not finite.
     """
     from scipy.spatial.transform import Rotation
 
@@ -76,14 +81,16 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
 
 
 def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[str]]]:
-    """Return the line number and the words of each row of a text file, without empty lines and comments (#).
+    """Read a table from a text file: return a list of (line number from 1, words), one per row.
+
+    Words are separated by blanks or commas. Empty lines and comment lines (#) are left out.
 
     Parameters
     ----------
     path
         the file.
     columns
-        the least number of words in a row.
+        least number of words in a row; rows may have more.
     layout
         the content of a row in words, for the error.
 
@@ -113,7 +120,9 @@ def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[st
 
 
 def increasing_times(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Return the first column of rows as increasing times (N,) s.
+    """Return the first word of each row as a time, (N,) s, after checking that the times increase.
+
+    `rows` are (line number, words), as read from `path`; the file and the line are named in the error.
 
     Raises
     ------
@@ -130,7 +139,9 @@ def increasing_times(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """Read the poses of a file with lines `time tx ty tz qx qy qz qw`: s, m, camera to world.
+    """Read a trajectory file in the format of the TUM benchmark, with lines `time tx ty tz qx qy qz qw`.
+
+    Times are in s and must increase, positions in m; the poses are camera to world.
 
     Raises
     ------
@@ -144,10 +155,14 @@ def read_trajectory(path: Path) -> Trajectory:
 
 
 class PosedCapture:
-    """A capture with the poses of a file instead of its own.
+    """A capture whose poses come from a trajectory file (TUM's format, camera to world) instead of its own.
 
-    A frame with a time gets the pose at that time, or None if no pose is within `tolerance` s. If no frame has a time, poses
-    and frames are matched by order; their numbers must be equal.
+    A frame with a time gets the pose at that time, interpolated, or None if no pose is within `tolerance` s. If no frame has a
+    time, the lines of the file belong to the frames in order, and there must be as many lines as frames.
+
+    Raises
+    ------
+    InputError : the file cannot be read, no pose is within `tolerance` of any frame, or the numbers of lines and frames differ.
     """
 
     def __init__(self, capture: Capture, file: Path, tolerance: float) -> None:

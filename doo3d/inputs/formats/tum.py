@@ -25,11 +25,12 @@ DEPTH, COLOR, TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 
 
 class TumCapture:
-    """Pairs of depth and colour images from two lists, in the order of their times.
+    """A sequence of the TUM RGB-D benchmark, opened as a capture: depth images with colour, in order of time.
 
-    Depth and colour are paired by time within the tolerance, each image at most once, nearest pairs first; images without a
-    partner are left out, as by the benchmark's associate.py. Without `rgb.txt` each depth image is a frame. A frame has the
-    name and the time of its depth image.
+    `depth.txt` and `rgb.txt` list the images with their times. They are paired by time within the option `tolerance`, each image
+    at most once, nearest pairs first; images without a partner are left out, as by the benchmark's associate.py. Without
+    `rgb.txt` each depth image is a frame. A frame has the name and the time of its depth image, and the pose of `groundtruth.txt`
+    at that time. Defaults are fx = fy = 525, cx = 319.5, cy = 239.5 px for 640x480, and 5000 units per metre.
     """
 
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
@@ -58,12 +59,12 @@ class TumCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a folder with the list of depth images, or the list of colour images beside `depth/`."""
+        """Return whether `path` is a folder with `depth.txt`, or with `rgb.txt` and a sub-folder `depth/`."""
         return path.is_dir() and ((path / DEPTH).is_file() or ((path / COLOR).is_file() and (path / "depth").is_dir()))
 
 
 def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]:
-    """Pair the times of two increasing lists, nearest pairs first, each time in one pair at most.
+    """Pair the times of two lists, nearest pairs first, each time in one pair at most.
 
     This is the rule of the benchmark's associate.py.
 
@@ -72,11 +73,11 @@ def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]
     one, other
         (N,) and (M,) s, increasing.
     tolerance
-        largest difference of a pair, s.
+        largest time difference within a pair, s.
 
     Returns
     -------
-    Indices into `one` and into `other`, (P,) each; the first are increasing.
+    Two (P,) int arrays: for each of the P pairs its index into `one` and its index into `other`. The indices into `one` increase.
     """
     low, high = np.searchsorted(other, one - tolerance), np.searchsorted(other, one + tolerance, side="right")
     i = np.repeat(np.arange(len(one)), high - low)

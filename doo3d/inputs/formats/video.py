@@ -33,10 +33,15 @@ _MAX_FPS = 1000.0  # a higher value is a time base, not a frame rate
 
 
 class VideoCapture:
-    """The frames of a video, named by number from 000000, with times by the frame rate.
+    """A video file for the 2-D mode, opened as a capture: frames named by number from 000000.
 
-    All frames are decoded once to count them, since the number in the file's header is often wrong. A truncated video ends
-    with a frame that fails with a message about the truncation.
+    The time of frame i is i / (frames per second), None if the frame rate is unknown. All frames are decoded once to count them,
+    since the number in the file's header is often wrong. A truncated video gets one more frame at its end, which fails to load
+    with a message about the truncation.
+
+    Raises
+    ------
+    InputError : the file is empty or no video, or has no complete frame.
     """
 
     what: ClassVar[str] = "a video file (MP4, MOV, AVI, MKV, ...)"
@@ -57,7 +62,7 @@ class VideoCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a file with the signature of a video, or else with the suffix of one."""
+        """Return whether `path` is a file with the signature of a video format or with a suffix of one."""
         if not path.is_file():
             return False
         with path.open("rb") as file:

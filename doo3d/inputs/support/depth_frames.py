@@ -23,10 +23,16 @@ _MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
 
 
 class ImageFiles(NamedTuple):
-    """The image files of one frame.
+    """The image files of one depth frame.
 
-    color : None if the capture has no colour. masks : their union is the object's pixels; none are given if the union is
-    empty or the whole image.
+    Attributes
+    ----------
+    depth
+        depth image.
+    color
+        colour image; None if the capture has no colour.
+    masks
+        mask images; the object is where any of them is above zero. Empty if the capture has no masks.
     """
 
     depth: Path
@@ -35,10 +41,16 @@ class ImageFiles(NamedTuple):
 
 
 class DepthSensor(NamedTuple):
-    """Intrinsics and unit of a depth image whose size is known only when it is read.
+    """Intrinsics and unit of depth images whose size becomes known only when they are read.
 
-    pinhole : fx, fy, cx, cy px. size : (width, height) px for which the intrinsics hold; None: that of the image.
-    scale : units of the depth image per metre.
+    Attributes
+    ----------
+    pinhole
+        fx, fy, cx, cy, px.
+    scale
+        units of the depth image per metre, such as 1000 for millimetres.
+    size
+        (width, height) px for which the intrinsics hold; None if they hold for the image whatever its size.
     """
 
     pinhole: Pinhole
@@ -59,15 +71,21 @@ def load_files(
     Parameters
     ----------
     files
-        depth, and where present colour and masks.
+        depth image, and colour and mask images if there are any.
     sensor
         intrinsics and unit of the depth image.
-    name, timestamp
-        of the frame; s.
+    name
+        name of the frame.
+    timestamp
+        time of the frame, s, or None.
     pose
-        (4, 4) camera to world, m.
+        (4, 4) camera to world, x_world = pose @ x_camera, m; or None.
     required
-        return the union of the masks even if it is empty or the whole image.
+        what to do with a mask that is empty or covers the whole image: keep it if true, treat it as absent if false.
+
+    Returns
+    -------
+    FrameData with the Frame (depth in m), the union of the masks (None without mask files) and the pose.
 
     Raises
     ------
@@ -84,7 +102,7 @@ def load_files(
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:
-    """Return the camera of an image.
+    """Return the Camera with these intrinsics and the size of this image.
 
     Parameters
     ----------
@@ -93,11 +111,11 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     shape
         (H, W) of the image.
     size
-        (width, height) px for which the intrinsics hold; None: that of the image.
+        (width, height) px for which the intrinsics hold; None if they hold for the image whatever its size.
 
     Raises
     ------
-    InputError : the intrinsics are for another image size, or impossible.
+    InputError : the image has another size than `size`, or the intrinsics are impossible.
     """
     height, width = shape
     if size is not None and size != (width, height):
@@ -110,20 +128,16 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
 
 
 def check_unit(depth: Array, path: Path, scale: float) -> None:
-    """Check that the median depth is plausible for a depth camera.
+    """Raise InputError if the median depth is below 0.01 m or above 100 m, which points to a wrong unit.
 
     Parameters
     ----------
     depth
-        (H, W) m; 0 and values that are not finite are no measurements.
+        (H, W) m; pixels that are 0, negative or not finite are ignored. Without any other pixel there is no error.
     path
-        the file, for the error.
+        the depth image, named in the error.
     scale
-        the units per metre with which the file was read, for the error.
-
-    Raises
-    ------
-    InputError : the median is below a centimetre or above a hundred metres.
+        units per metre with which the file was read, named in the error.
     """
     with np.errstate(invalid="ignore"):
         measured = depth[np.isfinite(depth) & (depth > 0)]
@@ -136,20 +150,20 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
 
 
 def check_depth_scale(value: Any, where: str, meaning: str) -> float:
-    """Return the unit of a depth image as a float.
+    """Check the depth scale parsed from a file and return it as a float.
 
     Parameters
     ----------
     value
-        as in the file.
+        the value in the file, of any type.
     where
-        file and key, for the error.
+        file and key, named in the error.
     meaning
-        the quantity and its unit in words, for the error.
+        what the value should be, in words for the error, such as "units per metre above zero".
 
     Raises
     ------
-    InputError : the value is not a number above zero.
+    InputError : the value is not a finite number above zero.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
         raise InputError(f"{where}: depth_scale is {value!r}, expected {meaning}", code="depth-scale-invalid")
@@ -157,20 +171,20 @@ def check_depth_scale(value: Any, where: str, meaning: str) -> float:
 
 
 def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
-    """Return fx, fy, cx, cy of a camera matrix.
+    """Return (fx, fy, cx, cy) of a camera matrix [fx, 0, cx; 0, fy, cy; 0, 0, 1].
 
     Parameters
     ----------
     matrix
-        9 numbers, or 3x3.
+        the nine numbers in any nesting (a list of 9, or 3x3); None counts as missing.
     where
-        file and key, for the error.
+        file and key, named in the error.
     columns
-        the numbers are in column-major order.
+        whether the numbers come column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1) instead of row by row.
 
     Raises
     ------
-    InputError : the matrix is missing, or not [fx, 0, cx, 0, fy, cy, 0, 0, 1].
+    InputError : the matrix is missing, or not of this form with fx and fy above zero.
     """
     code = "intrinsics-missing" if matrix is None else "intrinsics-invalid"
     form = "fx, 0, 0, 0, fy, 0, cx, cy, 1" if columns else "fx, 0, cx, 0, fy, cy, 0, 0, 1"
@@ -186,20 +200,20 @@ def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
 
 
 def pose_of(rotation: Any, translation: Any, where: str) -> Floats:
-    """Return the pose (4, 4) of a rotation matrix and a translation.
+    """Return the (4, 4) transform [R, t; 0, 0, 0, 1] of a rotation matrix and a translation.
 
     Parameters
     ----------
     rotation
-        9 numbers row by row, or 3x3.
+        R, nine numbers row by row, or 3x3.
     translation
-        3 numbers.
+        t, three numbers; their unit is kept.
     where
-        file and key, for the error.
+        file and key, named in the error.
 
     Raises
     ------
-    InputError : a wrong number of values, or the matrix is no rotation.
+    InputError : a wrong number of values, or R is no rotation matrix.
     """
     pose = np.eye(4)
     pose[:3, :3] = numbers(rotation, 9, f"{where}: rotation").reshape(3, 3)
@@ -208,11 +222,12 @@ def pose_of(rotation: Any, translation: Any, where: str) -> Floats:
 
 
 def check_pose(pose: Any, where: str) -> Floats:
-    """Return a rigid transform as (4, 4) float; `where` is the file and key, for the error.
+    """Return a rigid transform as (4, 4) float, after checking it; `where` (file and key) is named in the error.
 
     Raises
     ------
-    InputError : the values are not 16 finite numbers, or not a rotation and a translation.
+    InputError : `pose` is not 16 finite numbers (in any nesting, row by row), its upper left 3x3 part is no rotation matrix,
+        or its last row is not 0, 0, 0, 1, each within 0.01.
     """
     values = numbers(pose, 16, f"{where}, expected a 4x4 matrix").reshape(4, 4)
     rotation = values[:3, :3]
@@ -223,18 +238,18 @@ def check_pose(pose: Any, where: str) -> Floats:
 
 
 def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> Floats:
-    """Return `count` finite numbers as (count,) float.
+    """Return values parsed from a file as `count` finite numbers, (count,) float.
 
     Parameters
     ----------
     given
-        the numbers, in any nesting.
+        the numbers, in any nesting; nested lists are flattened row by row.
     count
         the expected number of values.
     where
-        file and key, for the error.
+        file and key, named in the error.
     code
-        the error's code, by the purpose of the numbers.
+        code of the error, by the purpose of the numbers.
 
     Raises
     ------
@@ -251,11 +266,11 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Return the object in a JSON file.
+    """Read a JSON file whose top level is an object, and return that object as a dict.
 
     Raises
     ------
-    InputError : the file is missing, is not JSON, or holds no object.
+    InputError : the file is missing, is not JSON, or its top level is not an object.
     """
     try:
         return json_object(path.read_bytes(), str(path))
@@ -264,11 +279,11 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def json_object(data: bytes, where: str) -> dict[str, Any]:
-    """Return the object in JSON text (UTF-8); `where` is the file, for the error.
+    """Parse UTF-8 JSON text whose top level is an object; `where` is the file, named in the error.
 
     Raises
     ------
-    InputError : the text is not JSON, or holds no object.
+    InputError : the text is not JSON, or its top level is not an object.
     """
     try:
         values = json.loads(data.decode("utf-8-sig"))

@@ -11,9 +11,10 @@ _RESULT_FILES = ("manifest.json", "config.yaml")  # mark a folder of results, wh
 
 
 def fingerprint(paths: Iterable[Path]) -> str:
-    """Return the SHA-256 of path, size and modification time of all files at `paths`, folders recursively.
+    """Return a SHA-256 (hex) of the paths, sizes and modification times of input files, to detect changes.
 
-    Folders of results are skipped. A file without readable status enters with its path alone.
+    No file content is read. Folders among `paths` count with all files below them, except folders of doo3d's results (those
+    with manifest.json and config.yaml). A file whose size and time cannot be read counts with its path alone.
     """
     files = sorted({file for path in paths for file in _files(path)})
     return hashlib.sha256("\n".join(map(_state, files)).encode(errors="surrogateescape")).hexdigest()

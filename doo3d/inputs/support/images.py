@@ -28,9 +28,10 @@ _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha,
 
 
 def read_depth(path: Path, scale: float) -> Array:
-    """Read depth in metres, (H, W) float32, 0 or NaN = none.
+    """Read a depth image as metres along the optical axis, (H, W) float32; 0 or NaN = no measurement.
 
-    The image has 16-bit integers in `scale` units per metre, or 32-bit floats in metres.
+    `scale` is the units per metre of an image of 16-bit integers, such as 1000 for millimetres. An image of floats is in metres
+    already, and `scale` is ignored.
 
     Raises
     ------
@@ -54,24 +55,24 @@ def read_depth(path: Path, scale: float) -> Array:
 
 
 def is_image(path: Path) -> bool:
-    """Return whether a file begins with the signature of an image format, or else has the suffix of one."""
+    """Return whether a file has the signature or the suffix of an image format (PNG, JPEG, ...)."""
     with path.open("rb") as file:
         return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
 
 
 def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:
-    """Read a color image, (H, W, 3) uint8 RGB.
+    """Read a color image as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
 
-    Alpha and color profile are ignored; 16 bits are scaled to 8, floats from 0 to 1 to 0 to 255.
+    Alpha and color profile are ignored. 16-bit values are scaled to 8 bits; floats from 0 to 1 are scaled to 0 to 255.
 
     Parameters
     ----------
     path
-        the file; with `data`, the name in errors.
+        the file; with `data`, only the name used in errors.
     upright
-        rotate the image by its EXIF orientation; else it stays as stored, like the depth image beside it.
+        whether to rotate the image by its EXIF orientation. If false, pixels stay as stored, to match a depth image beside it.
     data
-        the file's content, if it is a member of an archive.
+        the encoded image, such as a member of an archive; None to read it from `path`.
 
     Raises
     ------
@@ -82,16 +83,16 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
 
 
 def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bools:
-    """Read a mask, (H, W) bool, true where any channel but alpha is above zero.
+    """Read a mask image as (H, W) bool: true (the object) where any channel but alpha is above zero.
 
     Parameters
     ----------
     path
         the file.
     shape
-        the expected (H, W).
+        (H, W) that the mask must have.
     upright
-        rotate the image by its EXIF orientation, as in `read_color`.
+        whether to rotate the mask by its EXIF orientation. If false, pixels stay as stored.
 
     Raises
     ------

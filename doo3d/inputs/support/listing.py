@@ -11,12 +11,15 @@ from .images import SUFFIXES
 
 
 def natural_key(name: str) -> list[tuple[int, str]]:
-    """Return the sort key of a name in natural order: 9 before 10."""
+    """Return a key for sorting names in natural order, in which numbers count by value: img9 before img10."""
     return [(int(part), part) if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name) if part]
 
 
 def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, Path]:
-    """Return the images of a folder, stem -> file, in natural order; empty if the folder does not exist.
+    """Return the images in a folder as a dict stem -> path, in natural order of the file names (9 before 10).
+
+    Hidden files are left out and sub-folders are not searched. The dict is empty if the folder does not exist. `suffixes` are
+    lower-case with the dot, such as ".png".
 
     Raises
     ------
@@ -36,7 +39,18 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
 
 
 def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[str, Path]:
-    """Return the images by frame name: matched by stem, or by order if no stem matches and the numbers are equal."""
+    """Match images to frames and return them as a dict frame name -> path.
+
+    An image belongs to the frame whose name is its stem; then `images` is returned as it is, with stems that match no frame. If
+    no stem is a frame's name, images and frames are matched by order if there are equally many; else the dict is empty.
+
+    Parameters
+    ----------
+    images
+        stem -> path, in order.
+    names
+        mapping whose keys are the frames' names, in order; its values are ignored.
+    """
     if images and not images.keys() & names.keys():
         if len(images) == len(names):
             return dict(zip(names, images.values(), strict=True))
@@ -45,6 +59,9 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
 
 
 def with_file(error: InputError, file: Path) -> InputError:
-    """Return the error with the file's path before its sentence, unless it has one."""
+    """Return an error with the path `file` before the message of `error`.
+
+    The error is returned unchanged if its message already has a path in the folder above the file's folder (the capture).
+    """
     text = str(error)
     return error if str(file.parent.parent) in text else InputError(f"{file}: {text}", code=error.code)

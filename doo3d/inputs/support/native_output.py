@@ -13,16 +13,17 @@ from io import StringIO
 
 @dataclass
 class NativeOutput:
-    """Text written inside the block; complete after the block has ended."""
+    """The text captured by `capture_native_output`; `text` stays empty until the block has ended."""
 
     text: str = ""
 
 
 @contextmanager
 def capture_native_output() -> Iterator[NativeOutput]:
-    """Capture the text written to file descriptor 2 and to Python's stdout inside the block.
+    """Capture what C libraries write to stderr (file descriptor 2) and Python to stdout inside a `with` block.
 
-    The redirection affects the whole process: keep the block to one call of a library.
+    Yields a NativeOutput; its `text` is filled when the block ends. The redirection affects the whole process: keep the block to
+    one call of a library.
     """
     captured, out = NativeOutput(), StringIO()
     sys.stderr.flush()

@@ -12,10 +12,10 @@ from ...errors import require
 
 
 def open3d() -> ModuleType:
-    """Import and return the open3d module.
+    """Import the package Open3D at the first call and return its module.
 
-    Its Linux libraries link to libusb, which a minimal system lacks: if the package libusb-package is installed, its copy is
-    loaded first with global symbols.
+    On Linux, Open3D's libraries link to libusb, which a minimal system lacks. If the package libusb-package is installed, the
+    libusb in it is loaded before Open3D.
 
     Raises
     ------

@@ -8,7 +8,10 @@ from ...types import Floats
 
 
 def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
-    """Return the pose (4, 4) between two poses, at `share` (0 to 1): linear in position, slerp in rotation."""
+    """Return the (4, 4) pose between two (4, 4) poses: linear in position, slerp in rotation.
+
+    `share` is the place between them, 0 to 1: 0 gives `one`, 1 gives `other`.
+    """
     from scipy.spatial.transform import Rotation
 
     rotation = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
