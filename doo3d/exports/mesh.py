@@ -107,8 +107,8 @@ class Glb(_Mesh):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write the meshes of one frame, m.
 
-        The vertices keep the coordinates of the detection. A rotation in each node turns them to glTF's axes (y up, z towards the
-        viewer), taking up as -y in a camera's coordinates and as z in others.
+        The vertices keep the coordinates of the detection. A rotation in each node turns them to the axes of glTF (x right, y
+        up, z towards the viewer). A camera's coordinates are taken as x right, y down, z forward; all others as z up.
         """
         scene = require("trimesh").Scene()
         transform = Z_UP if is_z_up(frames[0]) else CAMERA_UP

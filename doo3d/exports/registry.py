@@ -31,7 +31,7 @@ def export_class(name: str) -> type[Export]:
     Parameters
     ----------
     name
-        of the format in lists, such as "mjcf".
+        of the format, such as "mjcf"; the keys of FORMATS in this module.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def export_of(name: str, options: dict[str, Any]) -> Export:
     Parameters
     ----------
     name
-        of the format in lists, such as "mjcf".
+        of the format, such as "mjcf"; the keys of FORMATS in this module.
     options
         option name -> value; options not given keep their defaults.
 

@@ -86,9 +86,10 @@ def export(
 
 
 def default_path(results: Path, to: str) -> Path:
-    """Return where `doo3d export` writes if no path is given: beside the folder of the results.
+    """Return the path that `doo3d export` writes to if none is given.
 
-    For a folder `out` that is the file `out.npz` for a format with one file per capture, otherwise the folder `out_mjcf`.
+    It is beside the folder of the results, say `out`: the file `out.npz` for a format with one file per capture, otherwise a
+    folder such as `out_mjcf`.
 
     Parameters
     ----------

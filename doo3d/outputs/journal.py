@@ -11,10 +11,10 @@ from .detection_json import finite
 
 
 class Journal:
-    """The journal of a run: a file with one JSON object per line, for finished frames.
+    """The journal of a run: a file to which one JSON object per line is appended, one for each finished frame.
 
-    A line counts only if it is complete. What a killed process left incomplete at the end is overwritten by the next line.
-    `read` must be called before `add` to continue an existing file; otherwise it is overwritten from its start.
+    A line counts only if it is complete. An incomplete line at the end, left by a killed process, is overwritten by the next one.
+    To continue an existing file, call `read` before `add`; otherwise the first `add` overwrites it from its start.
 
     Parameters
     ----------

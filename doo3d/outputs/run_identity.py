@@ -85,7 +85,7 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
 def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, Any]) -> Conflict | None:
     """Return the reason why a folder cannot take the results of a run; None if it can.
 
-    A folder can if it does not exist, is empty, or holds results of the same input, configuration and versions.
+    None means that the folder does not exist, is empty, or holds results of the same input, configuration and versions.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
     former
         content of the manifest in the folder; None if there is none.
     current
-        manifest entries that identify the new run, from `identity(source, config)`.
+        "schema", "versions", "input" and "config_digest" of the new run, as `identity(source, config)` returns them.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None

@@ -47,7 +47,9 @@ class Results:
 
 
 def open_results(path: str | Path) -> Results:
-    """Open the folder that `doo3d detect` wrote; the results of single frames are not read yet.
+    """Open the folder of a run that `doo3d detect` wrote.
+
+    Only the manifest is read, which lists the frames; the detections are read later, frame by frame.
 
     Raises
     ------

@@ -125,10 +125,11 @@ def _widened(quality: Floats, best: Ints, max_steps: int) -> tuple[int, int]:
 
 
 def completed_mask(color: Array, thin: ThinObject) -> Bools:
-    """Return the mask of a thin object, (H, W) bool, with its highlights and border pixels added and specks removed.
+    """Return the mask of a thin object, (H, W) bool, completed after it was found by its color.
 
-    Color alone misses them. A pixel in a gap of the mask, or next to its border, is added if its color is nearer to the mean
-    color of the object around it than to that of the background around it.
+    Highlights and border pixels, whose color is not quite that of the object, are added, and specks are removed. A pixel in a
+    gap of the mask, or next to its border, is added if its color is nearer to the mean color of the object around it than to
+    the mean color of the background around it.
 
     Parameters
     ----------

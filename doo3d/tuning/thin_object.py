@@ -132,8 +132,8 @@ def _object_of_color(color: Array, pixels: Array, region: Bools) -> ThinObject |
 def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = None) -> ThinObject | None:
     """Return the most prominent thin, long object whose color is (almost) its own; None if there is none.
 
-    Long, wide objects whose color occurs hardly anywhere else are preferred. Dark or bright objects without a hue are
-    considered only if there is no colorful one, since shadows look like them.
+    Longer and wider candidates are preferred, and above all those whose color occurs hardly anywhere else. Dark or bright objects
+    without a hue are considered only if there is no colorful one, since shadows look like them.
 
     Parameters
     ----------

@@ -32,12 +32,12 @@ class Backdrop:
 
 
 def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
-    """Return the image to draw chains on, with the projection of points to its pixels.
+    """Return the image to draw chains on, and the projection of points to its pixels.
 
-    For a frame, that is the color image, or the depth in shades of gray if there is no color, with the camera's projection. For
-    a cloud, it is a picture of its points, 1280 x 720 px: seen in perspective from the viewpoint of the cloud, or, if that is
-    unknown, in parallel projection along the axis in which the points spread least. For an image, or an array (H, W, 3) uint8
-    RGB, it is the image itself, for 2-D points in px.
+    - Frame: its color image, or its depth in shades of gray if there is no color; the camera's projection.
+    - Cloud: a picture of its points, 1280 x 720 px, in perspective as seen from the viewpoint of the cloud. If the viewpoint is
+      unknown, in parallel projection along the axis in which the points spread least.
+    - Image, or an array (H, W, 3) uint8 RGB: the image itself; points are 2-D, in its pixels.
     """
     if isinstance(data, Frame):
         image = data.color if data.color is not None else depth_picture(data.depth)

@@ -28,7 +28,7 @@ class Strand:
     half_width
         (N + 1,) px, of the ribbon at each joint.
     distance
-        (N + 1,) m, of each joint along the view, smaller is nearer; 0 in 2-D.
+        (N + 1,) m, distance of each joint along the viewing direction: smaller is nearer. 0 in 2-D.
     radius
         of the chain, m (px in 2-D); 0 if unknown.
     occluded
@@ -38,7 +38,7 @@ class Strand:
     closed
         whether the chain is a ring, whose last joint meets the first.
     unit
-        px, which all line widths are multiples of: 1, or more in a large image.
+        px, 1, or more in a large image; all line widths are multiples of it.
     """
 
     points: Floats
@@ -63,7 +63,7 @@ class Strand:
         color
             RGB, 0 to 255.
         unit
-            px, which all line widths are multiples of: 1, or more in a large image.
+            px, 1, or more in a large image; all line widths are multiples of it.
         """
         view = backdrop.projection
         distance = view.distance(chain.joints)
@@ -75,7 +75,7 @@ class Strand:
 
     @property
     def middles(self) -> Floats:
-        """The middle of each segment in the image, (N, 2) px."""
+        """The middle of each segment, halfway between its two joints in the image: (N, 2) px."""
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
@@ -219,21 +219,21 @@ def _dashes(points: Floats, unit: float) -> list[Floats]:
 
 
 def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
-    """Return the pieces of chains that pass over another one, to be drawn on top: far pieces first.
+    """Return the pieces of chains that pass over another chain, to be drawn on top: far pieces first.
 
     Parameters
     ----------
     strands
         the projected chains, in the order of the detection.
     crossings
-        of the detection. If there are none, the order is taken from the depth: where two chains overlap in the image, the one
-        that is nearer by more than a radius passes over.
+        of the detection. If there are none, the depth decides: where two chains overlap in the image, the one that is nearer by
+        more than a radius passes over.
 
     Returns
     -------
     list of (int, (N,) bool, bool)
-        for each piece, the index of its chain, the N segments of this chain that belong to the piece, and whether it is known
-        to be the upper: a crossing of the detection says so with a confidence above 0.
+        for each piece: the index of its chain; which of the N segments of this chain belong to the piece; whether it is known
+        to pass over, because a crossing of the detection says so with a confidence above 0.
     """
     if not crossings:
         return [(index, chosen, False) for index, chosen, _ in _nearer_pieces(strands)]

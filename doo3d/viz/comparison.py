@@ -23,19 +23,20 @@ def draw_comparison(
     chains_2d: Sequence[Floats],
     differences: Sequence[tuple[tuple[float, float], float]],
 ) -> Array:
-    """Draw the chains of the 3-D mode over those of the 2-D mode, on the frame's image.
+    """Draw the chains that doo3d finds from depth (3-D mode) over those that it finds in the image alone (2-D mode).
 
-    Chains of the 3-D mode are thin and blue, those of the 2-D mode wide and orange; differences are circled in red.
+    Chains of the 3-D mode are thin and blue, those of the 2-D mode wide and orange. Positions where they differ are circled in
+    red.
 
     Parameters
     ----------
     data
-        the frame.
+        the frame, on whose color image (or shaded depth) the chains are drawn.
     chains_3d, chains_2d
         joints of each chain in the image, (N + 1, 2) px.
     differences
-        ((x, y), tolerance) px for each position where the modes differ, with the tolerance of the comparison there. The circle
-        has a radius of 2.5 tolerances, at least 14 px.
+        ((x, y), tolerance) px for each position where the modes differ; the tolerance is the distance up to which they count as
+        the same there. The circle has a radius of 2.5 tolerances, at least 14 px.
 
     Returns
     -------

@@ -18,11 +18,12 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     """Draw the chains of a detection over its input: the color image, the depth in shades of gray, or the points of a cloud.
 
-    Each chain has its own color; with tracking, it is the same in all frames. A ribbon shows the width of the object, a line
-    its joints; where the chain is occluded, the ribbon is pale and the line dashed. A disc marks the first joint, a ring the
-    last. Where chains cross in the view, the upper is drawn on top, between two white lines if the detection knows which it is.
-    For a cloud without a viewpoint, the upper is the one nearer in the picture. A panel in a corner lists length, radius and
-    occluded share of each chain.
+    - Each chain has its own color. If frames are tracked, an object has the same color in all of them. - A ribbon shows the
+    width of the object, a line its joints. Where the object is occluded, the ribbon is pale and the line dashed. - A disc marks
+    the first joint, a ring the last. - Where chains cross in the view, the upper is drawn on top, between two white lines if
+    the detection knows which one it is. For a
+      cloud without a viewpoint, the upper is the one nearer in the picture.
+    - A panel in a corner lists length, radius and occluded share of each chain.
 
     Parameters
     ----------
