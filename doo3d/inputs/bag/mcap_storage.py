@@ -18,7 +18,7 @@ _MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, time of recording
 
 
 class Mcap(Chunked):
-    """An open `.mcap` file: scanned for messages, which are then read by location."""
+    """An open MCAP file: `scan` lists its messages, `read` returns the bytes of one."""
 
     def scan(self) -> Iterator[Message]:
         """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.

@@ -42,7 +42,7 @@ def encoding_of(message: Any) -> str:
     """Return the encoding of an image message (sensor_msgs Image or CompressedImage).
 
     For an Image it is the message's own, such as "16UC1" or "rgb8". For a CompressedImage it is "compressedDepth" (of ROS's
-    compressed_depth_image_transport), "compressed 16-bit PNG", or "compressed" for all others.
+    compressed_depth_image_transport), "compressed 16-bit PNG", or "compressed" for all others, such as JPEG.
     """
     if hasattr(message, "encoding"):
         return str(message.encoding)

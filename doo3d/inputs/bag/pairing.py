@@ -61,7 +61,7 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
 def color_geometry(
     bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream, transforms: Transforms, time: int
 ) -> tuple[Lens, tuple[tuple[float, ...], ...] | None]:
-    """Return the colour camera with its lens, and the transform from the depth camera to it.
+    """Return the colour camera with its lens, and the transform from the depth camera to the colour camera.
 
     The transform comes from RealSense's extrinsics or from the tree of coordinate frames (/tf). It is the identity for topics of
     depth aligned to colour, and for images of the same frame_id.
@@ -79,9 +79,9 @@ def color_geometry(
 
     Returns
     -------
-    The lens of the colour images (the depth camera's if the colour topic has no CameraInfo), and the rows of the (4, 4)
-    transform: x_color = transform @ x_depth, m. None instead of the transform if the pixels of both images coincide, without
-    alignment.
+    (lens, transform). The lens is that of the colour images, or of the depth images if the colour topic has no CameraInfo but the
+    same pixels. The transform is the four rows of a (4, 4) matrix, x_color = transform @ x_depth, m, or None if the pixels of
+    both images coincide, so that no alignment is needed.
 
     Raises
     ------

@@ -162,19 +162,20 @@ class Chunked:
         return read_exactly(self.file, at, count)
 
     def source(self, chunk: int) -> BinaryIO:
-        """Return a binary file from which to read the records of a chunk, by its byte offset in the bag file.
+        """Return a binary file from which to read the records of a chunk.
 
-        For -1 (records that are not compressed) it is the bag file itself, else the decompressed content of the chunk.
+        `chunk` is the byte of the bag file where the chunk begins; the result is then the decompressed content of the chunk. For
+        -1 (records that are not compressed) it is the bag file itself.
         """
         return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
 
 
 def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:
-    """Return `count` bytes of a file from byte `at`.
+    """Return `count` bytes of a file, from byte `at` on.
 
     Raises
     ------
-    DamagedRecord : the file ends before.
+    DamagedRecord : the file has fewer bytes.
     """
     file.seek(at)
     data = file.read(count)

@@ -15,7 +15,7 @@ _MAX_HEADER_BYTES = 1 << 20  # a header has a few fields
 
 
 class Rosbag1(Chunked):
-    """An open ROS 1 `.bag` file: scanned for messages, which are then read by location."""
+    """An open ROS 1 bag file (`.bag`): `scan` lists its messages, `read` returns the bytes of one."""
 
     def scan(self) -> Iterator[Message]:
         """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.

@@ -13,7 +13,7 @@ MAGIC = b"SQLite format 3\0"
 
 
 class Db3:
-    """An open SQLite file (`.db3`) of a ROS 2 bag: scanned for messages, which are then read by location.
+    """An open SQLite file (`.db3`) of a ROS 2 bag: `scan` lists its messages, `read` returns the bytes of one.
 
     The location of a message is (number of the file in the bag, -1, number of the row, length in bytes).
     """

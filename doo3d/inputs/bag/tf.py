@@ -68,8 +68,8 @@ class Transforms:
         """Return the (4, 4) pose of a frame in the world at a time (ns): x_world = pose @ x_frame, m.
 
         The world is the frame named "map", "odom" or "world" above `frame` in the tree, preferred in this order. Between two
-        transforms at most 1 s apart the pose is interpolated; up to 0.1 s before the first or after the last, that one is taken.
-        None if there is no such world, or no transform at this time.
+        transforms at most 1 s apart the pose is interpolated. Up to 0.1 s before the first transform or after the last one, that
+        transform is used. None if there is no such world, or no transform at this time.
         """
         ancestors = [name for name, _ in self._chain(frame)]
         world = next((name for name in FIXED if name in ancestors), None)

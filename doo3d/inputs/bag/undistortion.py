@@ -59,11 +59,11 @@ class Lens:
             )
 
     def undistorted(self, image: Array, nearest: bool) -> Array:
-        """Return an image of this lens, resampled to the image of the pinhole camera without distortion.
+        """Return the image that the pinhole camera would take, from an image distorted by this lens.
 
-        The image is (H, W) or (H, W, 3) with the size of `camera`, and keeps size, type and intrinsics. `nearest` takes the
-        nearest pixel instead of interpolating; use it for depth, where a mean of two surfaces lies on neither. Pixels from
-        outside the image are 0.
+        `image` is (H, W) or (H, W, 3) with the size of `camera`; the result has the same size, type and intrinsics. With
+        `nearest` each pixel is the nearest one instead of interpolated: use it for depth, where the mean of two surfaces lies on
+        neither. Pixels that lie outside the distorted image are 0.
 
         Raises
         ------

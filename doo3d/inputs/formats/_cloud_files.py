@@ -19,7 +19,7 @@ COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
 class Points(NamedTuple):
-    """The content of a cloud file, in the file's own coordinates.
+    """Points, colours and sensor position read from a cloud file, in the file's own coordinates.
 
     Attributes
     ----------

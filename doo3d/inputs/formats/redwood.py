@@ -75,10 +75,11 @@ class RedwoodCapture:
 class IclCapture:
     """A sequence of the data set ICL-NUIM, opened as a capture: one frame per image in `depth/`.
 
-    Colour images in `rgb/` are matched by name, poses in `*.gt.freiburg` by image number. The data set's frames have y up and are
-    left-handed, hence its negative fy. Here y points down, in the camera and in the world: a pose P (camera to world) becomes S @
-    P @ S with S = diag(1, -1, 1, 1). Defaults are fx = 481.2, fy = 480, cx = 319.5, cy = 239.5 px for 640x480, and 5000 units per
-    metre.
+    Colour images in `rgb/` are matched by name, poses in `*.gt.freiburg` by image number. The data set has y up in left-handed
+    frames, hence its negative fy. Frames of the capture have y down, in the camera and in the world: a pose P (camera to world)
+    becomes S @ P @ S with S = diag(1, -1, 1, 1).
+
+    Defaults are fx = 481.2, fy = 480, cx = 319.5, cy = 239.5 px for 640x480, and 5000 units per metre.
     """
 
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"

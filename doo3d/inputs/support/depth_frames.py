@@ -279,7 +279,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def json_object(data: bytes, where: str) -> dict[str, Any]:
-    """Parse UTF-8 JSON text whose top level is an object; `where` is the file, named in the error.
+    """Parse UTF-8 JSON text whose top level is an object into a dict; `where` is the file, named in the error.
 
     Raises
     ------
