@@ -26,9 +26,18 @@ MIN_TOLERANCE_PX = 2.0
 
 @dataclass(frozen=True)
 class Difference:
-    """A place in the image where the two modes differ.
+    """A place in the image where the chains of the two modes differ.
 
-    at : (x, y) px. what : a phrase. distance, tolerance : px; the distance is None where the order differs.
+    Attributes
+    ----------
+    at
+        (x, y) px in the image.
+    what
+        the difference in words, such as "3-D chain 1 runs 7.2 px from the nearest 2-D chain".
+    distance
+        px from the other mode's nearest chain, infinite if it has none; None where the chains continue in different ways.
+    tolerance
+        px, the distance that is allowed at `at`.
     """
 
     at: tuple[float, float]
@@ -37,17 +46,24 @@ class Difference:
     tolerance: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and words, as in the JSON file."""
+        """Return the difference as a dict for `comparison.json`: at [x, y], what, distance and tolerance, px."""
         return {"at": list(self.at), "what": self.what, "distance": self.distance, "tolerance": self.tolerance}
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The chains of one frame in both modes, and their differences.
+    """The chains that both modes found in one frame, in the image, and where they differ.
 
-    lines_3d, lines_2d : per chain of each mode its joints in the image, (N + 1, 2) px. max_distance, rms_distance : px, of
-    the points of 3-D chains from 2-D chains; NaN where one of the modes has none. tolerance : px, where the distance is
-    greatest. differences : empty when the modes agree.
+    Attributes
+    ----------
+    lines_3d, lines_2d
+        the joints of each 3-D chain, projected into the image, and of each 2-D chain, (N + 1, 2) px.
+    max_distance, rms_distance
+        px, greatest and root mean square distance of the 3-D chains' points from the 2-D chains; NaN if a mode has no chain.
+    tolerance
+        px, the distance allowed at the point of greatest distance.
+    differences
+        the places where the modes differ; empty if they agree.
     """
 
     lines_3d: tuple[Floats, ...]
@@ -59,11 +75,18 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Both modes have the same chains, within the tolerance and in the same order."""
+        """Whether both modes found the same chains.
+
+        They lie within the tolerance of each other and continue in the same way at crossings and gaps.
+        """
         return not self.differences
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and words, as in the JSON file."""
+        """Return the comparison as a dict for `comparison.json`.
+
+        It holds agrees, chains_3d and chains_2d (numbers of chains), largest, rms and tolerance (px) and places (a dict for each
+        difference).
+        """
         return {
             "agrees": self.agrees,
             "chains_3d": len(self.lines_3d),
@@ -76,16 +99,20 @@ class Comparison:
 
 
 def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None = None) -> Comparison:
-    """Detect in a frame in both modes, from the same mask, and compare the chains.
+    """Detect in a frame in both modes, from the same mask, and compare the chains in the image.
 
     Parameters
     ----------
     frame
-        with or without color.
+        with depth; without color, the 2-D mode is given a black image beside the mask.
     config, config_2d
-        of the 3-D mode and of the 2-D mode.
+        the configs of the 3-D mode and of the 2-D mode.
     mask
-        (H, W) bool; None for the mask that the 3-D mode finds.
+        (H, W) bool, the pixels of the objects; None for the mask that the 3-D mode finds.
+
+    Returns
+    -------
+    The chains of both modes in the image, and the places where they differ.
 
     Raises
     ------
@@ -103,18 +130,24 @@ def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None 
 
 
 def compare_chains(chains_3d: Sequence[Chain], camera: Camera, chains_2d: Sequence[Chain]) -> Comparison:
-    """Compare 3-D chains with 2-D chains in the camera's image.
+    """Compare the 3-D chains of a frame with its 2-D chains, in the image.
 
-    An open chain may extend beyond the other's end by a segment, straight on, since both are whole numbers of segments long.
+    Each 3-D chain is projected into the image and must follow a 2-D chain within the tolerance, and each 2-D chain a 3-D one.
+    The tolerance is 2 px or half the width of the 2-D chain, whichever is more. Open chains may differ by one segment in
+    length at each end, since every chain is a whole number of segments long.
 
     Parameters
     ----------
     chains_3d
-        m, in the camera's optical frame.
+        joints in m, in the camera's optical frame.
     camera
         the intrinsics of the image.
     chains_2d
-        px.
+        joints in px, in the same image.
+
+    Returns
+    -------
+    The lines of both modes, their distances in px, and the places where they differ.
     """
     projected = [_project(chain, camera) for chain in chains_3d]
     lines_3d = [

@@ -25,10 +25,18 @@ SLACK_TOLERANCES = 2.0
 
 @dataclass(frozen=True)
 class Line:
-    """A chain in the image as points SAMPLE_SPACING_PX apart.
+    """A chain in the image as M points about 2 px apart.
 
-    points : (M, 2) px. arcs : (M,) px from the first point. half_width : (M,) px, 0 where it is unknown.
-    closed : the last point is the first one again.
+    Attributes
+    ----------
+    points
+        (M, 2) px.
+    arcs
+        (M,) px, length along the line from its first point.
+    half_width
+        (M,) px, half the object's width at each point; 0 if unknown.
+    closed
+        whether the line is a ring: its last point repeats the first.
     """
 
     points: Floats
@@ -39,12 +47,21 @@ class Line:
 
 @dataclass(frozen=True)
 class LineAlignment:
-    """A line aligned with other lines.
+    """The position on other lines of each of the M points of a line.
 
-    distance, tolerance : (M,) px, of each point from its position on another line, or from the nearest line where it has no
-    position; infinite where there are no other lines. line : (M,) index of the line with that position; -1 where the point
-    has none. arc : (M,) px along that line. jumps : pairs of points, successive but for those without a position, that are
-    not successive on the other lines.
+    Attributes
+    ----------
+    distance
+        (M,) px from the point to its position on another line, or to the nearest line if it has no position; infinite if there
+        are no other lines.
+    tolerance
+        (M,) px, the distance allowed at each point.
+    line
+        (M,) int, index of the other line that the position is on; -1 if the point has no position.
+    arc
+        (M,) px, length along that other line from its first point; NaN if the point has no position.
+    jumps
+        pairs (i, j) of indices of points that follow each other along this line but not along one of the others.
     """
 
     distance: Floats
@@ -55,7 +72,21 @@ class LineAlignment:
 
 
 def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> Line:
-    """Return joints (N + 1, 2) px, with half-widths (N + 1,) px, as a line of evenly spaced points."""
+    """Resample a polyline in the image at even spacing of at most 2 px.
+
+    Parameters
+    ----------
+    joints
+        (N + 1, 2) px; a ring repeats its first joint at the end.
+    half_width
+        (N + 1,) px, half the object's width at each joint; 0 if unknown.
+    closed
+        whether the polyline is a ring.
+
+    Returns
+    -------
+    The line with its arc lengths and half-widths interpolated; the joints as they are if there are fewer than two.
+    """
     if len(joints) < 2:
         return Line(joints, np.zeros(len(joints)), half_width, closed)
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(joints, axis=0), axis=1))))
@@ -65,16 +96,25 @@ def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> L
 
 
 def align_line(line: Line, others: Sequence[Line], extension: float, min_tolerance: float) -> LineAlignment:
-    """Align `line` with other lines.
+    """Find a position on the other lines for each point of a line, and the jumps between them.
+
+    The positions are chosen together, at least total cost (Viterbi), so that they follow each other along the other lines,
+    forwards or backwards.
 
     Parameters
     ----------
-    line, others
-        the line whose points get positions, and the lines that have those positions.
+    line
+        the line whose points get positions.
+    others
+        the lines that the positions are on.
     extension
-        px by which open lines among the others are extended straight on at both ends.
+        px by which each open line in `others` is extended straight on at both ends.
     min_tolerance
-        px; the tolerance is this, or half the width of either line where that is more.
+        px; a point may be this far from its position, or half the width of either line if that is more.
+
+    Returns
+    -------
+    Distance, tolerance, line index and arc length for each point of `line`, and the jumps.
     """
     path = _with_second_round(line, CLOSED_OVERLAP_FACTOR * extension) if line.closed else line
     curves = [

@@ -27,7 +27,17 @@ _MAX_PRINTED = 6
 
 @dataclass(frozen=True)
 class Record:
-    """The outcome of one frame: a comparison, or the sentence and the code of the error that prevented it."""
+    """The outcome of comparing one frame: a comparison, or the error that prevented it.
+
+    Attributes
+    ----------
+    name
+        the frame's name.
+    comparison
+        None if the frame failed.
+    error, code
+        the error's sentence and its code, such as "mode-needs-image"; None if the frame was compared.
+    """
 
     name: str
     comparison: Comparison | None = None
@@ -36,11 +46,15 @@ class Record:
 
     @property
     def agrees(self) -> bool:
-        """The frame was compared, and both modes agree."""
+        """Whether the frame was compared and both modes agree; False if it failed."""
         return self.comparison is not None and self.comparison.agrees
 
     def lines(self, column: int = 0) -> list[str]:
-        """Return the lines to print; the name is padded to `column` characters."""
+        """Return the lines to print for this frame.
+
+        The first line holds the frame's name, padded to `column` characters, agree or differ, the numbers of chains and the
+        distances in px; or the error. A line for each of the first 6 differences follows, and one that counts the rest.
+        """
         if self.comparison is None:
             return [f"{self.name:<{column}}   failed: {self.error} [{self.code}]"]
         result = self.comparison
@@ -65,24 +79,29 @@ def compare_capture(
     force: bool = False,
     report: Callable[[Record], None] = lambda record: None,
 ) -> list[Record]:
-    """Compare every frame of a capture with depth, and write pictures and a summary.
+    """Compare both modes in every frame of a capture; write a picture of each and `comparison.json`.
 
     Parameters
     ----------
     capture
-        from `open_capture`.
+        a capture with depth, opened by `doo3d.inputs.open_capture`.
     out
-        the folder for `<frame>.png` and `comparison.json`, made when it is first needed.
+        the folder for `<frame>.png` and `comparison.json`; it is made when the first file is written.
     config, config_2d
-        of the 3-D mode and of the 2-D mode.
+        the configs of the 3-D mode and of the 2-D mode.
     force
-        write into `out` even if it holds other files.
+        write into `out` even if it holds other files than an earlier comparison.
     report
-        called with each frame's record when it is done.
+        called with each frame's record as soon as the frame is done.
+
+    Returns
+    -------
+    A record for each frame, in the capture's order; a frame that fails has a record with the error.
 
     Raises
     ------
-    InputError : the capture has no depth; `out` holds other files, or cannot be written to.
+    InputError : the capture has no depth; a config is of the wrong mode; `out` is a file, holds other files, or cannot be
+        written to.
     """
     if capture.format in IMAGE_FORMATS:
         raise InputError(

@@ -21,7 +21,16 @@ COMPRESSED_DEPTH_HEADER = bytes(12)
 
 
 def write_bag(capture: Path, path: Path) -> Path:
-    """Write color (JPEG), depth (compressedDepth) and camera of a capture's first frame as a folder with an MCAP file.
+    """Write the first frame of a capture as a ROS 2 bag, and return the bag's path.
+
+    The bag holds a CameraInfo, a color image (JPEG) and a depth image (compressedDepth), one message each.
+
+    Parameters
+    ----------
+    capture
+        folder with color/000000.jpg, depth/000000.png (uint16) and camera_intrinsic.json.
+    path
+        the bag: a folder with an MCAP file; an existing one is replaced.
 
     Raises
     ------

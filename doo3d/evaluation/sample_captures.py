@@ -71,12 +71,14 @@ TABLE_MARGIN_PX, TABLE_STRIDE_PX = 40, 3
 
 
 def write_samples(folder: str | Path) -> list[Path]:
-    """Write all samples below a folder; the same bytes every time.
+    """Render all samples and write them below a folder; the same bytes every time.
 
-    A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
-    `<name>/truth.json`; a cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's
-    optical frame; `bags/<name>` is a ROS 2 bag of a capture's first frame; a photograph is `photos/<name>.jpg` and
-    `photos/mask/<name>.png`, with the true axes of all in `photos/axes.json`, in pixels.
+    - A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
+      `<name>/truth.json`.
+    - A cloud is `clouds/<name>` and `clouds/<name without suffix>.truth.json`, in the camera's optical frame.
+    - `bags/<name>` is a ROS 2 bag of a capture's first frame.
+    - A photograph is `photos/<name>.jpg` with its mask `photos/mask/<name>.png`; `photos/axes.json` holds the true axes of all
+      photographs, in pixels.
 
     Returns
     -------
@@ -84,7 +86,7 @@ def write_samples(folder: str | Path) -> list[Path]:
 
     Raises
     ------
-    MissingDependency : rosbags is not installed.
+    MissingDependency : rosbags or open3d is not installed.
     """
     folder = Path(folder)
     captures = [_write_capture(folder / name, *scene) for name, scene in CAPTURES.items()]
@@ -137,7 +139,17 @@ def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
 
 
 def write_intrinsics(path: Path, camera: Camera) -> None:
-    """Write the camera as Open3D's recorder does: the matrix column by column, pixels."""
+    """Write the camera's intrinsics to a JSON file, as Open3D's recorder does.
+
+    It holds width, height, the 3 x 3 intrinsic matrix in px, column by column, and the depth scale (1000 units per metre).
+
+    Parameters
+    ----------
+    path
+        the file to write; an existing one is replaced.
+    camera
+        the intrinsics and the image size.
+    """
     values = {
         "width": camera.width,
         "height": camera.height,
@@ -168,11 +180,19 @@ def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bo
 
 
 def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array]:
-    """Return the cloud of the cables' pixels, or of the table round them, too.
+    """Return a rendered frame as a colored cloud, of the cables alone or with the table round them.
+
+    Parameters
+    ----------
+    rendered
+        the frame and its mask.
+    with_table
+        False: all pixels of the cables. True: every third pixel in x and y of the rectangle round the cables, with a margin of
+        40 px.
 
     Returns
     -------
-    points : (N, 3) float32 m in the camera frame.
+    points : (N, 3) float32 m, in the camera's optical frame; pixels without depth are left out.
     colors : (N, 3) uint8 RGB.
     """
     chosen = rendered.mask
@@ -188,16 +208,19 @@ def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array
 
 
 def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
-    """Return the scene in the frame of a camera that orbited its middle about the view's vertical.
+    """Return the scene in the optical frame of a camera that moved on a circle round it.
+
+    The circle's axis is parallel to the image's y axis. It passes through the point of the optical axis at the cables' mean
+    depth, and the camera keeps looking at this point.
 
     Parameters
     ----------
     scene
-        in the frame of its own camera.
+        in the optical frame of its own camera.
     angle
-        degrees.
+        degrees; a positive angle moves the camera to its right.
     name
-        of the result.
+        of the returned scene.
     """
     middle = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0)
     middle[:2] = 0

@@ -33,7 +33,17 @@ DEFAULT_COLOR = (200, 40, 40)
 
 
 def write_truth(path: Path, frames: Mapping[str, tuple[Truth, ...]]) -> None:
-    """Write the cables of each frame by the frame's name, axis points rounded to 0.1 mm at about 1 mm spacing."""
+    """Write the true cables of each frame to a truth file (JSON, schema doo3d/truth/1).
+
+    Axis points are written about 1 mm apart, rounded to 0.1 mm.
+
+    Parameters
+    ----------
+    path
+        the file to write; an existing one is replaced.
+    frames
+        name of the frame -> its cables, m, in the camera's optical frame.
+    """
     values = {
         "schema": SCHEMA,
         "units": "m",
@@ -58,10 +68,11 @@ def _to_dict(truth: Truth) -> dict[str, Any]:
 
 
 def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
-    """Return the cables of each frame by the frame's name, from a file by `write_truth` or by hand.
+    """Read a truth file: name of the frame -> its true cables, m, in the camera's optical frame.
 
-    A cable needs `axis` and `radius`; by default it is open, seen all along, and of a default color. An axis whose points are
-    farther or less evenly apart than those of `write_truth` is resampled at 1 mm, straight from point to point.
+    The file is one of `write_truth` or written by hand. A cable needs `axis` and `radius`; by default it is open, seen all along,
+    and of a default color. An axis with points more than 1.5 mm apart, or unevenly spaced, is resampled every 1 mm along straight
+    lines.
 
     Raises
     ------

@@ -17,9 +17,14 @@ from .rows import Row, by_family, summary
 
 @dataclass(frozen=True)
 class Ablation:
-    """What turns one part of the method off.
+    """The changes that turn one part of the method off.
 
-    settings : dotted key -> value. constants : "module:NAME" -> value, for what is no setting.
+    Attributes
+    ----------
+    settings
+        dotted key of the config -> value, such as "merge.strategy" -> "greedy".
+    constants
+        "module:NAME" -> value of a module's constant, for parts that no setting turns off.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -50,7 +55,12 @@ ABLATIONS: dict[str, Ablation] = {
 
 @contextmanager
 def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
-    """Set module constants, by "module:NAME", for the duration of the context, and restore them.
+    """Give module constants other values inside a `with` block, and restore them at its end.
+
+    Parameters
+    ----------
+    constants
+        "module:NAME" -> value, such as "doo3d.stages.voxelize:USE_FILTERED_POINTS" -> False.
 
     Raises
     ------
@@ -68,7 +78,17 @@ def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
 
 
 def ablated_config(preset: str, overrides: Mapping[str, Any], ablation: Ablation) -> Config:
-    """Return the config of a preset or YAML file with overrides and the settings of an ablation."""
+    """Return a preset's config with overrides and, over these, the settings of an ablation.
+
+    Parameters
+    ----------
+    preset
+        name of a preset, or path of a YAML file.
+    overrides
+        dotted key -> value.
+    ablation
+        only its settings are applied; its constants are not (see `constants_set`).
+    """
     return load_config(preset, {**overrides, **ablation.settings})
 
 
@@ -78,20 +98,24 @@ def run_ablations(
     overrides: Mapping[str, Any] | None = None,
     report: Callable[[Row], None] = lambda row: None,
 ) -> dict[str, list[Row]]:
-    """Score each ablation over the same cases, with their masks and numbers of cables given.
+    """Score the detection on the same cases with one part of the method turned off at a time.
+
+    The detection is given the true mask and the true number of cables.
 
     Parameters
     ----------
     cases
-        each is rendered or read once.
-    preset, overrides
-        the config that the ablations change.
+        the frames with known truth; each is rendered or read once.
+    preset
+        name of a preset, or path of a YAML file, that the ablations change.
+    overrides
+        dotted key -> value, applied to the preset.
     report
-        called with each case's first row when the case is done.
+        called for each finished case with its row of the unchanged method ("everything on").
 
     Returns
     -------
-    Name of the ablation -> a row per case.
+    Name of the ablation -> a row for each case, in the order of `cases`; "everything on" comes first.
     """
     configs = {name: ablated_config(preset, overrides or {}, ablation) for name, ablation in ABLATIONS.items()}
     rows: dict[str, list[Row]] = {name: [] for name in ABLATIONS}
@@ -105,7 +129,16 @@ def run_ablations(
 
 
 def format_ablations(rows: Mapping[str, Sequence[Row]]) -> str:
-    """Return a line per ablation: frames correct per family and in all, occlusions, and medians of distances."""
+    """Return a text table with a line for each ablation.
+
+    Columns: correct frames of all frames, for each family and in total; correct occlusions; number of wrong connections; median
+    RMS distance in mm from the true axis where it is seen and where it is hidden.
+
+    Parameters
+    ----------
+    rows
+        name of the ablation -> its rows, as returned by `run_ablations`.
+    """
     families = list(by_family(next(iter(rows.values()))))
     name_width = max(map(len, rows))
     columns = [(name, max(7, len(name))) for name in (*families, "all")]

@@ -20,7 +20,17 @@ TRUTH = "truth.json"
 
 @dataclass(frozen=True)
 class KnownFrame:
-    """A frame or cloud with the cables in it, and the mask of the cables (H, W) bool; None where it is unknown."""
+    """A frame whose cables are known.
+
+    Attributes
+    ----------
+    data
+        the frame or cloud that is given to the detection.
+    truths
+        the true cables in it.
+    mask
+        (H, W) bool, the pixels of the cables; None if unknown.
+    """
 
     data: Frame | Cloud | Image
     truths: tuple[Truth, ...]
@@ -29,9 +39,18 @@ class KnownFrame:
 
 @dataclass(frozen=True)
 class Case:
-    """One frame to be scored, cheap to hold; `load` renders or reads it.
+    """One frame to be scored. It holds no images until `load` renders or reads them.
 
-    family : the group that it is counted in. truths : of a frame on disk, for when it cannot be read.
+    Attributes
+    ----------
+    name
+        of the frame.
+    family
+        name of the group of frames that the case is counted in.
+    load
+        called without arguments, returns the frame with its truth.
+    truths
+        the true cables of a frame on disk, which are counted as missed if it cannot be read; empty for a rendered frame.
     """
 
     name: str
@@ -43,14 +62,17 @@ class Case:
 def scene_cases(
     families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
 ) -> list[Case]:
-    """Return a case for every family and seed; if a family is read from a file, the file's name is the family.
+    """Return a case for every family of scenes and every seed, family by family; nothing is rendered yet.
 
     Parameters
     ----------
-    families, seeds
-        as of `make_scene`.
+    families
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration. The case's family is
+        then that file's name.
+    seeds
+        0 or more each; one scene of each family is made for each seed.
     sensor
-        a key of SENSORS.
+        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     size
         (width, height) px of the image.
     """
@@ -67,7 +89,7 @@ def _render_scene(family: str, seed: int, sensor: str, size: tuple[int, int]) ->
 
 
 def known_frame(rendered: Rendered) -> KnownFrame:
-    """Return a rendered scene with its truth and its true mask."""
+    """Return a rendered scene as a frame with its true cables and their true mask."""
     return KnownFrame(rendered.frame, rendered.truths, rendered.mask)
 
 
@@ -78,21 +100,24 @@ def capture_cases(
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
 ) -> list[Case]:
-    """Return the frames of a capture that its truth file names; other frames are left out.
+    """Return a case for each frame of a capture that the truth file names; other frames are left out.
 
     Parameters
     ----------
     capture
-        in any of the formats that are read in 3-D.
+        a capture or cloud of any format that is read in 3-D.
     truth
-        a file as written by `write_truth`; None for truth.json in the capture's folder, or <name>.truth.json beside a
-        cloud.
+        the truth file (schema doo3d/truth/1); None for truth.json in the capture's folder, or <name>.truth.json beside a cloud.
     family
-        None for the capture's name.
+        name of the group that the cases are counted in; None for the name of `capture`'s file or folder.
     masks
-        an image or a folder of them, instead of the capture's own masks.
+        an image, or a folder of images, used instead of the capture's own masks.
     options
-        what the capture does not say itself.
+        values that the capture lacks, such as its intrinsics.
+
+    Returns
+    -------
+    The cases in the capture's order.
 
     Raises
     ------
@@ -115,11 +140,14 @@ def capture_cases(
 
 
 def folder_cases(folder: str | Path) -> list[Case]:
-    """Return the frames of all captures and clouds below a folder that have a truth file beside them.
+    """Return a case for each frame with known truth, of all captures and clouds below a folder.
+
+    A capture has known truth if its folder holds truth.json, a cloud if <name>.truth.json is beside it. The family of a case is
+    the path of its capture or cloud, relative to the folder.
 
     Raises
     ------
-    InputError : there are none.
+    InputError : there is no truth file below the folder, or a capture, cloud or truth file cannot be read.
     """
     folder, cases = Path(folder), list[Case]()
     for path in sorted(folder.rglob(f"*{TRUTH}")):

@@ -34,22 +34,28 @@ def evaluate(
     method: Masking = "mask",
     report: Callable[[Row], None] = lambda row: None,
 ) -> list[Row]:
-    """Detect in every case and score.
+    """Detect in every case and score the result.
 
-    The first case is run twice and counted once, so that compiling is not timed. A frame that cannot be read counts as
-    wrong, as does one in which the detection fails; its row holds the error.
+    The first readable case is run twice and counted once, so that compiling is not timed. If a frame cannot be read, or the
+    detection fails in it, the frame counts as wrong and its row holds the error.
 
     Parameters
     ----------
-    cases, config
-        the frames, and the config of the detection.
+    cases
+        the frames with known truth.
+    config
+        of the detection, for 3-D.
     known_count
-        give the detection the number of cables; else it decides from the data.
+        True gives the detection the true number of cables; False lets it decide from the data.
     method
-        "mask" gives the mask of the case unless the config names another method; "hsv" gives boxes round the cables'
-        colors; "auto" leaves the config as it is.
+        how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
+        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
     report
-        called with each row when it is done.
+        called with each row as soon as the case is done.
+
+    Returns
+    -------
+    A row for each case, in the order of `cases`.
 
     Raises
     ------
@@ -77,20 +83,39 @@ def evaluate(
 
 
 def unreadable(case: Case, error: DooError) -> Row:
-    """Return the row of a case that cannot be read: it is wrong even if there is no cable in it."""
+    """Return the row of a case whose frame cannot be read.
+
+    It is scored without chains, and counts as wrong even if the frame holds no cable.
+
+    Parameters
+    ----------
+    case
+        the frame; its `truths` are the cables missed.
+    error
+        the reason, stored in the row as sentence and code.
+    """
     empty_score = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
     return Row(case.name, case.family, empty_score, float("nan"), str(error), error.code)
 
 
 def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Row:
-    """Return the row of one case.
+    """Detect in one case, score the result, and return its row.
+
+    If the detection fails, the row is scored without chains and holds the error.
 
     Parameters
     ----------
-    case, known
-        the case, and what it loads.
-    config, known_count, method
-        as of `evaluate`.
+    case
+        supplies name and family.
+    known
+        the frame, its cables and its mask, as returned by `case.load()`.
+    config
+        of the detection, for 3-D.
+    known_count
+        True gives the detection the true number of cables; False lets it decide from the data.
+    method
+        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
     """
     from ...pipeline import detect
 
@@ -118,14 +143,33 @@ def evaluate_scenes(
     method: Masking = "mask",
     size: tuple[int, int] = (1280, 720),
 ) -> list[Row]:
-    """Render scenes, detect and score.
+    """Render a scene for every family and seed, detect in it, and score the result.
 
     Parameters
     ----------
-    families, seeds, sensor, size
-        as of `scene_cases`.
-    config, known_count, method
-        as of `evaluate`.
+    families
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration.
+    seeds
+        0 or more each; one scene of each family is made for each seed.
+    config
+        of the detection, for 3-D.
+    sensor
+        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+    known_count
+        True gives the detection the true number of cables; False lets it decide from the data.
+    method
+        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+    size
+        (width, height) px of the image.
+
+    Returns
+    -------
+    A row for each scene, family by family.
+
+    Raises
+    ------
+    ConfigError : the config is for 2-D.
     """
     return evaluate(scene_cases(families, seeds, sensor, size), config, known_count, method)
 
@@ -133,14 +177,21 @@ def evaluate_scenes(
 def render_scenes(
     families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
 ) -> Iterator[tuple[str, Rendered]]:
-    """Yield (family, rendered scene) of every family and seed; make a list of them to try several configs.
+    """Render a scene for every family and seed, and yield (family, rendered scene), family by family.
 
-    If a family is read from a file, the file's name is the family.
+    Make a list of the result to score several configs on the same scenes.
 
     Parameters
     ----------
-    families, seeds, sensor, size
-        as of `scene_cases`.
+    families
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration. The family yielded is
+        then that file's name.
+    seeds
+        0 or more each; one scene of each family is made for each seed.
+    sensor
+        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+    size
+        (width, height) px of the image.
     """
     seeds = list(seeds)
     for family in families:
@@ -151,32 +202,52 @@ def render_scenes(
 def evaluate_rendered(
     scenes: Iterable[tuple[str, Rendered]], config: Config, known_count: bool = True, method: Masking = "mask"
 ) -> list[Row]:
-    """Detect and score in scenes that are rendered already.
+    """Detect in scenes that are rendered already, and score the results.
 
     Parameters
     ----------
     scenes
-        as of `render_scenes`.
-    config, known_count, method
-        as of `evaluate`.
+        (family, rendered scene) each, as yielded by `render_scenes`.
+    config
+        of the detection, for 3-D.
+    known_count
+        True gives the detection the true number of cables; False lets it decide from the data.
+    method
+        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+
+    Returns
+    -------
+    A row for each scene, in the order of `scenes`.
+
+    Raises
+    ------
+    ConfigError : the config is for 2-D.
     """
     cases = [Case(scene.frame.name, family, lambda scene=scene: known_frame(scene)) for family, scene in scenes]  # type: ignore[misc]
     return evaluate(cases, config, known_count, method)
 
 
 def evaluate_captures(folder: str | Path, config: Config, known_count: bool = True) -> list[Row]:
-    """Detect and score in all captures and clouds below a folder that have a truth file beside them.
+    """Detect in all captures and clouds below a folder that have a truth file, and score the results.
 
     Parameters
     ----------
     folder
-        as of `folder_cases`.
-    config, known_count
-        as of `evaluate`.
+        searched at any depth for truth.json in a capture's folder and <name>.truth.json beside a cloud.
+    config
+        of the detection, for 3-D.
+    known_count
+        True gives the detection the true number of cables; False lets it decide from the data.
+
+    Returns
+    -------
+    A row for each frame that a truth file names.
 
     Raises
     ------
-    InputError : there are none.
+    InputError : there is no truth file below the folder, or a capture, cloud or truth file cannot be read.
+    ConfigError : the config is for 2-D.
     """
     return evaluate(folder_cases(folder), config, known_count)
 

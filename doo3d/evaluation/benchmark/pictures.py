@@ -30,13 +30,15 @@ _CAPTION_HEIGHT_PX = 36
 
 
 def picture(row: Row) -> Array:
-    """Return the detection over its frame, beside the truth, below a caption: (H, W, 3) uint8 RGB.
+    """Draw the detection over its frame, beside the truth over the same frame, below a caption.
 
-    A frame is cropped to its cables and chains.
+    Returns
+    -------
+    (H, W, 3) uint8 RGB. A frame is cropped to its cables and chains with a margin of 60 px; a cloud is drawn whole.
 
     Raises
     ------
-    ValueError : the row has no frame.
+    ValueError : the row has no case or no detection.
     """
     if row.case is None or row.detection is None:
         raise ValueError(f"{row.name}: the frame is unknown")
@@ -51,7 +53,11 @@ def picture(row: Row) -> Array:
 
 
 def caption(row: Row) -> str:
-    """Return a row as one line: the reasons why it is wrong, or the distances if it is correct."""
+    """Return one line of text on a row, for its picture.
+
+    It holds the frame's name; the error, the reasons why the frame is wrong or, if it is correct, the RMS distances in mm; and
+    the numbers of occlusions and crossings that are wrong.
+    """
     score = row.score
     distances = f"correct, RMS seen {score.rms_seen:.2f} mm"
     if score.rms_hidden > 0:
@@ -65,7 +71,17 @@ def caption(row: Row) -> str:
 
 
 def with_caption(image: Array, text: str) -> Array:
-    """Return the (H, W, 3) image below a strip with a line of text, as large as fits."""
+    """Return the image with a line of text above it: (H + 36, W, 3) uint8 RGB.
+
+    The text is made smaller, within limits, if it is wider than the image.
+
+    Parameters
+    ----------
+    image
+        (H, W, 3) uint8 RGB.
+    text
+        the line.
+    """
     strip = np.full((_CAPTION_HEIGHT_PX, image.shape[1], 3), DARK, np.uint8)
     size = 0.6
     while size > 0.3 and cv2.getTextSize(text, _FONT, size, 1)[0][0] > image.shape[1] - 20:
@@ -75,7 +91,19 @@ def with_caption(image: Array, text: str) -> Array:
 
 
 def write_pictures(folder: Path, rows: Sequence[Row]) -> list[Path]:
-    """Write a PNG per row into a folder, named by family and frame; the folder is made if necessary."""
+    """Draw each row's detection beside the truth, and write a PNG for each into a folder.
+
+    A picture is named `<family>_<frame>.png`, or `<frame>.png` if the frame's name begins with its family. The folder is made if
+    necessary.
+
+    Returns
+    -------
+    The path of each picture, in the order of the rows.
+
+    Raises
+    ------
+    ValueError : a row has no case or no detection.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for row in rows:
@@ -86,7 +114,7 @@ def write_pictures(folder: Path, rows: Sequence[Row]) -> list[Path]:
 
 
 def write_png(path: Path, image: Array) -> None:
-    """Write (H, W, 3) uint8 RGB as PNG."""
+    """Write an image (H, W, 3) uint8 RGB to a PNG file; an existing file is replaced."""
     ok, encoded = cv2.imencode(".png", np.ascontiguousarray(image[:, :, ::-1]))
     if not ok:
         raise RuntimeError(f"{path.name}: OpenCV could not encode the picture")

@@ -21,8 +21,22 @@ DOUBTFUL_FRACTION = 0.1
 class Row:
     """The score of one frame.
 
-    seconds : of the detection. error, code : sentence and code of the error that ended it; None where it ended well.
-    confidence : of the detection, 0 to 1. detection, case : the detection and its frame; None where they are unknown.
+    Attributes
+    ----------
+    name, family
+        of the frame, and of the group of frames that it is counted in.
+    score
+        of the detection against the truth.
+    seconds
+        duration of the detection; NaN if unknown.
+    error, code
+        sentence and code of the error that ended reading or detection; None if there was none.
+    confidence
+        of the detection, 0 to 1.
+    detection
+        None if the frame could not be read.
+    case
+        the frame that was scored; None if it is not at hand, as for results read from disk.
     """
 
     name: str
@@ -36,7 +50,11 @@ class Row:
     case: Case | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values, in the order of the columns of the CSV file."""
+        """Return the row as a flat dict of plain values, one for each column of the CSV file, in its order.
+
+        Family and frame come first, then the fields of the score, confidence, ms (duration of the detection), reasons joined to
+        one string, error and code.
+        """
         values = asdict(self.score)
         reasons = "; ".join(values.pop("reasons"))
         name = {"family": self.family, "frame": self.name}
@@ -46,9 +64,32 @@ class Row:
 
 @dataclass(frozen=True)
 class Summary:
-    """Totals over rows, of each count and of the correct ones, and medians over the frames of the other values.
+    """Totals and medians over the rows of a group of frames.
 
-    count_correct : frames with as many chains as objects. confident : frames without the tenth of least confidence.
+    Attributes
+    ----------
+    frames, frames_correct
+        number of frames, and of those correct by the strict rule of Keipour et al. (RA-L 2022).
+    count_correct
+        frames with as many chains as objects.
+    confident, confident_correct
+        frames left after removing the tenth of least confidence, and the correct ones of these.
+    occlusions, occlusions_correct
+        hidden runs of 8 mm or more with the cable seen on both sides, and those that a chain passes correctly.
+    merges, merges_correct
+        connections made by merging two pieces, and the correct ones.
+    connections, connections_correct
+        pairs of successive joints on cables, and those that follow each other along one cable.
+    crossings, crossings_correct, crossings_extra
+        true crossings whose upper cable is seen, those detected with the right one on top, and detected ones that do not exist.
+    rms_seen, rms_hidden
+        mm, median over frames of the RMS distance from the true axis, where it is seen and where it is hidden.
+    node_error, end_error
+        mm, medians over frames of the mean distance of the chains' nodes, and ends, from those of their cables.
+    radius_ratio
+        median over frames of detected over true radius.
+    ms
+        median duration of a detection.
     """
 
     frames: int
@@ -73,7 +114,11 @@ class Summary:
     ms: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values, with the number of incorrect ones and the fraction of correct ones, 0 to 1."""
+        """Return the summary as a flat dict for the JSON file.
+
+        It holds all fields and frames_accuracy; for occlusions, merges and connections also `<kind>_incorrect` (a count) and
+        `<kind>_accuracy` (fraction correct, 0 to 1; NaN if there are none).
+        """
         result = asdict(self) | {"frames_accuracy": _accuracy(self.frames, self.frames_correct)}
         for kind in ("occlusions", "merges", "connections"):
             total, correct = getattr(self, kind), getattr(self, f"{kind}_correct")
@@ -82,7 +127,10 @@ class Summary:
 
 
 def summary(rows: Sequence[Row]) -> Summary:
-    """Return the summary of the rows of a family, or of all."""
+    """Sum up the rows of a group of frames.
+
+    Counts are added; of the distances, the radius ratio and the time, medians are taken that ignore NaN.
+    """
     scores, confident = [row.score for row in rows], most_confident(rows)
 
     def total(value: Callable[[FrameScore], int]) -> int:
@@ -113,18 +161,25 @@ def summary(rows: Sequence[Row]) -> Summary:
 
 
 def by_family(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Return the rows of each family, in the order in which families first appear."""
+    """Group rows by family: name of the family -> its rows, in the order in which families first appear."""
     return {family: [row for row in rows if row.family == family] for family in dict.fromkeys(row.family for row in rows)}
 
 
 def most_confident(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows without the tenth of least confidence; of equal ones the later are left out."""
+    """Return the rows, in their order, without the tenth of least confidence.
+
+    The tenth is rounded up; of rows of equal confidence the later ones are removed.
+    """
     order = sorted(range(len(rows)), key=lambda k: (-rows[k].confidence, k))
     return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL_FRACTION * len(rows))])]
 
 
 def worst(rows: Sequence[Row], count: int) -> list[Row]:
-    """Return the `count` worst rows, worst first: wrong before correct, then by the number of faults, then by the RMS."""
+    """Return the `count` worst rows, worst first.
+
+    Wrong frames come before correct ones; then more faults (wrong connections, occlusions, crossings, number of chains), then
+    less coverage of the cables, then the greater RMS distance from the true axis.
+    """
 
     def badness(row: Row) -> tuple[bool, int, float, float]:
         score = row.score

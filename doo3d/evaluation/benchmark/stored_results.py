@@ -13,18 +13,20 @@ from .rows import Row
 
 
 def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
-    """Return the score of every frame that the truth names; a frame without a result counts as one without chains.
+    """Return a row for each frame of a truth file, scored from the results that `doo3d detect` wrote.
+
+    A frame without a result counts as one without chains, with the error "no result".
 
     Parameters
     ----------
     folder
-        with a <frame>.json of a doo3d/detection schema for each frame.
+        with `<frame>.json` of a doo3d/detection schema for each frame; its name is the rows' family.
     truth
-        a file as written by `write_truth`.
+        the truth file (schema doo3d/truth/1).
 
     Raises
     ------
-    InputError : one of them cannot be read, is of another kind, or there is a result for none of the frames.
+    InputError : the truth or a result cannot be read, or is of another kind; a result is of the 2-D mode; no frame has a result.
     """
     folder, frames = Path(folder), read_truth(truth)
     paths = {name: folder / f"{name}.json" for name in frames}

@@ -32,10 +32,12 @@ COLUMNS = (
 
 
 def format_table(rows: Sequence[Row]) -> str:
-    """Return a line per family and one for all: counts by the paper's strict rule; medians of distances, radius and time.
+    """Return a text table with a line for each family and one for all.
 
-    number correct: frames with as many chains as objects. confident 90 %: correct ones of the frames without the tenth of
-    least confidence. upper strand: crossings with the right strand on top, of all that the camera sees.
+    frames correct, occlusions, merges, connections: correct of all, by the strict rule of Keipour et al. (RA-L 2022).
+    number correct: frames with as many chains as objects. confident 90 %: correct frames, of those left without the tenth of
+    least confidence. upper strand: crossings detected with the right cable on top, of those whose upper cable is seen.
+    Distances in mm (RMS seen and hidden, nodes, ends), radius ratio and time in ms are medians over frames.
     """
     families = by_family(rows)
     name_width = max(map(len, [*families, "all"]))
@@ -68,7 +70,10 @@ def _line(name: str, name_width: int, total: Summary) -> str:
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """Return a line of names and a line per frame; numbers in full, unknown values left empty."""
+    """Return the rows as CSV: a line of column names and a line for each frame.
+
+    Numbers are written in full; unknown values (None, NaN) are left empty. The text is empty if there are no rows.
+    """
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
     for k, row in enumerate(rows):
@@ -80,7 +85,17 @@ def csv_text(rows: Sequence[Row]) -> str:
 
 
 def json_text(rows: Sequence[Row], settings: Mapping[str, Any]) -> str:
-    """Return the settings, the summary of each family and of all, and every frame as JSON; null for unknown values."""
+    """Return an evaluation as JSON text (schema doo3d/evaluation/2).
+
+    It holds the settings, a summary for each family and for "all", and every frame; unknown values are null.
+
+    Parameters
+    ----------
+    rows
+        a row for each frame.
+    settings
+        what was evaluated and how, such as families, seeds and sensor; stored as given.
+    """
     groups = by_family(rows) | {"all": list(rows)}
     summaries = {name: summary(group).to_dict() for name, group in groups.items()}
     frames = [row.to_dict() for row in rows]

@@ -31,10 +31,17 @@ SLACK_RADII, MIN_SLACK = 2.0, 0.005
 
 @dataclass(frozen=True)
 class Stretch:
-    """Joints of a chain that follow one cable in one direction.
+    """Successive joints of a chain that follow one cable in one direction.
 
-    cable : its index. joints : (K,) indices of the chain's joints. arcs : (K,) m along the cable, increasing beyond its
-    length past the first point of a closed cable.
+    Attributes
+    ----------
+    cable
+        index of the cable.
+    joints
+        (K,) int, indices of the joints in the chain.
+    arcs
+        (K,) m, arc length along the cable of each joint's position. On a closed cable the arcs go on beyond its length, or below
+        0, where the stretch passes the cable's first point.
     """
 
     cable: int
@@ -44,10 +51,16 @@ class Stretch:
 
 @dataclass(frozen=True)
 class ChainAlignment:
-    """A whole chain aligned with the true cables.
+    """The positions of a chain's joints on the true cables.
 
-    stretches : in the order of the chain. connections : pairs of successive joints that are on cables. wrong : jumps and
-    reversals among those.
+    Attributes
+    ----------
+    stretches
+        the parts of the chain that follow one cable in one direction, in the order of the chain.
+    connections
+        number of pairs of successive joints that lie on cables; joints on no cable are skipped.
+    wrong
+        number of these pairs where the chain jumps along or between cables, or turns back.
     """
 
     stretches: tuple[Stretch, ...] = ()
@@ -55,7 +68,15 @@ class ChainAlignment:
     wrong: int = 0
 
     def overlap(self, cables: int, segment_length: float) -> Floats:
-        """Return the length of the chain on each cable, (cables,) m."""
+        """Return the length in m of the part of the chain that lies on each cable, (cables,).
+
+        Parameters
+        ----------
+        cables
+            number of cables.
+        segment_length
+            m, the chain's.
+        """
         result = np.zeros(cables)
         for stretch in self.stretches:
             result[stretch.cable] += len(stretch.joints) * segment_length
@@ -63,7 +84,12 @@ class ChainAlignment:
 
 
 def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
-    """Return (first, last) axis sample of each hidden run; on a closed cable, last may exceed the number of samples."""
+    """Return the hidden runs of a cable: (first, last) axis sample of each, both included.
+
+    A run is a stretch of the axis where the camera does not see the cable; seen stretches shorter than 2 mm do not split it. On a
+    closed cable, `last` exceeds the last index if the run passes the first sample: take it modulo the number of samples. The
+    list is empty if all of the cable is seen or `seen` is None.
+    """
     if truth.seen is None or truth.seen.all():
         return []
     gap = max(1, round(MIN_SEEN_LENGTH / truth.spacing))
@@ -76,7 +102,11 @@ def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
 
 
 def axis_tolerance(truth: Truth) -> Floats:
-    """Return the greatest distance of a chain from each axis sample at which it is still on the cable, (P,) m."""
+    """Return the tolerance at each axis sample of a cable, (P,) m.
+
+    It is the greatest distance from the axis at which a chain still counts as on the cable: max(2.5 radii, 10 mm),
+    or over a hidden run a fifth of the run's length if that is more.
+    """
     result = np.full(len(truth.axis), max(TOLERANCE_RADII * truth.radius, MIN_TOLERANCE))
     for first, last in hidden_runs(truth):
         index = np.arange(first, last + 1) % len(result)
@@ -85,13 +115,35 @@ def axis_tolerance(truth: Truth) -> Floats:
 
 
 def overlaps(chains: tuple[Chain, ...], alignments: list[ChainAlignment], cables: int) -> Floats:
-    """Return the length of each chain on each cable, (chains, cables) m."""
+    """Return the length of each chain that lies on each cable, (chains, cables) m.
+
+    Parameters
+    ----------
+    chains
+        the detected chains.
+    alignments
+        of each chain with the cables, in the same order.
+    cables
+        number of cables.
+    """
     rows = [alignment.overlap(cables, chain.segment_length) for alignment, chain in zip(alignments, chains, strict=True)]
     return np.array(rows).reshape(len(chains), cables)
 
 
 def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
-    """Align the joints of a chain with the cables, and find where their order along the cables breaks."""
+    """Find the position of each joint of a chain on the true cables, and the breaks of their order.
+
+    Parameters
+    ----------
+    chain
+        m, in the frame of the cables.
+    truths
+        the true cables; a stretch names a cable by its index here.
+
+    Returns
+    -------
+    The stretches that follow one cable, and the numbers of connections and of wrong ones; empty if no joint is on a cable.
+    """
     if not truths:
         return ChainAlignment()
     candidates = _candidates(chain, truths)

@@ -25,9 +25,17 @@ NO_MATCH = 1e6
 
 @dataclass(frozen=True)
 class TrueCrossings:
-    """C crossings of true cables.
+    """The C places where true cables cross in the camera's view.
 
-    cable, arc : (C, 2), upper strand first; index of the cable, and m along it. seen : (C,) bool, the upper strand is seen.
+    Attributes
+    ----------
+    cable
+        (C, 2) int, indices of the upper and of the lower cable; the upper one is nearer to the camera. Equal if a cable crosses
+        itself.
+    arc
+        (C, 2) m, arc length of the crossing along the upper and along the lower cable.
+    seen
+        (C,) bool, whether the camera sees the upper cable there.
     """
 
     cable: Ints
@@ -36,7 +44,15 @@ class TrueCrossings:
 
 
 def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
-    """Return all crossings of the cables' axes in the camera's view; the upper strand is the nearer one there."""
+    """Find all places where the cables' axes cross in the camera's image.
+
+    A cable's crossing with itself counts only if its two passes are more than 4 radii apart along the cable.
+
+    Parameters
+    ----------
+    truths
+        the cables, m, in the camera's optical frame.
+    """
     if not truths:
         return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
     closed = [truth.closed for truth in truths]
@@ -82,18 +98,25 @@ def count_crossings(
 ) -> tuple[int, int]:
     """Count the detected crossings that are correct, and those that do not exist.
 
+    Detected and true crossings are matched one to one. On both cables, a matching crossing lies at most 5 radii and a segment
+    from the true one, along the cable.
+
     Parameters
     ----------
     detected
         the crossings of the detection.
-    chains, alignments
-        its chains, and each one's alignment with the cables.
-    truths, true
-        the cables, and their crossings.
+    chains
+        the chains of the detection.
+    alignments
+        of each chain with the true cables, in the same order.
+    truths
+        the true cables.
+    true
+        the crossings of the true cables.
 
     Returns
     -------
-    correct : true crossings, with the upper strand seen, that were detected with the right strand on top.
+    correct : true crossings with the upper cable seen that were detected with the right cable on top.
     extra : detected crossings without a true one.
     """
     offsets = np.full((len(true.cable), len(detected), 2), NO_MATCH)

@@ -20,10 +20,16 @@ SAMPLE_SPACING = 0.001
 
 @dataclass(frozen=True)
 class ChainDistances:
-    """Points of a chain against the axes of the cables that they follow.
+    """The distances of Q points of a chain from the axes of the cables that it follows.
 
-    distance : (Q,) m from the axis; NaN on no cable. seen : (Q,) bool, the axis is seen there; True on no cable.
-    off : (Q,) bool, farther than allowed, or on no cable.
+    Attributes
+    ----------
+    distance
+        (Q,) m from the axis; NaN where the chain is on no cable.
+    seen
+        (Q,) bool, whether the camera sees the cable there; True where the chain is on no cable.
+    off
+        (Q,) bool, whether the point is farther from the axis than allowed, or on no cable.
     """
 
     distance: Floats
@@ -32,12 +38,29 @@ class ChainDistances:
 
     @property
     def off_fraction(self) -> float:
-        """The fraction of the chain that is off its cable, 0 to 1."""
+        """The fraction of the chain's points that are off the cable, 0 to 1."""
         return float(self.off.mean())
 
 
 def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Truth, ...]) -> ChainDistances:
-    """Measure how far a chain lies from the cables that it is aligned with."""
+    """Measure how far a chain lies from the axes of the cables that it follows.
+
+    A point is off its cable beyond max(1.5 radii, 5 mm) where the cable is seen, and beyond max(2.5 radii, 10 mm, a fifth of the
+    hidden run's length) where it is hidden.
+
+    Parameters
+    ----------
+    chain
+        m, in the frame of the cables.
+    alignment
+        of the chain with `truths`, from `align_chain`.
+    truths
+        the true cables.
+
+    Returns
+    -------
+    Distance in m, seen and off for points at most 1 mm apart along the chain.
+    """
     points, joint = sample_chain(chain)
     distance = np.full(len(points), np.nan)
     seen, off = np.ones(len(points), dtype=bool), np.ones(len(points), dtype=bool)
@@ -52,19 +75,19 @@ def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Tru
 
 
 def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple[Floats, Floats]:
-    """Sample a chain from one joint to another.
+    """Sample points along a chain from one joint to another, at even spacing of at most 1 mm.
 
     Parameters
     ----------
     chain
-        the chain.
+        m.
     first, last
-        indices of joints; None for the last joint of the chain.
+        indices of the joints where sampling begins and ends; None for the chain's last joint.
 
     Returns
     -------
-    points : (Q, 3) m, at most SAMPLE_SPACING apart.
-    joint : (Q,) their positions along the chain, as fractional indices of joints.
+    points : (Q, 3) m.
+    joint : (Q,) position of each point along the chain, in joints: 2.5 is halfway from joint 2 to joint 3.
     """
     last = len(chain.joints) - 1 if last is None else last
     per_segment = max(1, int(np.ceil(chain.segment_length / SAMPLE_SPACING)))
@@ -90,13 +113,19 @@ def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Trut
 
 
 def end_error(chain: Chain, truth: Truth) -> float:
-    """Return the mean distance in mm of the chain's ends from the cable's tips, each matched with one tip."""
+    """Return the mean distance in mm of a chain's two ends from the two tips of an open cable.
+
+    Ends and tips are paired in the better of the two ways.
+    """
     distances = cdist(chain.joints[[0, -1]], truth.axis[[0, -1]])
     return 1e3 * float(min(np.trace(distances), np.trace(distances[::-1]))) / 2
 
 
 def rms_mm(parts: list[Floats]) -> float:
-    """Return the root mean square in mm of distances in m, NaN left out; NaN where there are none."""
+    """Return the root mean square in mm of distances in m, over all arrays together.
+
+    NaN is ignored; the result is NaN if nothing else is left.
+    """
     values = np.concatenate([np.zeros(0), *parts])
     values = values[np.isfinite(values)]
     return 1e3 * float(np.sqrt((values**2).mean())) if len(values) else float("nan")

@@ -14,9 +14,17 @@ MAX_SEGMENTS_FROM_FILL = 3.0
 
 
 def wrong_merges(chain: Chain, alignment: ChainAlignment) -> int:
-    """Return the number of wrong connections: the order along the cables breaks there, or one side is on no cable.
+    """Return the number of a chain's merges that are wrong.
 
-    A break is blamed on the nearest connection, or on none if that is more than MAX_SEGMENTS_FROM_FILL away.
+    A merge is a connection that merging made between two pieces. It is wrong if one of its sides is on no cable, or if the order
+    along the cables breaks there. A break is blamed on the nearest merge, or on none if that is more than 3 segments away.
+
+    Parameters
+    ----------
+    chain
+        its `connections` are the merges.
+    alignment
+        of the chain with the true cables, from `align_chain`.
     """
     spans = [_filled_span(chain, connection.segment) for connection in chain.connections]
     wrong = {k for k, span in enumerate(spans) if not all(_is_aligned(alignment, joint) for joint in _joints_beside(chain, span))}

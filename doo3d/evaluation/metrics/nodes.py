@@ -13,10 +13,10 @@ STARTS_PER_NODE = 10
 
 
 def node_error(chain: Chain, truth: Truth) -> float:
-    """Return the mean distance in mm of joint i of the chain from node i of as many even nodes of the cable.
+    """Return the mean distance in mm of joint i of a chain from true node i, as trackers are measured.
 
-    Both the order and the position along the cable count. Of the two directions, and of the starts on a closed cable, the
-    best one is taken.
+    The true nodes are as many points as the chain has joints, evenly spaced along the cable's axis. So a chain that follows the
+    axis but is shifted along it has an error, too. Of the two directions, and on a closed cable of all starts, the best is taken.
     """
     if truth.closed:
         return 1e3 * _closed_error(chain.joints[:-1] if chain.closed else chain.joints, truth)

@@ -27,7 +27,14 @@ SampleRun = tuple[int, int]
 
 
 def occlusions(truth: Truth) -> list[SampleRun]:
-    """Return each hidden run of at least MIN_OCCLUSION_LENGTH with the cable seen on both sides."""
+    """Return the occlusions of a cable: (first, last) axis sample of each.
+
+    An occlusion is a hidden run of at least 8 mm. An open cable must go on for at least 5 mm on both sides of it.
+
+    Returns
+    -------
+    (first, last) of each run, both included. On a closed cable, `last` exceeds the last index if the run passes the first sample.
+    """
     side = 0 if truth.closed else int(np.ceil(MIN_SEEN_SIDE / truth.spacing))
     last_sample = np.inf if truth.closed else len(truth.axis) - 1 - side
     return [
@@ -42,14 +49,18 @@ def passed_occlusions(
 ) -> int:
     """Return the number of occlusions through which one of the chains passes correctly.
 
+    The chain must join both sides of the hidden run without a break, and stay within the tolerance of the true axis between them.
+
     Parameters
     ----------
-    chains, alignments
-        the chains, and each one's alignment with the cables.
+    chains
+        the detected chains, m.
+    alignments
+        of each chain with the true cables, in the same order.
     truths
-        the cables.
+        the true cables.
     runs
-        the occlusions: index of the cable, and the run.
+        the occlusions: (index of the cable, (first, last) axis sample) each, as found by `occlusions`.
     """
     aligned = list(zip(chains, alignments, strict=True))
     aligned += [(chain, align_chain(chain, truths)) for chain in map(_with_opposite_seam, chains) if chain]

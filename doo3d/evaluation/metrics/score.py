@@ -1,4 +1,4 @@
-"""Score the chains of one frame against the truth, by the paper's strict rule."""
+"""Score the chains of one frame against the truth, by the strict rule of Keipour et al. (RA-L 2022)."""
 
 from __future__ import annotations
 
@@ -23,18 +23,40 @@ MIN_COVERAGE, MAX_OFF_FRACTION = 0.94, 0.03
 
 @dataclass(frozen=True)
 class FrameScore:
-    """One frame against its truth.
+    """The score of one frame's chains against its true cables (the objects).
 
-    correct : by all the rules; reasons : why not, a phrase each. objects, chains : number of each.
-    occlusions, occlusions_correct : hidden runs of 8 mm or more with the cable seen on both sides, and those passed correctly.
-    connections, connections_wrong : pairs of successive joints on cables, and those that jump or reverse.
-    merges, merges_wrong : connections made by merging, and the wrong ones.
-    rms_seen, rms_hidden : mm, chain to true axis; NaN where there is no such part.
-    radius_ratio : detected over true radius, mean over objects. end_error : mm, mean distance of chain ends from true tips.
-    node_error : mm, mean distance of node i of a chain from node i of its object, evenly spaced in the same order.
-    coverage : least fraction of an object that its chain follows. off_fraction : greatest fraction of a chain off its object.
-    crossings, crossings_correct : places where true cables cross in the view with the upper one seen, and those detected
-    with the right strand on top. crossings_extra : detected where there are none.
+    Attributes
+    ----------
+    correct
+        whether the frame is correct by the strict rule of Keipour et al. (RA-L 2022): one chain for each object, no wrong
+        connection, at least 94 % of each object covered, and less than 3 % of each chain off it.
+    reasons
+        why the frame is not correct, a phrase for each broken rule.
+    objects, chains
+        number of true cables, and of detected chains.
+    occlusions, occlusions_correct
+        hidden runs of 8 mm or more with the cable seen on both sides, and those that a chain passes correctly.
+    connections, connections_wrong
+        pairs of successive joints on cables, and those where the chain jumps or turns back.
+    rms_seen, rms_hidden
+        mm, RMS distance of the chains from the true axis, where the camera sees the cable and where it is hidden; NaN if there
+        is no such part.
+    radius_ratio
+        detected over true radius, mean over objects with a chain; NaN if there are none.
+    end_error
+        mm, mean distance of chain ends from the tips of open objects; NaN if there are none.
+    coverage
+        least fraction of an object that its chain follows, 0 to 1; 1 if there are no objects.
+    off_fraction
+        greatest fraction of a chain that is off its object, 0 to 1.
+    merges, merges_wrong
+        connections that merging made between two pieces, and the wrong ones.
+    node_error
+        mm, mean distance of node i of a chain from node i of its object, with equally many evenly spaced nodes; NaN if there are
+        no such pairs.
+    crossings, crossings_correct, crossings_extra
+        places where true cables cross in the view with the upper one seen, those detected with the right cable on top, and
+        detected crossings that do not exist.
     """
 
     correct: bool
@@ -83,16 +105,20 @@ class _Match:
 
 
 def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[Crossing] | None = None) -> FrameScore:
-    """Return the score of one frame.
+    """Score the chains of one frame against its true cables.
 
     Parameters
     ----------
     chains
-        the detected chains, in the camera frame, m. The direction of a chain and the order of chains do not matter.
+        the detected chains, m, in the camera's optical frame. Their order and their directions do not matter.
     truths
-        the true cables; where `seen` is None all of a cable counts as seen.
+        the true cables in the same frame; a cable whose `seen` is None counts as seen all along.
     crossings
-        the detected crossings of the chains in the camera's view; None leaves crossings out of the score.
+        the detected crossings of the chains in the camera's view; None leaves crossings out of the score (all counts 0).
+
+    Returns
+    -------
+    Whether the frame is correct, with the reasons if not, the counts of correct and wrong parts, and the errors in mm.
     """
     match = _match(tuple(chains), tuple(truths))
     runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]
@@ -155,7 +181,17 @@ def _reasons(match: _Match) -> tuple[str, ...]:
 
 
 def covered_fraction(alignment: ChainAlignment, truth: Truth, cable: int) -> float:
-    """Return the fraction of a cable's length that a chain follows, 0 to 1."""
+    """Return the fraction of a cable's length that a chain follows, 0 to 1.
+
+    Parameters
+    ----------
+    alignment
+        of the chain with all true cables, from `align_chain`.
+    truth
+        the cable.
+    cable
+        index of this cable among the true cables.
+    """
     arcs = truth.arcs
     covered = np.zeros(len(arcs), dtype=bool)
     for stretch in alignment.stretches:

@@ -25,10 +25,17 @@ MIN_SEEN_FRACTION = 0.6
 
 @dataclass(frozen=True)
 class Tube:
-    """One tube of one scene: its file, the fraction of its length that is seen, and whether it is correct.
+    """The result for one tube of one scene.
 
-    It is correct by the rule of a frame, applied to this tube alone: one chain follows it and no other tube, without a
-    wrong connection, along MIN_COVERAGE of it at least, and with less than MAX_OFF_FRACTION of the chain off it.
+    Attributes
+    ----------
+    file
+        name of the tube configuration that the scene was made from.
+    seen_fraction
+        fraction of the tube's length that the camera sees, 0 to 1.
+    correct
+        whether the chain matched with the tube follows no other one, has no wrong connection, covers at least 94 % of the tube
+        and has less than 3 % of its length off it.
     """
 
     file: str
@@ -37,22 +44,22 @@ class Tube:
 
 
 def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)) -> list[Case]:
-    """Return a case for each tube configuration (.txt) in a folder and each seed, which sets the camera.
+    """Return a case for each tube configuration (*.txt) in a folder and each seed, sorted by file name.
 
     Parameters
     ----------
     folder
-        with the tube configurations.
+        with the tube configurations; subfolders are not searched.
     seeds
-        one camera each.
+        0 or more each; a seed sets the camera's pose and the tubes' color.
     sensor
-        a key of SENSORS.
+        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     size
         (width, height) px of the image.
 
     Raises
     ------
-    InputError : there are no configurations.
+    InputError : the folder holds no *.txt.
     """
     files = sorted(Path(folder).glob("*.txt"))
     if not files:
@@ -61,7 +68,20 @@ def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", s
 
 
 def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
-    """Detect in every scene with its mask and number of tubes given; a failed detection makes all its tubes wrong.
+    """Detect in every scene, given its true mask and number of tubes, and tell which tubes are correct.
+
+    A failed detection makes all tubes of its scene wrong.
+
+    Parameters
+    ----------
+    cases
+        the scenes, from `tube_cases`.
+    config
+        of the detection, for 3-D.
+
+    Returns
+    -------
+    A result for each tube of each scene, scene by scene.
 
     Raises
     ------
@@ -84,7 +104,11 @@ def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
 
 
 def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool]:
-    """Tell of each tube whether the chain matched with it is correct."""
+    """Tell for each true tube, in the order of `truths`, whether a chain follows it correctly.
+
+    Tubes and chains are matched one to one by the greatest total length in common. The chain is correct if it follows no other
+    tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its length off it.
+    """
     chains, truths = tuple(chains), tuple(truths)
     alignments = [align_chain(chain, truths) for chain in chains]
     result = [False] * len(truths)
@@ -100,7 +124,10 @@ def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool
 
 
 def format_tubes(tubes: Sequence[Tube]) -> str:
-    """Return a line per file and one for all: tubes, those seen well enough, and how many of these are correct."""
+    """Return a text table with a line for each file and one for all.
+
+    Columns: number of tubes, number of tubes with at least 60 % of their length seen, and correct ones of these (number and %).
+    """
     groups = {file: [tube for tube in tubes if tube.file == file] for file in dict.fromkeys(tube.file for tube in tubes)}
     name_width = max(map(len, [*groups, "all"]))
     lines = [f"{'':{name_width}s}  tubes  seen {MIN_SEEN_FRACTION:.0%}  correct"]

@@ -37,10 +37,20 @@ _MASKS = ("masks", "test_masks")
 
 @dataclass(frozen=True)
 class Photo:
-    """One photograph and its truth.
+    """One photograph with its labelled cables.
 
-    subset, name : such as S1 and img0. image : (H, W, 3) uint8 RGB. mask : (H, W) bool, the mask that the detection is given.
-    labels : (H, W) int, 0 background, i the pixels that show cable i; at a crossing those of the upper cable.
+    Attributes
+    ----------
+    subset
+        part of the data set that it belongs to, such as S1.
+    name
+        such as img0.
+    image
+        (H, W, 3) uint8 RGB.
+    labels
+        (H, W) int: i at the pixels that show cable i, 0 for background. At a crossing, the pixels are those of the upper cable.
+    mask
+        (H, W) bool, the mask that the detection is given.
     """
 
     subset: str
@@ -51,13 +61,16 @@ class Photo:
 
     @property
     def cables(self) -> int:
-        """The number of cables."""
+        """The number of labelled cables."""
         return int(self.labels.max(initial=0))
 
 
 @dataclass(frozen=True)
 class PhotoRef:
-    """A photograph on disk, read by `load`."""
+    """A photograph on disk: its subset (such as S1), its name (such as img0) and how to read it.
+
+    load : called without arguments, reads image, labels and mask.
+    """
 
     subset: str
     name: str
@@ -65,23 +78,28 @@ class PhotoRef:
 
 
 def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
-    """List the photographs below S1, S2, S3 in a folder, or in dataset/ of the public repository's checkout.
+    """List the photographs of mBEST's data set: the subsets S1, S2 and S3.
 
-    Each of the three holds images/ and, as 8-bit images labels/ or as NumPy arrays gt_labels/.
+    Each subset is a folder in `folder`, or in `folder`/dataset as in the public repository. It holds images/ and the labels,
+    either as 8-bit images in labels/ or as NumPy arrays in gt_labels/.
 
     Parameters
     ----------
     folder
-        the data set.
+        the data set, or one of its subsets.
     masks
-        "labels" for the labels' foreground, "hsv" for the color of the cables.
+        mask that the detection is given: "labels" for all labelled pixels, "hsv" for the pixels of the cables' colors.
     subsets
-        such as S1; None for all.
+        names such as S1; None for all.
+
+    Returns
+    -------
+    References by subset and number; an image is read only by `load`.
 
     Raises
     ------
     InputError : there are no photographs, or a label is missing.
-    ConfigError : there are no such masks.
+    ConfigError : `masks` is neither of the two.
     """
     folder = _check_masks(folder, masks, ("labels", "hsv"))
 
@@ -101,24 +119,28 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
 
 
 def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
-    """List the photographs in a folder, or in data/ of the public repository's checkout, at 640x360.
+    """List the photographs of the data set C1 to C3 of FASTDLO, RT-DLO and mBEST, resized to 640x360 px.
 
-    It holds images/, labels/ (a color per cable on black) and masks/, which the repository calls test_imgs/ and so on. The
-    subset is part of a photograph's name.
+    `folder`, or `folder`/data as in the public repository, holds images/, labels/ (one color for each cable, on black) and
+    masks/; the names test_imgs/, test_labels/ and test_masks/ are read, too. A file's name begins with its subset, as in c1_0.
 
     Parameters
     ----------
     folder
         the data set.
     masks
-        "labels" for the labels' foreground, "network" for the images in masks/.
+        mask that the detection is given: "labels" for all labelled pixels, "network" for the images in masks/.
     subsets
-        such as C1; None for all.
+        names such as C1; None for all.
+
+    Returns
+    -------
+    References by subset and number; an image is read only by `load`.
 
     Raises
     ------
     InputError : there are no photographs, or a label or mask is missing.
-    ConfigError : there are no such masks.
+    ConfigError : `masks` is neither of the two.
     """
     folder = _check_masks(folder, masks, ("labels", "network"))
 
@@ -143,7 +165,15 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
 
 
 def hsv_mask(color: Array) -> Bools:
-    """Return the mask (H, W) bool of mBEST's cables by their color in (H, W, 3) uint8 RGB, closed and opened with 3x3."""
+    """Segment mBEST's cables by their colors (pink, green and teal on black cloth): (H, W) bool.
+
+    The mask is closed and then opened with a square of 3x3 px.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    """
     hsv = cv2.cvtColor(color, cv2.COLOR_RGB2HSV)
     mask = np.zeros(color.shape[:2], np.uint8)
     for low, high in HSV_RANGES:

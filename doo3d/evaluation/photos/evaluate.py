@@ -18,10 +18,22 @@ Detector = Callable[[Array, Config, Bools], Detection]
 
 @dataclass(frozen=True)
 class Row:
-    """One photograph, or one cable of it alone: its score and the detection, or the error.
+    """The result for one photograph, or for one cable of it alone.
 
-    error, code : sentence and code of the error that ended the detection; None where it ended well. cable : number of the
-    cable, and trace : its score; None for a whole photograph.
+    Attributes
+    ----------
+    ref
+        the photograph.
+    score
+        of the chains against the labels.
+    detection
+        without chains if there was an error.
+    error, code
+        sentence and code of the error that ended the detection; None if there was none.
+    cable
+        number of the cable in the labels, from 1; None for a whole photograph.
+    trace
+        how well the chain follows that cable; None for a whole photograph.
     """
 
     ref: PhotoRef
@@ -34,38 +46,46 @@ class Row:
 
     @property
     def name(self) -> str:
-        """Subset, photograph and cable."""
+        """The name `subset/photograph`, followed by the number of the cable if the row is for one cable."""
         cable = "" if self.cable is None else f" cable {self.cable}"
         return f"{self.ref.subset}/{self.ref.name}{cable}"
 
     @property
     def milliseconds(self) -> float:
-        """The time from the mask to the chains; NaN where there was an error."""
+        """The duration of the detection in ms, from the mask to the chains; NaN if there was an error."""
         return float("nan") if self.error else 1e3 * sum(self.detection.seconds.values())
 
     @property
     def quality(self) -> float:
-        """The sum of two scores by which the worst rows are chosen."""
+        """The value by which the worst rows are chosen, 0 (worst) to 2.
+
+        It is recall + precision for a single cable, and the sum of the DICE scores drawn and labelled for a photograph.
+        """
         return self.trace.recall + self.trace.precision if self.trace else self.score.drawn + self.score.labelled
 
 
 def evaluate_photos(
     refs: Iterable[PhotoRef], config: Config, known_count: bool = False, detect: Detector | None = None
 ) -> list[Row]:
-    """Detect in every photograph and score.
+    """Detect in every photograph and score the result.
 
     The first photograph of each subset is run twice and counted once, so that compiling is not timed.
 
     Parameters
     ----------
     refs
-        the photographs.
+        the photographs, subset by subset.
     config
-        for 2-D.
+        of the detection, for 2-D.
     known_count
-        give the detection the number of cables; else the config decides.
+        True gives the detection the true number of cables; False leaves it to the config.
     detect
-        the detector that is measured, called with image, config and mask; None for this project's own.
+        another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and its
+        mask (H, W) bool; None for `doo3d.detect`.
+
+    Returns
+    -------
+    A row for each photograph; a failed detection counts as one without chains, and its row holds the error.
     """
     rows = list[Row]()
     for ref in refs:
@@ -79,16 +99,23 @@ def evaluate_photos(
 
 
 def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector | None = None) -> list[Row]:
-    """Detect each cable of each photograph alone, one chain in its own labelled pixels, and score.
+    """Detect each cable of each photograph alone, in its own labelled pixels, and score the result.
+
+    The detection is told to find one chain.
 
     Parameters
     ----------
     refs
-        the photographs.
+        the photographs, subset by subset.
     config
-        for 2-D.
+        of the detection, for 2-D.
     detect
-        as of `evaluate_photos`.
+        another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and the
+        cable's pixels (H, W) bool; None for `doo3d.detect`.
+
+    Returns
+    -------
+    A row for each cable, photograph by photograph.
     """
     rows, config = list[Row](), _with_chains(config, 1)
     for ref in refs:
@@ -105,7 +132,10 @@ def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector |
 
 
 def worst(rows: Iterable[Row], count: int) -> list[Row]:
-    """Return the rows with the lowest scores, lowest first."""
+    """Return the `count` rows with the lowest scores, lowest first.
+
+    The score is recall + precision of a single cable, or the sum of the two DICE scores of a whole photograph.
+    """
     return sorted(rows, key=lambda row: row.quality)[:count]
 
 

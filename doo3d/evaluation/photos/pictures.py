@@ -22,14 +22,24 @@ _UNLABELLED = (70, 70, 70)
 
 
 def picture(row: Row) -> Array:
-    """Return (H, W, 3) uint8 RGB: the chains over the image, and the labels in the colors of the matched chains."""
+    """Draw the chains over the photograph, beside its labels, below a caption: (H, W, 3) uint8 RGB.
+
+    A labelled cable has the color of the chain matched with it, or grey if there is none; it is darker outside the mask.
+    """
     photo = row.ref.load()
     both = np.concatenate((draw(photo.image, row.detection), _labels_picture(photo, row)), axis=1)
     return with_caption(both, caption(row))
 
 
 def write_pictures(folder: Path, rows: list[Row]) -> list[Path]:
-    """Write a PNG per row into a folder, numbered in order; the folder is made if necessary."""
+    """Draw each row's chains beside the labels, and write a PNG for each into a folder.
+
+    A picture is named `<number>_<name>.png`; rows are numbered from 00. The folder is made if necessary.
+
+    Returns
+    -------
+    The path of each picture, in the order of the rows.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for i, row in enumerate(rows):

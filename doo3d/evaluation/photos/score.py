@@ -32,13 +32,24 @@ _MAX_BOX_PIXELS = 4_000_000
 
 @dataclass(frozen=True)
 class PhotoScore:
-    """One photograph.
+    """The score of one photograph's chains against the labels of its cables.
 
-    drawn, labelled : DICE, 0 to 1, averaged over the cables; of the chains drawn with their own width, and of the mask
-    with each pixel assigned to the nearest chain. ordered : as labelled, but a pixel that the right chain covers as drawn is
-    assigned to it: which of two cables shows at a crossing is no matter of order, and costs even the true lines 0.7 % on S2
-    and 1.2 % on S3. cables, chains : number of each.
-    match : (cables,) int, index of the chain matched with each cable as drawn; -1 for none.
+    The three scores are DICE coefficients, 0 to 1, between each cable's labelled pixels and those of the chain matched with it,
+    averaged over the cables. They differ in the pixels that belong to a chain.
+
+    Attributes
+    ----------
+    drawn
+        a chain's pixels are those that it covers when drawn with its own width.
+    labelled
+        a chain's pixels are those of the mask that are nearer to it than to any other chain.
+    ordered
+        as labelled, but a pixel that the matched chain covers when drawn is assigned to this chain. So nothing is lost at a
+        crossing, where one of two cables shows; in `labelled` that costs even the true lines 0.7 % on S2 and 1.2 % on S3.
+    cables, chains
+        number of labelled cables, and of detected chains.
+    match
+        (cables,) int, index of the chain matched with each cable as drawn; -1 for none.
     """
 
     drawn: float
@@ -50,15 +61,20 @@ class PhotoScore:
 
     @property
     def count_correct(self) -> bool:
-        """There are as many chains as cables."""
+        """Whether there are as many chains as cables."""
         return self.cables == self.chains
 
 
 @dataclass(frozen=True)
 class CableTrace:
-    """One cable alone.
+    """How well a chain follows one cable that was detected alone.
 
-    recall : fraction of its center line that the chain is near. precision : fraction of the chain near the center line.
+    Attributes
+    ----------
+    recall
+        fraction, 0 to 1, of the cable's center line that is within 5 px of the chain.
+    precision
+        fraction, 0 to 1, of the chain that is within 5 px of the center line.
     """
 
     recall: float
@@ -66,21 +82,25 @@ class CableTrace:
 
     @property
     def traced(self) -> bool:
-        """Both recall and precision are above MIN_TRACED."""
+        """Whether both recall and precision are above 0.95."""
         return self.recall > MIN_TRACED and self.precision > MIN_TRACED
 
 
 def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScore:
-    """Return the score of the chains of one photograph.
+    """Score the chains of one photograph against the labels of its cables.
 
     Parameters
     ----------
     chains
-        the detected chains, px.
+        the detected 2-D chains, px.
     labels
-        (H, W), 0 = background.
+        (H, W) int: i at the pixels that show cable i, 0 for background.
     mask
-        (H, W) in which the chains were detected.
+        (H, W) bool, the mask in which the chains were detected.
+
+    Returns
+    -------
+    Three DICE scores averaged over the cables, the numbers of cables and chains, and the chain matched with each cable.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
@@ -95,20 +115,29 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 
 
 def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
-    """Score a chain that was detected in the pixels of one cable alone.
+    """Score a chain that was detected in the labelled pixels of one cable alone.
 
-    Recall is over the skeleton of the cable's own pixels without specks, which the labels have at other cables' edges.
-    Where another cable lies over it the center line is unknown; there a chain is on it anywhere within the bridge:
-    the pixels of other cables that closing the cable's own pixels adds.
+    The cable's center line is the skeleton of its pixels. Specks of fewer than 30 px are left out, which the labels have at other
+    cables' edges. Where another cable lies on top, the center line is unknown. There the chain counts as near it anywhere in the
+    bridge: the other cables' pixels that morphological closing (disc of 41 px) adds to the cable's own.
 
     Parameters
     ----------
     chain
-        px; None if nothing was detected.
+        2-D, px; None if nothing was detected, which scores 0.
     labels
-        (H, W), 0 = background.
+        (H, W) int: i at the pixels that show cable i, 0 for background.
     cable
-        its number in the labels.
+        number of the cable in the labels, from 1.
+
+    Returns
+    -------
+    Recall: fraction of the center line within 5 px of the chain. Precision: fraction of the chain within 5 px of the center line
+    or the bridge.
+
+    Raises
+    ------
+    MissingDependency : scikit-image is not installed.
     """
     if chain is None:
         return CableTrace(0.0, 0.0)
@@ -123,14 +152,22 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
 
 
 def sample_chain(chain: Chain) -> Floats:
-    """Return points on the chain, evenly spaced, at most SAMPLE_SPACING_PX apart, (P, 2) px."""
+    """Return evenly spaced points along a 2-D chain, at most 0.5 px apart: (P, 2) px."""
     return chain.nodes(max(2, int(np.ceil(chain.length / SAMPLE_SPACING_PX)) + 1))
 
 
 def drawn_pixels(chain: Chain, shape: tuple[int, int]) -> Bools:
-    """Return the pixels whose center is in the chain drawn with its own width, (H, W) bool.
+    """Draw a 2-D chain with its own width, and return the pixels whose center is inside: (H, W) bool.
 
-    Each segment is as wide as `radii` says at its two joints; joints are round, the two ends of the chain flat.
+    The width runs linearly between the radii at a segment's two joints. The drawing is round at inner joints, and cut off flat
+    at the ends of an open chain.
+
+    Parameters
+    ----------
+    chain
+        px.
+    shape
+        (height, width) of the image.
     """
     out = np.zeros(shape, dtype=bool)
     radii = np.clip(np.nan_to_num(chain.radii), 0, np.hypot(*shape))
@@ -179,7 +216,15 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
 
 
 def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
-    """Return the index of the chain whose line is nearest to each pixel (P, 2) (x, y): (P,) int."""
+    """Return, for each pixel, the index of the chain whose center line is nearest: (P,) int.
+
+    Parameters
+    ----------
+    chains
+        2-D, px; at least one.
+    pixels
+        (P, 2), x and y of each pixel.
+    """
     lines = [sample_chain(chain) for chain in chains]
     owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
     return np.asarray(owner[cKDTree(np.concatenate(lines)).query(pixels)[1]])

@@ -21,9 +21,10 @@ _CSV_COLUMNS = (
 
 
 def format_rows(rows: Sequence[Row]) -> str:
-    """Return a table with a line per subset and one for all, followed by the photographs that failed or are wrong.
+    """Return a text table with a line for each subset and one for all, then lists of the wrong rows.
 
-    Per line: DICE in % averaged over images, counts, ms (median and 95th percentile).
+    Columns for photographs: number, DICE in % (drawn, labelled, ordered), photographs with the right number of chains, median and
+    95th percentile of the time in ms, errors. For single cables: number, traced ones, recall and precision in %, time, errors.
     """
     single_cables = any(row.trace for row in rows)
     columns, cells = (_CABLE_COLUMNS, _cable_cells) if single_cables else (_PHOTO_COLUMNS, _photo_cells)
@@ -46,7 +47,7 @@ def format_rows(rows: Sequence[Row]) -> str:
 
 
 def caption(row: Row) -> str:
-    """Return a row as one line."""
+    """Return one line of text on a row: its name, its scores in %, and its error if there was one."""
     if row.trace:
         text = f"recall {100 * row.trace.recall:.1f}   precision {100 * row.trace.precision:.1f}"
     else:
@@ -57,7 +58,11 @@ def caption(row: Row) -> str:
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """Return the rows as CSV, a line each; numbers in full."""
+    """Return the rows as CSV: a line of column names and a line for each row, numbers in full.
+
+    Columns: subset, image, cable, cables, chains, drawn, labelled, ordered, recall, precision, ms, error, code. Values that a row
+    does not have are left empty; ms is nan after an error.
+    """
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
     table.writerow(_CSV_COLUMNS)

@@ -13,14 +13,27 @@ from ...types import Array, Bools, Camera, Floats
 
 @dataclass(frozen=True)
 class Sensor:
-    """A depth camera.
+    """The errors of a depth camera.
 
-    baseline : m between its two cameras; 0 for noise that does not grow with the distance.
-    noise : (least, greatest) standard deviation, px of disparity (m without a baseline); drawn once per frame.
-    correlation : px, sigma of the blur that correlates the noise of neighbors.
-    disparity_step : px, rounding of the disparity; 0 for none. depth_step : m, rounding of the stored depth; 0 for none.
-    flying, missing : fractions of the pixels at depth edges that measure between both sides, and nothing.
-    holes : fraction of the image in small holes.
+    Attributes
+    ----------
+    baseline
+        m between the two cameras of a stereo sensor, whose noise is constant in disparity and so grows with the square of the
+        distance; 0 for noise that is constant in depth.
+    noise
+        (least, greatest) standard deviation, px of disparity with a baseline, else m; one value between them is drawn per frame.
+    correlation
+        px, sigma of the Gaussian blur that correlates the noise of neighboring pixels.
+    disparity_step
+        px, the disparity is rounded to multiples of it; 0 for no rounding.
+    depth_step
+        m, the stored depth is rounded to multiples of it; 0 for no rounding.
+    flying
+        fraction of the pixels at depth edges that measure a depth between both sides.
+    missing
+        fraction of the pixels at depth edges that measure nothing.
+    holes
+        fraction of the image that is lost in small holes.
     """
 
     baseline: float = 0.0
@@ -47,18 +60,20 @@ HOLE_SIGMA_PX = 2.2
 
 
 def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, rng: Generator) -> Array:
-    """Return the depth that a sensor measures, (H, W) float32 m, 0 for none.
+    """Return the depth image that a sensor measures, (H, W) float32 m, 0 where it measures nothing.
 
     Parameters
     ----------
     exact
-        (H, W) m, the true depth, 0 for none.
+        (H, W) m, the true depth along the optical axis; 0 where there is no surface.
     shiny
-        (H, W) bool, no depth is measured there.
-    camera, sensor
-        the intrinsics, and the errors.
+        (H, W) bool, pixels of surfaces that the sensor cannot measure.
+    camera
+        the intrinsics; fx relates disparity to depth.
+    sensor
+        the errors.
     rng
-        the random numbers.
+        source of the noise; the same state gives the same image.
     """
     valid = exact > 0
     depth = _noisy(_with_edges(exact, sensor, rng), camera, sensor, rng)

@@ -35,9 +35,18 @@ RAYS_AT_ONCE = 1_000_000
 class Hits:
     """The first hits of R rays.
 
-    depth : (R,) along the ray, inf for nothing. label : (R,) uint8, 0 for table or nothing, i for cable i. normals : (R, 3)
-    unit, smooth on cables. solid : (R,) int, index of the cable or, after all cables, the occluder; TABLE or NOTHING.
-    shiny : (R,) bool, on a cable without depth.
+    Attributes
+    ----------
+    depth
+        (R,) distance along the ray, in lengths of its direction vector; inf if nothing is hit.
+    label
+        (R,) uint8: i for cable i, from 1; 255 for an occluder; 0 for the table or nothing.
+    normals
+        (R, 3) unit surface normals, interpolated between the vertices on cables.
+    solid
+        (R,) int, index of the solid: cables from 0, then occluders; -1 for the table, -2 for nothing.
+    shiny
+        (R,) bool, the hit is on a stretch of cable where the sensor measures no depth.
     """
 
     depth: Floats
@@ -48,7 +57,7 @@ class Hits:
 
 
 class RayCaster:
-    """A scene prepared for ray casting; cables come first, then occluders."""
+    """A scene prepared for ray casting, in the scene's camera optical frame (x right, y down, z forward)."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -60,7 +69,16 @@ class RayCaster:
             self._caster.add_triangles(_tensor(vertices.astype(np.float32)), _tensor(triangles.astype(np.uint32)))
 
     def cast(self, origins: Floats, directions: Floats) -> Hits:
-        """Return the first hits of rays from origins (R, 3) m along directions (R, 3); depth is in units of the direction."""
+        """Return the first hit of each ray.
+
+        Parameters
+        ----------
+        origins
+            (R, 3) m, in the camera frame.
+        directions
+            (R, 3), of any length; the depth of a hit is in units of this length. For rays from the camera with z = 1, that is the
+            depth in m.
+        """
         parts = [
             self._cast(origins[k : k + RAYS_AT_ONCE], directions[k : k + RAYS_AT_ONCE])
             for k in range(0, len(origins), RAYS_AT_ONCE)
@@ -100,7 +118,15 @@ class RayCaster:
         normals[nearer] = table.normal
 
     def in_shadow(self, points: Floats, normals: Floats) -> Bools:
-        """Tell whether a solid is between points (R, 3) m on a surface and the light, (R,) bool."""
+        """Tell which points on surfaces are in shadow, (R,) bool: a solid is between them and the light.
+
+        Parameters
+        ----------
+        points
+            (R, 3) m, in the camera frame.
+        normals
+            (R, 3) unit, away from the surface.
+        """
         light = np.broadcast_to(np.asarray(self.scene.light), points.shape)
         rays = np.hstack((points + SHADOW_OFFSET * normals, light)).astype(np.float32)
         parts = [
@@ -109,9 +135,15 @@ class RayCaster:
         return np.concatenate(parts)
 
     def seen_samples(self, cable: Truth) -> Bools:
-        """Tell at which axis samples the camera sees the surface of the cable in the image, (P,) bool.
+        """Tell at which axis samples the camera sees a cable's surface, (P,) bool.
 
-        Rays are sent to points round the half that faces the camera; most of them must arrive.
+        Five rays per sample are sent to points across the half of the surface that faces the camera. The sample is seen if most
+        of them arrive and its position is in the image.
+
+        Parameters
+        ----------
+        cable
+            in the camera frame.
         """
         normals = parallel_frames(cable.axis, tangents(cable.axis, cable.closed))
         view = cable.axis / np.linalg.norm(cable.axis, axis=1, keepdims=True)

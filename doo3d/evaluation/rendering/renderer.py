@@ -26,10 +26,20 @@ COLOR_NOISE = 1.6
 
 @dataclass(frozen=True)
 class Rendered:
-    """A frame and its truth.
+    """A rendered frame with its truth.
 
-    frame : color and depth. labels : (H, W) uint8, 0 for background, i for cable i, 255 for anything else. mask : (H, W)
-    bool, the pixels of cables. truths : the cables with `seen`. exact : (H, W) float64 m, the depth without the sensor's errors.
+    Attributes
+    ----------
+    frame
+        color and depth, with the errors of the sensor.
+    labels
+        (H, W) uint8: i at the pixels of cable i, from 1; 0 for table and background; 255 for occluders.
+    mask
+        (H, W) bool, the pixels of all cables.
+    truths
+        the cables in the camera's optical frame, with `seen` filled in.
+    exact
+        (H, W) float64 m, the depth without the errors of the sensor; 0 where there is no surface.
     """
 
     frame: Frame
@@ -40,7 +50,14 @@ class Rendered:
 
 
 def render(scene: Scene, sensor: str = "d435") -> Rendered:
-    """Return the frame that a sensor (a key of SENSORS) takes of the scene; the same every time.
+    """Render the frame that a depth camera takes of a scene; the same arguments give the same frame.
+
+    Parameters
+    ----------
+    scene
+        in the optical frame of its camera.
+    sensor
+        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
 
     Raises
     ------
@@ -64,7 +81,17 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
 
 
 def pixel_rays(camera: Camera, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """Return directions (H * W, 3) with z = 1 through the pixel centers, moved by `shift` px; depth along them is z."""
+    """Return the direction of the ray through each pixel, (H * W, 3), row by row.
+
+    Directions are in the camera's optical frame with z = 1, so that t times the direction is the point at depth t.
+
+    Parameters
+    ----------
+    camera
+        the intrinsics and the image size.
+    shift
+        (x, y) px from the pixel's center to the point that the ray passes through.
+    """
     v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1).astype(float)
     return camera.unproject(np.column_stack((u + shift[0], v + shift[1])), np.ones(len(u)))
 

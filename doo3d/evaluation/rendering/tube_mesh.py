@@ -21,9 +21,18 @@ AXIS_STRIDE = 2
 
 @dataclass(frozen=True)
 class Tube:
-    """A closed surface with smooth normals.
+    """The surface of a cable as a triangle mesh.
 
-    vertices, normals : (V, 3) m and unit. triangles : (T, 3) int. arcs : (T,) m, arc length on the axis of each triangle.
+    Attributes
+    ----------
+    vertices
+        (V, 3) m.
+    normals
+        (V, 3) unit, outwards, at the vertices.
+    triangles
+        (T, 3) int, indices of vertices.
+    arcs
+        (T,) m, arc length along the cable's axis at each triangle.
     """
 
     vertices: Floats
@@ -33,7 +42,15 @@ class Tube:
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:
-    """Return the unit tangents (P, 3) by central differences."""
+    """Return the unit tangent of a polyline at each point, (P, 3), by central differences.
+
+    Parameters
+    ----------
+    points
+        (P, 3) m.
+    closed
+        whether the polyline is a ring, whose first point follows the last and is not repeated.
+    """
     if closed:
         difference = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     else:
@@ -42,17 +59,17 @@ def tangents(points: Floats, closed: bool = False) -> Floats:
 
 
 def parallel_frames(points: Floats, tangent: Floats) -> Floats:
-    """Return rotation-minimizing frames along a curve: two unit normals at each point, (P, 2, 3).
+    """Return rotation-minimizing frames along a polyline: two unit normals at each point, (P, 2, 3).
 
-    The double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation Minimizing Frames" (2008). Reflections
-    keep the two normals orthogonal.
+    The two normals are orthogonal to the tangent and to each other, and turn about the tangent as little as possible from point
+    to point: the double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation Minimizing Frames" (2008).
 
     Parameters
     ----------
     points
         (P, 3) m.
     tangent
-        (P, 3) unit.
+        (P, 3) unit, at the points.
     """
     result = np.empty((len(points), 2, 3))
     result[0] = np.linalg.svd(tangent[:1])[2][1:]
@@ -67,7 +84,7 @@ def parallel_frames(points: Floats, tangent: Floats) -> Floats:
 
 
 def sweep(cable: Truth) -> Tube:
-    """Return the surface of a cable."""
+    """Return the surface of a cable: a tube round its axis, with a half sphere at each tip if it is open."""
     if cable.closed:
         points, arcs = cable.axis[::AXIS_STRIDE], cable.arcs[::AXIS_STRIDE]
     else:

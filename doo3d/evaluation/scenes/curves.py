@@ -20,9 +20,15 @@ COARSE_STRIDE = 3
 
 @dataclass(frozen=True)
 class CurveCrossings:
-    """Crossings of strands.
+    """The C places where planar curves cross themselves or each other.
 
-    first, second : (C,) fractional indices into the points, first < second. angles : (C,) radians between them, 0 to pi/2.
+    Attributes
+    ----------
+    first, second
+        (C,) positions of the crossing on its two strands (the pieces of curve that meet there), as fractional indices into the
+        points of all curves; first < second.
+    angles
+        (C,) radians between the two strands, 0 to pi/2.
     """
 
     first: Floats
@@ -31,7 +37,9 @@ class CurveCrossings:
 
 
 def random_curves(rng: Generator, count: int, length: float, min_radius: float) -> Floats:
-    """Return curves of random smooth curvature, (count, P, 2) m.
+    """Draw planar curves of random, smoothly changing curvature: (count, P, 2) m.
+
+    Their points are 2 mm apart. They start near the origin along x, and may cross themselves.
 
     Parameters
     ----------
@@ -40,7 +48,7 @@ def random_curves(rng: Generator, count: int, length: float, min_radius: float) 
     count
         number of curves.
     length
-        m.
+        m, of each curve.
     min_radius
         m, least radius of curvature.
     """
@@ -55,14 +63,30 @@ def random_curves(rng: Generator, count: int, length: float, min_radius: float) 
 
 
 def resample_polyline(points: Floats, step: float) -> Floats:
-    """Return points along a polyline (P, 2) m, `step` m of arc length apart, from its first point on."""
+    """Return points at even arc length along a planar polyline, (Q, 2) m, from its first point on.
+
+    Parameters
+    ----------
+    points
+        (P, 2) m.
+    step
+        m, arc length from point to point.
+    """
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
     even_arcs = np.arange(0, arcs[-1], step)
     return np.column_stack((np.interp(even_arcs, arcs, points[:, 0]), np.interp(even_arcs, arcs, points[:, 1])))
 
 
 def oriented_curve(curve: Floats, angle: float) -> Floats:
-    """Return the curve (P, 2) centered, with its long side at `angle` radians from the x axis."""
+    """Move and rotate a planar curve, so that its bounding box is centered at the origin: (P, 2) m.
+
+    Parameters
+    ----------
+    curve
+        (P, 2) m.
+    angle
+        radians from the x axis to the curve's longest principal axis, positive towards y.
+    """
     centered = curve - curve.mean(axis=0)
     _, _, axes = np.linalg.svd(centered, full_matrices=False)
     aligned = centered @ axes.T
@@ -72,14 +96,16 @@ def oriented_curve(curve: Floats, angle: float) -> Floats:
 
 
 def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
-    """Return every proper intersection of polylines.
+    """Return every place where planar polylines cross themselves or each other.
+
+    Crossings are sorted by their position on the first of their two strands.
 
     Parameters
     ----------
     points
-        (P, 2) m, the polylines one after the other.
+        (P, 2) m, the points of all polylines one after the other.
     strand
-        (P,) int, index of the polyline of each point.
+        (P,) int, index of the polyline that each point belongs to.
     """
     start = np.flatnonzero(strand[1:] == strand[:-1])
     a, b = points[start], points[start + 1]
@@ -97,23 +123,23 @@ def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
 
 
 def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float) -> tuple[Ints, Ints, Floats]:
-    """Return pairs of near points that are not simply neighbors along one strand.
+    """Return all pairs of points that are near each other but not neighbors along one polyline.
 
     Parameters
     ----------
     points
-        (P, D) m, STEP apart along each strand.
+        (P, D) m, the points of all polylines one after the other, 2 mm apart.
     strand
-        (P,) int, index of the strand of each point.
+        (P,) int, index of the polyline that each point belongs to.
     max_distance
-        m.
+        m, greatest distance of a pair.
     min_arc
-        m, arc length from which points of one strand count as a pair.
+        m; two points of the same polyline are a pair only if they are farther apart than this along it.
 
     Returns
     -------
-    i, j : (Q,) indices, i < j.
-    distance : (Q,) m.
+    i, j : (Q,) indices of the points of each pair, i < j.
+    distance : (Q,) m, between the points.
     """
     pairs = cKDTree(points).query_pairs(max_distance, output_type="ndarray")
     i, j = pairs.min(axis=1), pairs.max(axis=1)
@@ -123,20 +149,16 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
 
 
 def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -> Bools:
-    """Tell which pairs of points are near because their strands cross within `max_arc` of both.
+    """Tell which pairs of points are near each other because their curves cross there: (Q,) bool.
 
     Parameters
     ----------
     i, j
-        (Q,) indices of the points, i < j.
+        (Q,) indices of the points of each pair, i < j.
     crossings
-        of the strands.
+        of the same curves.
     max_arc
-        m.
-
-    Returns
-    -------
-    (Q,) bool.
+        m; both points lie within this arc length of the crossing.
     """
     if len(crossings.first) == 0:
         return np.zeros(len(i), dtype=bool)
@@ -146,16 +168,20 @@ def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -
 
 
 def clear_crossings(points: Floats, strand: Ints, clearance: float, min_angle: float = np.radians(32.0)) -> CurveCrossings | None:
-    """Return the crossings if strands cross clearly and keep their clearance everywhere else; else None.
+    """Return the crossings of curves, or None if a crossing is unclear or curves come too near each other.
+
+    A crossing is clear if its angle is large enough and no other crossing, nor a tip, is near it along a curve.
 
     Parameters
     ----------
-    points, strand
-        as of `curve_crossings`.
+    points
+        (P, 2) m, the points of all curves one after the other, 2 mm apart.
+    strand
+        (P,) int, index of the curve that each point belongs to.
     clearance
-        m between strands that do not cross.
+        m, least distance of curves away from crossings.
     min_angle
-        radians between crossing strands.
+        radians, least angle between curves that cross.
     """
     crossings = curve_crossings(points[::COARSE_STRIDE], strand[::COARSE_STRIDE])
     crossings = CurveCrossings(crossings.first * COARSE_STRIDE, crossings.second * COARSE_STRIDE, crossings.angles)

@@ -31,7 +31,11 @@ MIN_BEND_RADII = 4.0
 
 
 def straight(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable, nearly straight."""
+    """Draw a scene of one nearly straight cable on a table.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     length = rng.uniform(LENGTHS[0], max(LENGTHS[0] + 0.01, 0.95 * studio.usable_size()[0]))
     along = np.arange(round(length / STEP) + 1) * STEP
@@ -41,17 +45,29 @@ def straight(rng: Generator, size: Size) -> Scene | None:
 
 
 def open_curve(rng: Generator, size: Size) -> Scene | None:
-    """Draw one smooth curve without a crossing."""
+    """Draw a scene of one smoothly curved cable that does not cross itself.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     return _one_on_table(rng, size, (0, 0))
 
 
 def crossing(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable that crosses itself once."""
+    """Draw a scene of one cable that crosses itself once.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     return _one_on_table(rng, size, (1, 1))
 
 
 def crossings(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable that crosses itself two to four times."""
+    """Draw a scene of one cable that crosses itself two to four times.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     return _one_on_table(rng, size, (2, 4))
 
 
@@ -62,7 +78,12 @@ def _one_on_table(rng: Generator, size: Size, crossing_range: tuple[int, int]) -
 
 
 def occluded(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable under one to three boxes, lying on it or held above it, as grippers and hands are."""
+    """Draw a scene of one cable under one to three boxes.
+
+    The boxes lie on the cable or are held above it, as grippers and hands are.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
     if curve is None:
@@ -88,7 +109,11 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
 
 
 def several(rng: Generator, size: Size) -> Scene | None:
-    """Draw two to four cables of one color, which may cross each other."""
+    """Draw a scene of two to four cables of one color, which may cross each other.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curves: list[Floats] = []
     count = int(rng.integers(2, 5))
@@ -106,7 +131,12 @@ def several(rng: Generator, size: Size) -> Scene | None:
 
 
 def air(rng: Generator, size: Size) -> Scene | None:
-    """Draw a helix, a hanging curve, or a loop with clear height at its crossing: nothing touches anything."""
+    """Draw a scene of one cable in the air.
+
+    It is a helix, a hanging curve, or a loop whose strands are far apart in height where they cross: the cable touches nothing.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     shape = (_helix, _hanging, _high_loop)[rng.integers(3)](rng, studio, radius)
     if shape is None:
@@ -154,17 +184,26 @@ def _high_loop(rng: Generator, studio: Studio, radius: float) -> Floats | None:
 
 
 def min_strand_distance(radius: float) -> float:
-    """Return the m between the axes of strands that do not cross: a gap of one and a half diameters."""
+    """Return the least distance in m between the axes of cables side by side, given their radius in m.
+
+    It is 5 radii, which leaves a gap of one and a half diameters.
+    """
     return 5 * radius
 
 
 def at_height(curve: Floats, height: float) -> Floats:
-    """Return a planar curve (P, 2) at one height in m, (P, 3)."""
+    """Return a planar curve (P, 2) as points (P, 3) m in the world frame (z up), all at one height in m."""
     return np.column_stack((curve, np.full(len(curve), height)))
 
 
 def concatenate_curves(curves: list[Floats]) -> tuple[Floats, Ints]:
-    """Return the points of all curves (P, 2), and the index of the curve of each point (P,)."""
+    """Join curves to one array.
+
+    Returns
+    -------
+    points : (P, 2) m, the points of all curves one after the other.
+    strand : (P,) int, index of the curve that each point belongs to.
+    """
     return np.vstack(curves), np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
 
 
@@ -177,24 +216,26 @@ def planar_curve(
     strand_distance: float | None = None,
     min_angle: float = 32.0,
 ) -> Floats | None:
-    """Draw a curve in view with a number of crossings, which keeps its clearance elsewhere.
+    """Draw a curve on the table that is wholly in view and crosses itself a given number of times.
 
     Parameters
     ----------
-    rng, studio
-        the random numbers, and the camera.
+    rng
+        the random numbers.
+    studio
+        the camera above the table.
     radius, length
-        of the cable, m.
+        m, of the cable that will lie along the curve.
     crossing_range
-        least and greatest number of crossings with itself.
+        (least, greatest) number of crossings with itself.
     strand_distance
-        m between the axes of strands that do not cross; None for `min_strand_distance`.
+        m, least distance between passes of the curve away from crossings; None for 5 radii.
     min_angle
-        degrees between crossing strands.
+        degrees, least angle at a crossing.
 
     Returns
     -------
-    (P, 2) m, or None if none of the candidates is like this.
+    (P, 2) m, x and y in the world frame (table plane), points 2 mm apart; None if none of 60 drawn curves is like this.
     """
     usable = np.array(studio.usable_size())
     distance = min_strand_distance(radius) if strand_distance is None else strand_distance
@@ -221,24 +262,29 @@ def cables_on_table(
     color: Color | None = None,
     over: Bools | None = None,
 ) -> Scene | None:
-    """Build the scene of cables that lie on the table along planar curves.
+    """Build the scene of cables that lie on a table along planar curves, stacked where they cross.
 
     Parameters
     ----------
-    rng, studio
-        the random numbers, and the camera.
-    curves, radius
-        of the cables, (P, 2) m each, and m.
+    rng
+        the random numbers.
+    studio
+        the camera above the table.
+    curves
+        (P, 2) m each, x and y in the world frame (table plane), points 2 mm apart.
+    radius
+        m, of all cables.
     occluders
-        in the camera frame.
+        other solids, in the camera's optical frame.
     color
-        of the cables; None draws one.
+        of all cables; None draws one.
     over
-        (C,) bool, per crossing in the order along the curves, the strand that comes first is the upper; None draws it.
+        (C,) bool, for each crossing in the order of `curve_crossings`: the strand that comes first along the curves is on top.
+        None draws this, too.
 
     Returns
     -------
-    None if the cables cannot lie like this, or would intersect.
+    The scene in the camera's optical frame; None if the cables would intersect, bend too much or leave the image.
     """
     points, strand = concatenate_curves(curves)
     crossed = curve_crossings(points, strand)

@@ -29,7 +29,11 @@ MAX_SOLIDS = 7
 
 
 def clutter(rng: Generator, size: Size) -> Scene | None:
-    """Draw a cable with blobs and boxes of nearly its own hue beside it."""
+    """Draw a scene of a cable with blobs and boxes of nearly its own hue beside it.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
     if curve is None:
@@ -79,14 +83,23 @@ def _blob(rng: Generator, center: Floats, half_width: float, studio: Studio, col
 
 
 def tangle(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable that crosses itself four to ten times."""
+    """Draw a scene of one cable that crosses itself four to ten times.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(RADII[0], 0.0045)
     curve = planar_curve(rng, studio, radius, rng.uniform(0.9, LENGTHS[1]), (4, 10), 3.4 * radius, 26.0)
     return None if curve is None else cables_on_table(rng, studio, [curve], radius)
 
 
 def hairpin(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable that turns back and runs along itself with a gap of less than its thickness."""
+    """Draw a scene of one cable that turns back and runs along itself.
+
+    The gap between the two legs is less than the cable's thickness.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size, (0.55, 0.75)), rng.uniform(*RADII)
     leg_distance = radius * (2 + 2 * rng.uniform(*HAIRPIN_GAP_DIAMETERS))
     bulb = _bulb(leg_distance, rng.uniform(6.0, 9.0) * radius)
@@ -138,7 +151,11 @@ def _bent(points: Floats, curvature: float) -> Floats:
 
 
 def shiny(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable with stretches of which the sensor gives color but no depth."""
+    """Draw a scene of one cable with stretches where the sensor gives color but no depth.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
     scene = None if curve is None else cables_on_table(rng, studio, [curve], radius)
@@ -152,7 +169,11 @@ def shiny(rng: Generator, size: Size) -> Scene | None:
 
 
 def thin(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable of two to three pixels."""
+    """Draw a scene of one cable that is two to three pixels wide in the image.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio = make_studio(rng, size)
     radius = rng.uniform(*THIN_WIDTHS_PX) * studio.distance / studio.camera.fx / 2
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))), 0.015)
@@ -160,7 +181,11 @@ def thin(rng: Generator, size: Size) -> Scene | None:
 
 
 def far(rng: Generator, size: Size) -> Scene | None:
-    """Draw one cable at 1.1 to 1.5 m."""
+    """Draw a scene of one cable at a distance of 1.1 to 1.5 m from the camera.
+
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size, (1.1, 1.5)), rng.uniform(0.004, RADII[1])
     curve = planar_curve(rng, studio, radius, rng.uniform(0.7, LENGTHS[1]), (0, int(rng.integers(3))))
     return None if curve is None else cables_on_table(rng, studio, [curve], radius)

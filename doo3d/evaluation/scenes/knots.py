@@ -27,7 +27,12 @@ AIR_THICKNESS_FACTOR = 2.5
 
 
 def knots(rng: Generator, size: Size) -> Scene | None:
-    """Draw an overhand or a figure eight knot, loose, lying on the table or held in the air above it."""
+    """Draw a scene of one cable in a loose overhand or figure-eight knot.
+
+    The knot lies on the table, or is held in the air.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    `size` is (width, height) px of the image.
+    """
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(*RADII)
     curve = _knot_curve(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
     points, strand = concatenate_curves([curve])
@@ -61,6 +66,11 @@ def _knot_curve(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
 
 
 def alternating(crossings: CurveCrossings) -> Bools:
-    """Return (C,) bool, the first strand is the upper, such that the cable passes over and under in turn."""
+    """Choose the upper strand at each crossing of one curve, so that it passes over and under in turn.
+
+    Returns
+    -------
+    (C,) bool: True where the strand that comes first along the curve is on top. The curve's first pass is over.
+    """
     visits = np.argsort(np.argsort(np.concatenate((crossings.first, crossings.second))))
     return np.asarray(visits[: len(crossings.first)] % 2 == 0)

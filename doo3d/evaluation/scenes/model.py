@@ -17,10 +17,21 @@ Color = tuple[int, int, int]
 class Truth:
     """One true cable.
 
-    axis : (P, 3) float64 m, camera optical frame, at most 0.5 mm apart (1 mm when read back from a file).
-    radius : m. closed : a ring; its last point is followed by the first, which is not repeated. color : RGB.
-    seen : (P,) bool, the camera sees the cable's surface there; None before rendering.
-    shiny : (start, end) m of arc length each, where the sensor measures no depth on the cable.
+    Attributes
+    ----------
+    axis
+        (P, 3) float64 m, points of the center line, in the camera's optical frame, at most 0.5 mm apart (1.5 mm if read from a
+        file).
+    radius
+        m.
+    closed
+        whether the cable is a ring; its last point is followed by the first, which is not repeated.
+    color
+        8-bit RGB.
+    seen
+        (P,) bool, whether the camera sees the cable's surface at each axis point; None before rendering.
+    shiny
+        (start, end) m of arc length, for each stretch where the sensor measures no depth on the cable.
     """
 
     axis: Floats
@@ -32,25 +43,35 @@ class Truth:
 
     @property
     def arcs(self) -> Floats:
-        """The arc length of each axis point from the first, (P,) m."""
+        """The arc length from the first axis point to each axis point, (P,) m."""
         steps = np.linalg.norm(np.diff(self.axis, axis=0), axis=1)
         return np.concatenate(([0.0], np.cumsum(steps)))
 
     @property
     def length(self) -> float:
-        """The arc length in m; back to the first point if closed."""
+        """The length of the axis in m; of a closed cable, all the way round."""
         back = float(np.linalg.norm(self.axis[0] - self.axis[-1])) if self.closed else 0.0
         return float(self.arcs[-1]) + back
 
     @property
     def spacing(self) -> float:
-        """The mean distance in m of successive axis points."""
+        """The mean distance in m from one axis point to the next."""
         return self.length / max(len(self.axis) - (0 if self.closed else 1), 1)
 
 
 @dataclass(frozen=True)
 class Solid:
-    """An object that is not a cable: vertices (V, 3) m in the camera frame, triangles (T, 3) int, color RGB."""
+    """An object that is not a cable, as a triangle mesh.
+
+    Attributes
+    ----------
+    vertices
+        (V, 3) m, in the camera's optical frame.
+    triangles
+        (T, 3) int, indices of vertices.
+    color
+        8-bit RGB.
+    """
 
     vertices: Floats
     triangles: Ints
@@ -59,7 +80,17 @@ class Solid:
 
 @dataclass(frozen=True)
 class Table:
-    """An infinite plane: a point (3,) m on it, its unit normal (3,) towards the camera, color RGB."""
+    """An infinite plane below the cables.
+
+    Attributes
+    ----------
+    point
+        (3,) m, any point of the plane, in the camera's optical frame.
+    normal
+        (3,) unit, towards the camera.
+    color
+        8-bit RGB.
+    """
 
     point: Floats
     normal: Floats
@@ -68,9 +99,26 @@ class Table:
 
 @dataclass(frozen=True)
 class Scene:
-    """All that the renderer needs; the same family, seed and options give the same scene.
+    """All that the renderer needs, in the camera's optical frame (x right, y down, z forward).
 
-    light : (3,) unit vector towards the light. background : RGB seen where nothing is.
+    Attributes
+    ----------
+    name
+        of the frame rendered from the scene.
+    family, seed
+        what the scene was made from; they also seed the noise of the renderer.
+    camera
+        the intrinsics.
+    cables
+        the true cables.
+    occluders
+        the other solids; not all of them hide a cable.
+    table
+        None for a scene without a table.
+    light
+        (3,) unit vector towards the light.
+    background
+        8-bit RGB where no surface is.
     """
 
     name: str
@@ -85,24 +133,27 @@ class Scene:
 
 
 def cuboid_triangles() -> Ints:
-    """Return the triangles (12, 3) of a cuboid whose corners are in the order of `np.ndindex(2, 2, 2)`."""
+    """Return the triangles of a cuboid as indices of its 8 corners, (12, 3) int.
+
+    The corners are in the order of `np.ndindex(2, 2, 2)`: (0, 0, 0), (0, 0, 1), (0, 1, 0) and so on, z changing fastest.
+    """
     faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
     return np.array([*faces, (1, 5, 7), (1, 7, 3)], dtype=np.int64)
 
 
 def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats], name: str) -> Scene:
-    """Return the scene after a rigid motion of all of it relative to the camera.
+    """Return the scene after a rigid motion of cables, solids, table and light relative to the camera.
 
     Parameters
     ----------
     scene
         in the camera's optical frame.
     move_points
-        maps points (N, 3) m.
+        maps points (N, 3) m before the motion to those after it, both in the camera's optical frame.
     rotate
-        maps a direction (3,).
+        maps a direction (3,) by the rotation of the same motion.
     name
-        of the result.
+        of the returned scene.
     """
     table = scene.table
     return replace(

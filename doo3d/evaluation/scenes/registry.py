@@ -41,7 +41,7 @@ MAX_ATTEMPTS = 400
 
 
 def family_rng(family: str, seed: int) -> Generator:
-    """Return the random number generator of one scene."""
+    """Return a random number generator; the same family name and seed give the same numbers."""
     return np.random.default_rng([zlib.crc32(family.encode()), seed])
 
 
@@ -51,7 +51,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     Parameters
     ----------
     family
-        a key of FAMILIES, or "tubes:" and the path of a tube configuration.
+        a name such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration.
     seed
         0 or more.
     size
@@ -61,6 +61,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     ------
     ValueError : no such family.
     RuntimeError : no scene of this family fits an image of this size.
+    InputError : the file cannot be read, or is not a tube configuration.
     """
     family, _, path = family.partition(":")
     if family not in FAMILIES and not (family == TUBES and path):

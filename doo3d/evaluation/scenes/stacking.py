@@ -24,25 +24,29 @@ MIN_VERTICAL_BEND_RADII = 10.0
 
 
 def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, over: Bools, radius: float) -> Floats | None:
-    """Return the lowest heights (P,) m above the table at which strands keep apart, bend gently and stay a radius up.
+    """Return the lowest heights at which cables rest on the table and on each other without intersecting.
 
-    A linear program: least sum of heights; where strands come nearer than their thickness in the plane, the
-    upper one keeps the rest of the distance above the lower one; the second difference is bounded.
+    A linear program with the least sum of heights. Each point is at least a radius above the table. Where two strands (pieces of
+    cable that pass each other) are nearer in the plane than their thickness, the upper one is so much
+    higher that they do not intersect. The second difference of the heights is bounded, so that bends up and down are gentle.
 
     Parameters
     ----------
     points
-        (P, 2) m, STEP apart.
+        (P, 2) m, the points of all cables one after the other, 2 mm apart.
     strand
-        (P,) int, index of the strand of each point.
-    crossings, over
-        the crossings, and (C,) bool, the first strand of the crossing is the upper.
+        (P,) int, index of the cable that each point belongs to.
+    crossings
+        where the cables cross in the plane.
+    over
+        (C,) bool, for each crossing: the strand that comes first along the points is on top.
     radius
-        m.
+        m, of all cables.
 
     Returns
     -------
-    None if no such heights exist (crossings too near each other).
+    (P,) m, height of the axis above the table at each point; None if there are no such heights, because crossings are too near
+    each other.
     """
     if len(crossings.first) == 0:
         return np.full(len(points), radius)
@@ -98,7 +102,17 @@ def _second_difference(strand: Ints) -> csr_matrix:
 
 
 def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = False) -> Floats:
-    """Return a cubic spline through points (P, D), sampled at equal arc length of at most `spacing` in m: (Q, D)."""
+    """Return points at even arc length on the cubic spline through given points, (Q, D) m.
+
+    Parameters
+    ----------
+    points
+        (P, D) m.
+    spacing
+        m, greatest arc length from one returned point to the next.
+    closed
+        whether the curve is a ring, whose first point follows the last; it is repeated neither in `points` nor in the result.
+    """
     if closed:
         points = np.vstack((points, points[:1]))
     chord_arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
@@ -111,9 +125,16 @@ def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = Fa
 
 
 def min_clearance(axes: list[Floats], radius: float) -> float:
-    """Return the least distance between two strands' axes over all cables, in diameters, 2 at most.
+    """Return the least distance between cables' axes in diameters: 1 if they touch, 2 at most.
 
-    Points of one axis within 6 radii of arc are one strand. Axes are (P, 3) m, AXIS_SPACING apart.
+    Parts of one cable count, too, if they are more than 6 radii apart along it.
+
+    Parameters
+    ----------
+    axes
+        (P, 3) m each, points 0.5 mm apart.
+    radius
+        m, of all cables.
     """
     points = np.vstack(axes)
     strand = np.repeat(np.arange(len(axes)), [len(axis) for axis in axes])
@@ -126,7 +147,10 @@ def min_clearance(axes: list[Floats], radius: float) -> float:
 
 
 def min_bend_radius(axis: Floats) -> float:
-    """Return the least radius of curvature in m of an axis (P, 3) of equal steps, over 8 steps to be robust to rounding."""
+    """Return the least radius of curvature in m of an axis (P, 3) m with evenly spaced points.
+
+    Directions are taken over 8 points, so that rounding does not matter.
+    """
     step = 8
     first, second = axis[step:-step] - axis[: -2 * step], axis[2 * step :] - axis[step:-step]
     size = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)

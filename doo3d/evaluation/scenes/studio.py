@@ -32,10 +32,20 @@ MARGIN_FRACTION = 0.05
 
 @dataclass(frozen=True)
 class Studio:
-    """A camera above a table. World: table plane z = 0, z up, origin where the optical axis meets the table.
+    """A camera above a table, and its light.
 
-    rotation : (3, 3) and distance in m: camera frame = rotation @ world + (0, 0, distance). light : (3,), towards the
-    light, in the camera frame.
+    The world frame has the table in its plane z = 0, z up, and its origin where the optical axis meets the table.
+
+    Attributes
+    ----------
+    camera
+        the intrinsics.
+    rotation, distance
+        (3, 3) and m, world to camera: p_camera = rotation @ p_world + (0, 0, distance).
+    light
+        (3,) unit vector towards the light, in the camera's optical frame.
+    table_color
+        8-bit RGB.
     """
 
     camera: Camera
@@ -45,20 +55,26 @@ class Studio:
     table_color: Color
 
     def to_camera(self, points: Floats) -> Floats:
-        """Return world points (N, 3) m in the camera frame, (N, 3) m."""
+        """Transform points (N, 3) m from the world frame (z up) to the camera's optical frame: (N, 3) m."""
         return np.asarray(points @ self.rotation.T + (0.0, 0.0, self.distance))
 
     def table(self, height: float = 0.0) -> Table:
-        """Return the horizontal plane at a height in m in the world."""
+        """Return the horizontal plane at a height in m above the world's z = 0, in the camera's optical frame."""
         return Table(self.to_camera(np.array([[0.0, 0.0, height]]))[0], self.rotation[:, 2].copy(), self.table_color)
 
     def contains(self, points: Floats) -> bool:
-        """Tell whether all world points (N, 3) are in the image, MARGIN_FRACTION off its edge."""
+        """Tell whether all points (N, 3) m, in the world frame, are in the image.
+
+        They must be off its edges by 5 % of its width and height.
+        """
         pixels = self.camera.project(self.to_camera(points)) / (self.camera.width, self.camera.height)
         return bool(((pixels > MARGIN_FRACTION) & (pixels < 1 - MARGIN_FRACTION)).all())
 
     def usable_size(self) -> tuple[float, float]:
-        """Return the approximate width and height in m of the part of the table that can be used."""
+        """Return the size of the part of the table that cables may lie on: along world x and y, m.
+
+        It is approximate: the image without its margins, for a camera that is not tilted.
+        """
         scale = self.distance * (1 - 2 * MARGIN_FRACTION) / self.camera.fx
         return self.camera.width * scale, self.camera.height * scale
 
@@ -66,7 +82,7 @@ class Studio:
 def make_studio(
     rng: Generator, size: tuple[int, int], distances: tuple[float, float] = (0.55, 0.85), max_tilt: float = 12.0
 ) -> Studio:
-    """Return a studio with a camera at a random distance, randomly tilted.
+    """Draw a camera that looks down on a table, with a random distance, tilt, light and table color.
 
     Parameters
     ----------
@@ -75,9 +91,9 @@ def make_studio(
     size
         (width, height) px of the image.
     distances
-        (least, greatest) m of the camera from the table.
+        (least, greatest) m from the camera to the table, along the optical axis.
     max_tilt
-        degrees.
+        degrees, greatest tilt about the image's x axis, either way; 0.6 of it about the y axis.
     """
     width, height = size
     focal = round(FOCAL_LENGTHS_PX.get(width, 0.72 * width) * rng.uniform(0.985, 1.015), 2)
@@ -92,21 +108,25 @@ def make_studio(
 
 
 def cable_color(rng: Generator) -> Color:
-    """Return one of the cable colors, all of them far more saturated than any table."""
+    """Draw one of seven cable colors, 8-bit RGB, all far more saturated than any table color."""
     return CABLE_COLORS[rng.integers(len(CABLE_COLORS))]
 
 
 def box(center: Floats, size: tuple[float, float, float], angle: float, studio: Studio, color: Color) -> Solid:
-    """Return a box in the camera frame.
+    """Return a box as a solid in the camera's optical frame.
 
     Parameters
     ----------
-    center, size
-        (3,) m and edges in m, in the world.
+    center
+        (3,) m, in the world frame (z up, table at z = 0).
+    size
+        (x, y, z) edge lengths in m, before the rotation.
     angle
-        radians about z.
-    studio, color
-        the camera, and RGB.
+        radians about the world's z, counter-clockwise seen from above.
+    studio
+        the camera above the table.
+    color
+        8-bit RGB.
     """
     corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size
     rotated = Rotation.from_euler("z", angle).apply(corners) + center

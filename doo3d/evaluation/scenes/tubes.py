@@ -27,11 +27,13 @@ DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
-    """Return each tube's nodes (K, 3) m in order, and its radius in m.
+    """Read a tube configuration: (nodes, radius) of each tube, (K, 3) m from end to end, and m.
+
+    The nodes are in the file's frame: z up, the bin's floor at z = 0.
 
     Raises
     ------
-    InputError : the file cannot be read, or is not of this kind.
+    InputError : the file cannot be read, or is not a tube configuration.
     """
     try:
         words = iter(Path(path).read_text(encoding="utf-8").split())
@@ -69,7 +71,9 @@ def _ordered_nodes(pairs: list[tuple[int, int]]) -> list[int]:
 
 
 def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
-    """Return the bin from above, without its walls, with the camera far enough away to see all tubes.
+    """Return the scene of the tubes in a bin, seen from above, without the bin's walls.
+
+    The camera is far enough away to see all tubes.
 
     Parameters
     ----------
@@ -82,7 +86,11 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
 
     Returns
     -------
-    None if the camera would be too far away.
+    None if the camera would be more than 2.5 m away; draw again from the same `rng`.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or is not a tube configuration.
     """
     studio = make_studio(rng, size, (0.8, 1.1), 8.0)
     color = cable_color(rng)
