@@ -1,4 +1,4 @@
-"""Align a chain in the image with other chains: the position of each of its points on them, and the breaks of their order."""
+"""Align a chain in the image with other chains: the position of each of its points on them, and where their order breaks."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def scene_cases(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration. The case's family is
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes. The case's family is
         then that file's name.
     seeds
         0 or more each; one scene of each family is made for each seed.

@@ -49,7 +49,7 @@ def evaluate(
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
-        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     report
         called with each row as soon as the case is done.
 
@@ -115,7 +115,7 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
-        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     """
     from ...pipeline import detect
 
@@ -148,7 +148,7 @@ def evaluate_scenes(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration.
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
     seeds
         0 or more each; one scene of each family is made for each seed.
     config
@@ -159,7 +159,7 @@ def evaluate_scenes(
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
-        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     size
         (width, height) px of the image.
 
@@ -184,7 +184,7 @@ def render_scenes(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration. The family yielded is
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes. The family yielded is
         then that file's name.
     seeds
         0 or more each; one scene of each family is made for each seed.
@@ -214,7 +214,7 @@ def evaluate_rendered(
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
-        "hsv": by boxes round the cables' true colors. "auto": as the config says, without the true mask.
+        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
 
     Returns
     -------

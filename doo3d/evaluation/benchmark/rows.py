@@ -77,7 +77,7 @@ class Summary:
     occlusions, occlusions_correct
         hidden runs of 8 mm or more with the cable seen on both sides, and those that a chain passes correctly.
     merges, merges_correct
-        connections made by merging two pieces, and the correct ones.
+        places where the detection joined two pieces to one chain, and the correct ones.
     connections, connections_correct
         pairs of successive joints on cables, and those that follow each other along one cable.
     crossings, crossings_correct, crossings_extra

@@ -68,7 +68,7 @@ class ChainAlignment:
     wrong: int = 0
 
     def overlap(self, cables: int, segment_length: float) -> Floats:
-        """Return the length in m of the part of the chain that lies on each cable, (cables,).
+        """Return, for each cable, how much of the chain lies on it: (cables,) m.
 
         Parameters
         ----------
@@ -115,7 +115,7 @@ def axis_tolerance(truth: Truth) -> Floats:
 
 
 def overlaps(chains: tuple[Chain, ...], alignments: list[ChainAlignment], cables: int) -> Floats:
-    """Return the length of each chain that lies on each cable, (chains, cables) m.
+    """Return, for each chain and each cable, how much of the chain lies on the cable: (chains, cables) m.
 
     Parameters
     ----------
@@ -131,18 +131,19 @@ def overlaps(chains: tuple[Chain, ...], alignments: list[ChainAlignment], cables
 
 
 def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
-    """Find the position of each joint of a chain on the true cables, and the breaks of their order.
+    """Find the position of each joint of a chain on the true cables, and where their order breaks.
 
     Parameters
     ----------
     chain
-        m, in the frame of the cables.
+        the chain, joints in m, in the frame of the cables.
     truths
-        the true cables; a stretch names a cable by its index here.
+        the true cables; the result refers to them by index.
 
     Returns
     -------
-    The stretches that follow one cable, and the numbers of connections and of wrong ones; empty if no joint is on a cable.
+    The stretches (parts of the chain that follow one cable in one direction), the number of connections (pairs of successive
+    joints on cables) and the number of wrong ones; empty if no joint is on a cable.
     """
     if not truths:
         return ChainAlignment()

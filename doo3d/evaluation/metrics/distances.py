@@ -51,7 +51,7 @@ def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Tru
     Parameters
     ----------
     chain
-        m, in the frame of the cables.
+        the chain, joints in m, in the frame of the cables.
     alignment
         of the chain with `truths`, from `align_chain`.
     truths
@@ -80,7 +80,7 @@ def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple
     Parameters
     ----------
     chain
-        m.
+        the chain, joints in m.
     first, last
         indices of the joints where sampling begins and ends; None for the chain's last joint.
 

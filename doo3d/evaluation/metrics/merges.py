@@ -16,8 +16,9 @@ MAX_SEGMENTS_FROM_FILL = 3.0
 def wrong_merges(chain: Chain, alignment: ChainAlignment) -> int:
     """Return the number of a chain's merges that are wrong.
 
-    A merge is a connection that merging made between two pieces. It is wrong if one of its sides is on no cable, or if the order
-    along the cables breaks there. A break is blamed on the nearest merge, or on none if that is more than 3 segments away.
+    A merge is a place where the detection joined two pieces to one chain. It is wrong if one of its sides is on no cable, or
+    if the order along the cables breaks there. A break is blamed on the nearest merge, or on none if that is more than 3 segments
+    away.
 
     Parameters
     ----------

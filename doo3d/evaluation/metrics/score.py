@@ -50,7 +50,7 @@ class FrameScore:
     off_fraction
         greatest fraction of a chain that is off its object, 0 to 1.
     merges, merges_wrong
-        connections that merging made between two pieces, and the wrong ones.
+        places where the detection joined two pieces to one chain, and the wrong ones.
     node_error
         mm, mean distance of node i of a chain from node i of its object, with equally many evenly spaced nodes; NaN if there are
         no such pairs.

@@ -30,7 +30,7 @@ class Tube:
     Attributes
     ----------
     file
-        name of the tube configuration that the scene was made from.
+        name of the text file of tubes that the scene was made from.
     seen_fraction
         fraction of the tube's length that the camera sees, 0 to 1.
     correct
@@ -49,7 +49,7 @@ def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", s
     Parameters
     ----------
     folder
-        with the tube configurations; subfolders are not searched.
+        with the configurations: text files of tubes made of straight cylinders; subfolders are not searched.
     seeds
         0 or more each; a seed sets the camera's pose and the tubes' color.
     sensor

@@ -124,7 +124,7 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
     Parameters
     ----------
     chain
-        2-D, px; None if nothing was detected, which scores 0.
+        the chain, joints in px; None if nothing was detected, which scores 0.
     labels
         (H, W) int: i at the pixels that show cable i, 0 for background.
     cable
@@ -165,7 +165,7 @@ def drawn_pixels(chain: Chain, shape: tuple[int, int]) -> Bools:
     Parameters
     ----------
     chain
-        px.
+        the chain, joints in px.
     shape
         (height, width) of the image.
     """

@@ -143,7 +143,7 @@ class RayCaster:
         Parameters
         ----------
         cable
-            in the camera frame.
+            in the camera's optical frame.
         """
         normals = parallel_frames(cable.axis, tangents(cable.axis, cable.closed))
         view = cable.axis / np.linalg.norm(cable.axis, axis=1, keepdims=True)

@@ -68,7 +68,7 @@ def resample_polyline(points: Floats, step: float) -> Floats:
     Parameters
     ----------
     points
-        (P, 2) m.
+        (P, 2) m, the polyline.
     step
         m, arc length from point to point.
     """
@@ -78,7 +78,7 @@ def resample_polyline(points: Floats, step: float) -> Floats:
 
 
 def oriented_curve(curve: Floats, angle: float) -> Floats:
-    """Move and rotate a planar curve, so that its bounding box is centered at the origin: (P, 2) m.
+    """Rotate a planar curve to a direction, and center its bounding box at the origin: (P, 2) m.
 
     Parameters
     ----------

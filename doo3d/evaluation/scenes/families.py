@@ -33,7 +33,7 @@ MIN_BEND_RADII = 4.0
 def straight(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one nearly straight cable on a table.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
@@ -47,7 +47,7 @@ def straight(rng: Generator, size: Size) -> Scene | None:
 def open_curve(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one smoothly curved cable that does not cross itself.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (0, 0))
@@ -56,7 +56,7 @@ def open_curve(rng: Generator, size: Size) -> Scene | None:
 def crossing(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself once.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (1, 1))
@@ -65,7 +65,7 @@ def crossing(rng: Generator, size: Size) -> Scene | None:
 def crossings(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself two to four times.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (2, 4))
@@ -81,7 +81,7 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable under one to three boxes.
 
     The boxes lie on the cable or are held above it, as grippers and hands are.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
@@ -111,7 +111,7 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
 def several(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of two to four cables of one color, which may cross each other.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
@@ -134,7 +134,7 @@ def air(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in the air.
 
     It is a helix, a hanging curve, or a loop whose strands are far apart in height where they cross: the cable touches nothing.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)

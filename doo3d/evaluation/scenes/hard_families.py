@@ -31,7 +31,7 @@ MAX_SOLIDS = 7
 def clutter(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of a cable with blobs and boxes of nearly its own hue beside it.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
@@ -85,7 +85,7 @@ def _blob(rng: Generator, center: Floats, half_width: float, studio: Studio, col
 def tangle(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself four to ten times.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(RADII[0], 0.0045)
@@ -97,7 +97,7 @@ def hairpin(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that turns back and runs along itself.
 
     The gap between the two legs is less than the cable's thickness.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.55, 0.75)), rng.uniform(*RADII)
@@ -153,7 +153,7 @@ def _bent(points: Floats, curvature: float) -> Floats:
 def shiny(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable with stretches where the sensor gives color but no depth.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
@@ -171,7 +171,7 @@ def shiny(rng: Generator, size: Size) -> Scene | None:
 def thin(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that is two to three pixels wide in the image.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio = make_studio(rng, size)
@@ -183,7 +183,7 @@ def thin(rng: Generator, size: Size) -> Scene | None:
 def far(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable at a distance of 1.1 to 1.5 m from the camera.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (1.1, 1.5)), rng.uniform(0.004, RADII[1])

@@ -30,7 +30,7 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in a loose overhand or figure-eight knot.
 
     The knot lies on the table, or is held in the air.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; draw again from the same `rng`.
+    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
     `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(*RADII)

@@ -51,7 +51,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     Parameters
     ----------
     family
-        a name such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a tube configuration.
+        a name such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
     seed
         0 or more.
     size

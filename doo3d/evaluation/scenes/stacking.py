@@ -27,8 +27,8 @@ def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, ove
     """Return the lowest heights at which cables rest on the table and on each other without intersecting.
 
     A linear program with the least sum of heights. Each point is at least a radius above the table. Where two strands (pieces of
-    cable that pass each other) are nearer in the plane than their thickness, the upper one is so much
-    higher that they do not intersect. The second difference of the heights is bounded, so that bends up and down are gentle.
+    cable that pass each other) are nearer in the plane than their thickness, the upper one is so much higher that they do not
+    intersect. The second difference of the heights is bounded, so that bends up and down are gentle.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def _contacts(points: Floats, strand: Ints, crossings: CurveCrossings, over: Boo
     Parameters
     ----------
     points, strand, crossings, over, radius
-        as of `resting_heights`.
+        the arguments of `resting_heights`.
 
     Returns
     -------

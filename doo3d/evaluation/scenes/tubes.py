@@ -29,7 +29,8 @@ DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
     """Read a tube configuration: (nodes, radius) of each tube, (K, 3) m from end to end, and m.
 
-    The nodes are in the file's frame: z up, the bin's floor at z = 0.
+    A tube configuration is a text file of tubes, each a sequence of straight cylinders from node to node. The nodes are in the
+    file's frame: z up, the bin's floor at z = 0.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     Parameters
     ----------
     path
-        a tube configuration.
+        a tube configuration: a text file of tubes made of straight cylinders.
     rng
         the random numbers of the camera and the color.
     size
@@ -86,7 +87,7 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
 
     Returns
     -------
-    None if the camera would be more than 2.5 m away; draw again from the same `rng`.
+    The scene in the camera's optical frame; None if the camera would be more than 2.5 m away: then draw again from `rng`.
 
     Raises
     ------
