@@ -19,13 +19,13 @@ from .errors import DooError
 
 COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "detect": (detect.detect, None),
-    "info": (info.info, "Say what INPUT is, and what looks wrong with it."),
+    "info": (info.info, "Print a summary of INPUT, with warnings of likely faults."),
     "tune": (tune.tune, "Propose settings for the object in INPUT, and draw them."),
-    "explain": (explain.explain, "Say why the chains of a frame are what they are."),
-    "report": (report.report, "Make one page of HTML of what was found."),
+    "explain": (explain.explain, "Print what each stage made and dropped, and merge costs."),
+    "report": (report.report, "Write a run as one HTML page."),
     "video": (video.video, None),
     "view": (view.view, "Show a run in the Rerun viewer."),
-    "export": (export.export, "Write the chains in OUT for other programs."),
+    "export": (export.export, "Write the chains in OUT in the formats of other programs."),
     "compare": (compare.compare, "Detect in 3-D and in 2-D, and show where the two differ."),
     "evaluate": (evaluate.app, None),
     "bench": (bench.bench, "Print the milliseconds of each stage."),
@@ -37,14 +37,14 @@ COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
 
 
 class CommandGroup(TyperGroup):
-    """The commands in the order of COMMANDS; errors of doo3d are printed as one sentence with their code."""
+    """The group of all commands, in the order of COMMANDS; prints errors of doo3d as one sentence with their code."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of the commands in the order of COMMANDS."""
+        """Return the names of the commands in the order in which the help lists them."""
         return list(COMMANDS)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; a DooError ends it with exit code 2 and no traceback."""
+        """Run the command given in the shell; on a DooError, print it on stderr and exit with code 2, without a traceback."""
         try:
             return super().invoke(ctx)
         except DooError as error:
@@ -101,5 +101,5 @@ def doo3d(
 
 
 def main() -> None:
-    """Run the command `doo3d`."""
+    """Run the command `doo3d` with the arguments of this process, and exit with the code of the command."""
     app(prog_name="doo3d")

@@ -13,13 +13,13 @@ UNEXPECTED = "unexpected"
 
 
 class DooError(Exception):
-    """Base of every error that doo3d raises on purpose.
+    """Base class of every error that doo3d raises on purpose; its message is a sentence that the user can act on.
 
     Attributes
     ----------
     code
-        short and stable, lower case with hyphens, such as "mask-shape": names the cause, for scripts and tests. The sentence
-        may be rewritten from version to version; the code stays.
+        short text that identifies the cause, for scripts and tests: lower case with hyphens, such as "mask-shape". The
+        sentence may be rewritten from version to version; the code stays.
     """
 
     def __init__(self, message: str, *, code: str) -> None:
@@ -32,15 +32,15 @@ class DooError(Exception):
 
 
 class InputError(DooError):
-    """The data cannot be used: a file, an array, a unit. The message names the cause, its place and the remedy."""
+    """Error of data that cannot be used, such as a file, an array or a unit; the message names cause, place and remedy."""
 
 
 class ConfigError(DooError):
-    """The configuration cannot be used: an unknown key, a value out of bounds, a missing preset."""
+    """Error of a configuration that cannot be used: an unknown key, a value out of bounds, a missing preset."""
 
 
 class MissingDependency(DooError):
-    """An optional package is needed and not installed. The message holds the pip line."""
+    """Error of an optional package that is needed and not installed; the message holds the pip command."""
 
 
 def _rebuild(kind: type[DooError], message: str, code: str) -> DooError:
@@ -48,7 +48,11 @@ def _rebuild(kind: type[DooError], message: str, code: str) -> DooError:
 
 
 def describe_error(error: Exception) -> str:
-    """Return one sentence about an exception; of one that is not a DooError its type, its line in doo3d and its message."""
+    """Return one sentence about an exception.
+
+    For a DooError that is its message. Any other exception is a fault in doo3d: the sentence has the exception's type, the file
+    and line in doo3d where it was raised, and its message.
+    """
     if isinstance(error, DooError):
         return str(error)
     calls = traceback.extract_tb(error.__traceback__)
@@ -58,17 +62,20 @@ def describe_error(error: Exception) -> str:
 
 
 def error_code(error: Exception) -> str:
-    """Return the code of an exception; UNEXPECTED if it is not a DooError."""
+    """Return the code of a DooError, such as "mask-shape"; "unexpected" for any other exception."""
     return error.code if isinstance(error, DooError) else UNEXPECTED
 
 
 def unread_code(error: OSError) -> str:
-    """Return the code for a file that the system cannot open: "file-missing" or "file-unreadable"."""
+    """Return the error code for a file that could not be opened: "file-missing" if it does not exist, else "file-unreadable"."""
     return "file-missing" if isinstance(error, FileNotFoundError) else "file-unreadable"
 
 
 def invalid_code(kinds: Iterable[str]) -> str:
-    """Return the code for values that pydantic refuses, from the first of its types of errors."""
+    """Return the error code for values that pydantic refused: "key-unknown", "value-out-of-bounds" or "value-invalid".
+
+    kinds : pydantic's types of the errors, such as "extra_forbidden"; the first decides.
+    """
     first = next(iter(kinds), "")
     if first == "extra_forbidden":
         return "key-unknown"
@@ -76,18 +83,19 @@ def invalid_code(kinds: Iterable[str]) -> str:
 
 
 def require(module: str, extra: str | None = None) -> ModuleType:
-    """Import `module` when it is first needed.
+    """Import an optional module when it is first needed, and return it.
 
     Parameters
     ----------
     module
         dotted name of the module.
     extra
-        the optional-dependency group of doo3d that installs it; None for a plain dependency.
+        name of the optional-dependency group of doo3d that installs the module, such as "cluster"; None for a module that is
+        always installed with doo3d.
 
     Raises
     ------
-    MissingDependency : it is not installed; the message holds the pip line.
+    MissingDependency : the module cannot be imported; the message holds the pip command.
     """
     try:
         return importlib.import_module(module)

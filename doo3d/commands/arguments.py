@@ -57,7 +57,9 @@ T = TypeVar("T")
 
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
-    """Return the effective configuration: a preset or YAML file with the overrides of --set.
+    """Return the configuration of a command: a preset or a YAML file, changed by the values of --set.
+
+    name : of the preset, or path of the YAML file. overrides : texts such as "merge.chains=2"; None for none.
 
     Raises
     ------
@@ -69,19 +71,20 @@ def config_of(name: str, overrides: list[str] | None) -> Config:
 
 
 def split(names: str | None) -> list[str] | None:
-    """Return the names of a comma-separated list; None without one."""
+    """Return the names in a comma-separated list, without spaces around them; None if `names` is None."""
     return None if names is None else [name.strip() for name in names.split(",")]
 
 
 def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> FrameRef:
-    """Return the frame of a name or number.
+    """Return the frame of a capture that has a given name or number.
 
     Parameters
     ----------
     capture
         the capture to search.
     wanted
-        name of the frame, or its number from 0 (negative from the end); None selects the first.
+        name of the frame, or its number from 0, negative from the end (-1 is the last); None selects the first. A name takes
+        precedence over a number.
     option
         the option that `wanted` was given with, for the error message.
 
@@ -103,11 +106,13 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
 
 
 def check_new_file(path: Path, force: bool) -> None:
-    """Refuse to write a file over another, or into a missing folder.
+    """Check that a file may be written at `path`; nothing is written.
+
+    force : whether an existing file may be replaced.
 
     Raises
     ------
-    InputError : `path` is a folder; it exists and `force` is off; its folder does not exist.
+    InputError : `path` is a folder, or a file that exists and `force` is off, or lies in a folder that does not exist.
     """
     if path.is_dir():
         raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
@@ -118,7 +123,7 @@ def check_new_file(path: Path, force: bool) -> None:
 
 
 def save(path: Path, content: str | bytes) -> None:
-    """Write a file; text is encoded as UTF-8.
+    """Write a file, replacing an existing one; text is encoded as UTF-8.
 
     Raises
     ------
@@ -133,7 +138,7 @@ def save(path: Path, content: str | bytes) -> None:
 
 
 def with_progress(items: Sequence[T]) -> Iterable[T]:
-    """Yield the items one after the other, with a progress bar on stderr if that is a terminal."""
+    """Return the items to iterate over, with a progress bar on stderr if stderr is a terminal and there are two items or more."""
     if len(items) < 2 or not sys.stderr.isatty():
         return items
     from rich.console import Console

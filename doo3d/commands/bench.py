@@ -19,7 +19,14 @@ def bench(
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Print the milliseconds of each stage, in one process and one thread."""
+    """Print a table of the milliseconds of each stage (median and 95th percentile), in one process and one thread.
+
+    Nothing is written. Without INPUT, a rendered frame of 1280x720 is timed.
+
+    \b
+    Example:
+      doo3d bench sample_clouds/crossing --runs 50
+    """
     from ..inspection.benchmark import bench as time_captures
     from ..runs.threads import single_thread
 

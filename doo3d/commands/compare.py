@@ -41,8 +41,10 @@ def compare(
 ) -> None:
     """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
 
-    Both agree if the 3-D chains, projected into the image, lie within 2 px of the 2-D chains (or within half their width if
-    that is more) and are in the same order. A wanted number of chains (merge.chains) counts for both.
+    The results agree if the 3-D chains, projected into the image, lie within 2 px of the 2-D chains (or within half the width
+    of these if that is more) and are in the same order. A wanted number of chains (merge.chains) counts for both.
+
+    Prints a line per frame, and writes a picture per frame (<frame>.png) and comparison.json to OUT.
 
     \b
     Example:

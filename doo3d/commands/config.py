@@ -17,7 +17,7 @@ def config(
     ] = False,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the page of the documentation instead.")] = False,
 ) -> None:
-    """Print the effective configuration, each setting explained.
+    """Print the effective configuration as YAML, with an explanation above each setting.
 
     \b
     Examples:

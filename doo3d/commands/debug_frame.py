@@ -27,21 +27,25 @@ DebugFrameOption = Annotated[
 
 
 def debug_frames(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
-    """Return the frames of `--debug-frame`.
+    """Return the frames whose names or numbers were given with `--debug-frame`, in that order; none if `wanted` is None.
+
+    A number counts from 0, or, if negative, from the end.
 
     Raises
     ------
-    InputError : no frame has that name or number.
+    InputError : no frame has one of the names or numbers.
     """
     return [frame_of(capture, name, "--debug-frame") for name in wanted or []]
 
 
 def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> None:
-    """Write the stage products of the frames, each into a folder of the frame's name in OUT/stages.
+    """Run the stages of some frames again and write the product of each stage, per frame into OUT/stages/<frame>.
+
+    A line per frame is printed, with the number of files and the folder.
 
     Raises
     ------
-    InputError : a frame cannot be used, or the folder not written to.
+    InputError : a frame cannot be read or used, or a folder cannot be written to.
     """
     for entry in entries:
         folder = out / "stages" / entry.name
@@ -49,24 +53,24 @@ def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> No
 
 
 def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
-    """Write every stage's product as PLY and PNG into the folder, with `explanation.json` and `explanation.txt`.
+    """Run all stages of one frame, and write the product of each as PLY and PNG, and the explanation as JSON and text.
 
     Parameters
     ----------
     folder
-        created if missing.
+        folder for the files, such as `4-branches.ply`, `4-branches.png`, `explanation.json`, `explanation.txt`; made if missing.
     entry
-        the frame.
+        reference to the frame.
     config
-        of the detection.
+        configuration of the detection.
 
     Returns
     -------
-    The written files.
+    The paths of the written files.
 
     Raises
     ------
-    InputError : the frame cannot be read or used, or the folder not written to.
+    InputError : the frame cannot be read or used, or the folder cannot be written to.
     """
     from ..inspection.explain import explain_stages
     from ..inspection.stage_products import products

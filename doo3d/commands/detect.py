@@ -55,6 +55,9 @@ def detect(
 ) -> None:
     """Find the chains in every frame of INPUT and write them to OUT.
 
+    Writes OUT/<frame>.json (the chains) and OUT/<frame>.png (a picture) per frame, OUT/config.yaml and OUT/manifest.json. A line
+    per frame is printed. Interrupted runs resume: repeat the same command.
+
     \b
     Examples:
       doo3d detect sample_clouds/crossing -o out
@@ -63,8 +66,6 @@ def detect(
       doo3d detect capture -o out --workers 4
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
-
-    Interrupted runs resume: repeat the same command.
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
     """

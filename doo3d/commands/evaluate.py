@@ -61,6 +61,8 @@ def scenes(
 ) -> None:
     """Render scenes with known truth, detect in them and score.
 
+    Prints a table of scores per family of scenes.
+
     \b
     Examples:
       doo3d evaluate scenes --families all --seeds 20
@@ -88,7 +90,14 @@ def samples(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Detect in all captures below FOLDER that have a truth file, and score."""
+    """Detect in all captures and clouds below FOLDER that have a truth file, and score.
+
+    Prints a table of scores.
+
+    \b
+    Example:
+      doo3d evaluate samples sample_clouds
+    """
     use_single_thread()
     from ..evaluation.benchmark import cases
 
@@ -110,7 +119,9 @@ def capture(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Detect in the frames of INPUT that the truth file names, and score; a frame that cannot be read counts as wrong.
+    """Detect in the frames of INPUT that the truth file names, and score.
+
+    Prints a table of scores. A frame that cannot be read counts as wrong.
 
     \b
     Example:
@@ -137,7 +148,9 @@ def results(
     table: Csv = None,
     document: Json = None,
 ) -> None:
-    """Score the results of an earlier doo3d detect.
+    """Score the results of an earlier doo3d detect against a truth file.
+
+    Prints a table of scores.
 
     \b
     Example:
@@ -158,7 +171,14 @@ def ablations(
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Render hard scenes and score them with one part of the method turned off at a time."""
+    """Score hard rendered scenes with one part of the method turned off at a time.
+
+    Prints a table of scores, a line per part.
+
+    \b
+    Example:
+      doo3d evaluate ablations --families knots --seeds 5
+    """
     use_single_thread()
     from ..config import parse_overrides
     from ..evaluation.benchmark.ablations import format_ablations, run_ablations

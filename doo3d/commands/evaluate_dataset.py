@@ -71,10 +71,12 @@ def dataset(
 ) -> None:
     """Detect in a public data set and score against its labels.
 
+    Prints a table of scores.
+
     mbest: photographs of one to three cables; FOLDER holds S1, S2, S3 with images/ and labels/ each. cset: photographs of
     cables before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their scores are
-    DICE: drawn, of the chains drawn with their own width; labelled, of the mask with each pixel assigned to the nearest
-    chain; ordered, the same with the pixels that the right chain covers assigned to it.
+    DICE coefficients against the labels: drawn, of the chains drawn with their own width; labelled, of the mask with each pixel
+    assigned to the nearest chain; ordered, the same, but pixels that the right chain covers are assigned to that chain.
 
     tubes: configurations of entangled tubes (text files of straight cylinders), rendered with their mask and number given;
     each tube is scored by itself.

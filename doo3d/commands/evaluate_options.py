@@ -11,20 +11,20 @@ SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "perfect": "none"}
 
 
 def check_choice(option: str, value: str, choices: Collection[str]) -> str:
-    """Return the value of an option.
+    """Return the value of an option unchanged if it is one of the choices.
 
     Parameters
     ----------
     option
-        its name, for the error.
+        name of the option, such as "--count", for the error message.
     value
-        as given.
+        the value given by the user.
     choices
         the allowed values.
 
     Raises
     ------
-    ConfigError : the value is none of the choices.
+    ConfigError : the value is none of the choices; the message lists them.
     """
     if value not in choices:
         raise ConfigError(f"{option} {value}: there are {', '.join(choices)}", code="choice-unknown")
@@ -32,7 +32,7 @@ def check_choice(option: str, value: str, choices: Collection[str]) -> str:
 
 
 def parse_sensor(name: str) -> str:
-    """Return the renderer's key of a depth camera.
+    """Return the renderer's key of a depth camera named in the shell: "d435", "d455", "zivid", or "none" for "perfect".
 
     Raises
     ------
@@ -42,11 +42,11 @@ def parse_sensor(name: str) -> str:
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """Return (width, height) px from text such as 1280x720.
+    """Return (width, height) in px from text such as "1280x720".
 
     Raises
     ------
-    ConfigError : the text is of another form, or the size below 64x64.
+    ConfigError : the text has another form, or width or height is below 64.
     """
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal() and int(width) >= 64 and int(height) >= 64):
@@ -57,7 +57,7 @@ def parse_size(text: str) -> tuple[int, int]:
 
 
 def use_single_thread() -> None:
-    """Run native libraries in one thread, so that times can be compared."""
+    """Limit native libraries to one thread in this process, so that measured times can be compared."""
     from ..runs.threads import single_thread
 
     single_thread()

@@ -31,7 +31,7 @@ def explain(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
 ) -> None:
-    """Print what every stage made of a frame and dropped, and the cost of each connection beside the next best.
+    """Print what each stage made of a frame and what it dropped, and the cost of each connection beside the next best one.
 
     \b
     Examples:
@@ -58,7 +58,12 @@ def explain(
 
 
 def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
-    """Return a frame's data and the products of all stages, made as in detection.
+    """Read a frame and run detection on it.
+
+    Returns
+    -------
+    data : the frame's data as the method used them: a Frame, a Cloud or an Image.
+    stages : the product of every stage, such as mask, skeleton and chains.
 
     Raises
     ------
@@ -71,7 +76,7 @@ def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
 
 
 def lines(explanation: Explanation) -> Iterator[str]:
-    """Yield the explanation line by line."""
+    """Yield the lines that `doo3d explain` prints: what each stage made and dropped, then each connection with its costs."""
     for account in explanation.accounts:
         yield f"{account.stage:<9} {account.made}"
         for sentence in account.dropped:

@@ -33,7 +33,7 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     list_formats: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
 ) -> None:
-    """Write the chains in OUT in the format of a simulator, a tracker or another program.
+    """Write the chains in OUT to files for a simulator, a tracker or another program; print the number of files and the path.
 
     \b
     Examples:

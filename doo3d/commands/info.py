@@ -38,7 +38,7 @@ def info(
     end: EndOption = None,
     frames: FramesOption = None,
 ) -> None:
-    """Summarize INPUT: format, frames, times, image size, camera, depth, masks, poses, and warnings.
+    """Print a summary of INPUT: format, frames, times, image size, camera, depth, masks, poses, and warnings.
 
     \b
     Examples:
@@ -79,7 +79,10 @@ def info(
 
 
 def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]:
-    """Return the lines that `doo3d info` prints: a label and a text each, empty texts left out."""
+    """Return the lines that `doo3d info` prints: the capture's path, then a label and a text per line.
+
+    Labels without content are left out. `format_description` is the format in a few words.
+    """
     readable = summary.readable
     cameras = {frame.camera for frame in readable if frame.camera is not None}
     sizes = sorted({frame.size for frame in readable if frame.size is not None})

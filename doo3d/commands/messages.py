@@ -14,22 +14,22 @@ def frame_line(
     seconds: float,
     column: int = 0,
 ) -> str:
-    """Return a line such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
+    """Return the line printed for a frame, such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
 
     Parameters
     ----------
     name
-        of the frame, padded to `column` characters.
+        name of the frame.
     lengths, radii
         of the chains, m (px in 2-D).
     occluded
         fraction of all segments that are occluded, 0 to 1; None without chains.
     units
-        "m" or "px".
+        "m", or "px" in 2-D.
     seconds
-        time for the frame.
+        s, time for the frame.
     column
-        width of the first column.
+        number of characters to which the name is padded.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     parts = [name.ljust(column), count]
@@ -43,12 +43,15 @@ def frame_line(
 
 
 def failure_line(name: str, error: str, column: int = 0) -> str:
-    """Return a line such as "000012   failed: depth/000012.png is cut off", the name padded to `column` characters."""
+    """Return the line printed for a failed frame, such as "000012   failed: depth/000012.png is cut off".
+
+    error : the reason, a sentence. column : number of characters to which the name is padded.
+    """
     return f"{name.ljust(column)}   failed: {error}"
 
 
 def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
-    """Return a line such as "2 of 3 frames, 2 chains -> out".
+    """Return the last line printed by a run, such as "2 of 3 frames, 2 chains -> out".
 
     Parameters
     ----------
@@ -57,7 +60,7 @@ def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
     chains
         number of chains in all frames.
     out
-        where the results are.
+        folder of the results.
     """
     number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
     return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"

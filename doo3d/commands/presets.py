@@ -6,7 +6,7 @@ import typer
 
 
 def presets() -> None:
-    """List the presets that -c takes by name."""
+    """Print the presets that -c takes by name, each with its purpose."""
     from ..config import preset_folder, preset_names
 
     for name in preset_names():

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def say_compiling() -> None:
-    """Print a notice on stderr if this run is going to compile the kernels."""
+    """Print a notice on stderr if the numba kernels are not compiled yet, which takes this run some seconds."""
     from ..kernels import are_compiled
 
     if not are_compiled():
@@ -25,18 +25,18 @@ def say_compiling() -> None:
 
 
 class Reporter:
-    """Prints a line per frame, above a bar if there is one.
+    """Printer of a run's progress: called with each frame's record, it prints a line, above the progress bar if there is one.
 
     Parameters
     ----------
     total
         number of frames.
     column
-        width of the names.
+        number of characters to which the names of the frames are padded.
     quiet
-        print errors only.
+        whether to print errors only.
     bar
-        the bar; None without a terminal.
+        the progress bar; None without a terminal.
     """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
@@ -44,7 +44,7 @@ class Reporter:
         self._bar = bar
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Print how many frames an earlier run has finished."""
+        """Print on stderr how many frames an earlier run has finished, and start the progress bar after these."""
         if not self.quiet:
             rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
             frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
@@ -70,12 +70,18 @@ class Reporter:
 
 @contextmanager
 def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
-    """Provide a Reporter for the duration of a run, with a bar if stderr is a terminal and there is more than one frame.
+    """Provide the Reporter of a run for the duration of a `with` block.
+
+    It has a progress bar if stderr is a terminal, there are two frames or more, and `quiet` is off.
 
     Parameters
     ----------
-    total, column, quiet
-        as of Reporter.
+    total
+        number of frames.
+    column
+        number of characters to which the names of the frames are padded.
+    quiet
+        whether to print errors only.
     """
     if quiet or total < 2 or not sys.stderr.isatty():
         yield Reporter(total, column, quiet, None)
@@ -91,7 +97,15 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
 
 
 class Bar:
-    """A progress bar on stderr, redrawn after each frame only: frames per second, time left, chains and failures."""
+    """A progress bar on stderr with frames per second, time left, and numbers of chains and failures; redrawn after each frame.
+
+    Parameters
+    ----------
+    progress
+        rich's display of the bar.
+    total
+        number of frames.
+    """
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress = progress
@@ -99,19 +113,19 @@ class Bar:
         self._chains = self._failed = 0
 
     def start(self, records: Sequence[FrameRecord]) -> None:
-        """Start after the frames of an earlier run; the rate is that of this run alone."""
+        """Count the frames that an earlier run finished as done; the frames per second shown are those of this run alone."""
         self._count(records)
         self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed)
 
     def print_above(self, text: str, err: bool = False) -> None:
-        """Print above the bar, on stdout or (`err`) on stderr."""
+        """Print a text above the bar: on stderr if `err`, else on stdout."""
         if err or sys.stdout.isatty():
             self._progress.console.print(text, markup=False, highlight=False, soft_wrap=True)
         else:
             typer.echo(text)
 
     def advance(self, record: FrameRecord) -> None:
-        """Advance by one frame."""
+        """Count one more finished frame, with the chains and the failure in its record, and redraw the bar."""
         self._count([record])
         speed = self._progress.tasks[self._task].speed
         rate = f"{speed:.1f} frames/s" if speed else ""
@@ -124,7 +138,11 @@ class Bar:
 
 @contextmanager
 def counting(total: int) -> Iterator[Callable[[Row], None]]:
-    """Provide a function to call with each finished row of an evaluation; it draws a bar if stderr is a terminal."""
+    """Provide a function for the duration of a `with` block; calling it with a finished row of an evaluation advances a bar.
+
+    The bar is drawn on stderr, with the number of correct frames so far. Without a terminal, or for a single row, the function
+    does nothing. `total` is the number of rows.
+    """
     if total < 2 or not sys.stderr.isatty():
         yield lambda row: None
         return

@@ -20,7 +20,7 @@ def report(
 ) -> None:
     """Write a run as one HTML page: figures, plots, pictures, and the chains of each frame in 3-D.
 
-    The page is self-contained and opens without a network.
+    The page is self-contained and opens without a network. The number of frames and the size of the page are printed.
 
     \b
     Example:

@@ -9,7 +9,10 @@ import typer
 
 
 def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Output folder; made if missing.")]) -> None:
-    """Render the sample captures and clouds into FOLDER."""
+    """Render the sample captures and clouds into FOLDER.
+
+    Each has its known truth beside it. The paths of the captures, clouds, bags and photographs written are printed.
+    """
     from ..evaluation.sample_captures import write_samples
 
     for path in write_samples(folder):

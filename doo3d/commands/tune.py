@@ -37,9 +37,10 @@ def tune(
     input_options: InputOption = None,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
-    """Propose color ranges, voxel size and segment length for the object in INPUT, and draw the segmentation.
+    """Propose color ranges, voxel size and segment length for the object in INPUT.
 
-    Without --pick and --box, the object is the longest thin one with a color of its own.
+    Writes them as a configuration, with a picture of the segmentation beside it, and prints them with their reasons. Without
+    --pick and --box, the object is the longest thin one with a color of its own.
 
     \b
     Examples:
@@ -82,7 +83,7 @@ def tune(
 
 
 def summary(tuned: Tuned) -> list[str]:
-    """Return the measurements and the proposed values, a line each."""
+    """Return the lines that `doo3d tune` prints: the object's width, recall and precision, the proposed values, and advice."""
     config, reasons = tuned.config, tuned.reasons
     width = f"{tuned.width_px:.1f} px wide" + (f", {1000 * tuned.width_m:.1f} mm" if tuned.width_m is not None else "")
     lines = [("object", width)]

@@ -23,7 +23,9 @@ def video(
     skip_failed: Annotated[bool, typer.Option("--skip-failed", help="Omit failed frames instead of showing the reason.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
-    """Write the pictures of a run as a video.
+    """Write the pictures of a run as an MP4 video.
+
+    Its number of frames, frame rate and size are printed.
 
     \b
     Example:

@@ -26,6 +26,8 @@ def view(
 ) -> None:
     """Show a run in the Rerun viewer: images, clouds, chains, stage products and merge costs on a timeline.
 
+    With --save, writes a recording of the same instead of opening the viewer.
+
     \b
     Examples:
       doo3d detect sample_clouds/crossing -o out && doo3d view out

@@ -19,7 +19,17 @@ TYPE_WORDS = {"float": "number", "int": "whole number", "bool": "true or false",
 
 
 class Setting(NamedTuple):
-    """A field of the configuration; its section is None for a field of Config itself."""
+    """One setting of the configuration.
+
+    Attributes
+    ----------
+    section
+        name of its section; None for a setting outside of sections (mode, seed).
+    name
+        name within the section.
+    field
+        pydantic's description of it: default, type, bounds, help text.
+    """
 
     section: str | None
     name: str
@@ -27,16 +37,16 @@ class Setting(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Return the dotted key."""
+        """Dotted key, such as "merge.chains"."""
         return f"{self.section}.{self.name}" if self.section else self.name
 
     def value_in(self, config: Config) -> Any:
-        """Return the value of the setting in a configuration."""
+        """Return the value that a configuration has for this setting."""
         return getattr(getattr(config, self.section) if self.section else config, self.name)
 
 
 def all_settings() -> list[Setting]:
-    """Return every setting: those outside of sections first, then those of each section, in order."""
+    """Return every setting in the order of the documentation: those outside of sections, then section by section."""
     outside, inside = [], []
     for name, field in Config.model_fields.items():
         model = _section_model(field)
@@ -48,16 +58,18 @@ def all_settings() -> list[Setting]:
 
 
 def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, expert: bool = False) -> str:
-    """Return the effective configuration as YAML, each setting below a comment; `load_config` reads the same Config back.
+    """Return a configuration as commented YAML text, the content of a file for `load_config`.
+
+    Each setting stands below its help text. Settings left out have their defaults, so that `load_config` gives the same Config.
 
     Parameters
     ----------
     config
         the configuration.
     reasons
-        dotted key -> why the setting has its value, added to its comment.
+        dotted key -> reason for the value, in a sentence that is added to the comment of that setting.
     expert
-        include all expert settings; otherwise those only that have a reason or differ from their defaults.
+        whether to include all expert settings. Otherwise, only those that have a reason or differ from their defaults.
     """
     reasons = reasons or {}
     shown = [
@@ -75,7 +87,10 @@ def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, exp
 
 
 def markdown() -> str:
-    """Return the page of the documentation: basic settings, expert settings, settings of earlier versions."""
+    """Return the documentation page of the configuration as Markdown.
+
+    It has tables of the basic and the expert settings (default, values, effect) and of the settings of earlier versions.
+    """
     parts = [
         "# Configuration",
         "The presets need no settings; begin with `doo3d detect`, and let `doo3d tune` propose settings for a camera and an "
@@ -90,8 +105,8 @@ def markdown() -> str:
     parts += ["## Basic settings", "Those that a camera and an object may need.", *_tables(basic, "")]
     parts += [
         "## Expert settings",
-        "The paper's weights, what the presets need, and what unusual sensors need. Everything else is a named constant in the "
-        "file of its stage.",
+        "The weights of Keipour et al. (RA-L 2022), what the presets need, and what unusual sensors need. Everything else is a "
+        "named constant in the file of its stage.",
         *_tables(expert, " (expert)"),
     ]
     parts += [

@@ -16,38 +16,46 @@ from .models import Config
 
 
 class Refusal(NamedTuple):
-    """One reason why a configuration is refused: a sentence, and the code of the error."""
+    """One reason why a configuration is refused.
+
+    Attributes
+    ----------
+    sentence
+        the reason, for the user.
+    code
+        the stable code of the error, such as "key-unknown".
+    """
 
     sentence: str
     code: str
 
 
 def preset_folder() -> Path:
-    """Return the folder of the presets: in the installed package, or beside the package in a checkout."""
+    """Return the folder of the presets' YAML files: in the installed package, or beside the package in a source checkout."""
     package = Path(__file__).parents[1]
     installed = package / "configs"
     return installed if installed.is_dir() else package.parent / "configs"
 
 
 def preset_names() -> list[str]:
-    """Return the names of the presets, sorted."""
+    """Return the names of the presets, without ".yaml", sorted."""
     return sorted(path.stem for path in preset_folder().glob("*.yaml"))
 
 
 def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | None = None) -> Config:
-    """Load a preset or a YAML file, with overrides.
+    """Load a preset or a YAML file as a Config, and apply overrides.
 
     Parameters
     ----------
     name
-        name of a preset, or path of a YAML file.
+        name of a preset, such as "default" or "image", or path of a YAML file, which ends in .yaml or .yml.
     overrides
-        dotted key -> value, such as {"merge.chains": 2}.
+        dotted key -> value, such as {"merge.chains": 2}; they take precedence over the file.
 
     Raises
     ------
-    ConfigError : no such preset or file, broken YAML, an unknown key (the nearest known key is named), a key of an earlier
-        version (its new name, or the constant that replaced it, is named), a value out of bounds.
+    ConfigError : no such preset or file, broken YAML, an unknown key (the message names the nearest known key), a key of an
+        earlier version (the message names its new name or the constant that replaced it), or a value out of bounds.
     """
     values = _read(name)
     for key, value in (overrides or {}).items():
@@ -62,11 +70,13 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
 
 
 def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
-    """Parse overrides such as "merge.chains=2" into {"merge.chains": 2}; values are read as YAML.
+    """Parse texts such as "merge.chains=2" into dotted keys and values, such as {"merge.chains": 2}.
+
+    Values are read as YAML, so that "null", "true", numbers and lists have their types. Keys are not checked here.
 
     Raises
     ------
-    ConfigError : a pair without "=", or a value that is not YAML.
+    ConfigError : a text has no "=" or no key, or its value is not YAML.
     """
     overrides: dict[str, Any] = {}
     for pair in pairs:
@@ -81,7 +91,10 @@ def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
 
 
 def known_keys(model: type[BaseModel] = Config, prefix: str = "") -> list[str]:
-    """Return every dotted key of the configuration, sections included, in order."""
+    """Return every dotted key of the configuration, in order: "merge" for a section, "merge.chains" for a setting.
+
+    model : the pydantic model whose fields to list. prefix : text put before each key, such as "merge.".
+    """
     keys: list[str] = []
     for name, item in model.model_fields.items():
         kind = item.annotation

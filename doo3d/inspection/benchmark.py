@@ -23,20 +23,20 @@ DEFAULT_SCENE = ("crossing", 0)
 
 @dataclass(frozen=True)
 class Timing:
-    """The time for one frame.
+    """The measured times of detection in one frame.
 
     Attributes
     ----------
     name
-        of the frame.
+        name of the frame.
     size
-        such as "1280x720" or "20000 points".
+        "WIDTHxHEIGHT" in px, such as "1280x720", or "20000 points" for a cloud.
     chains
         number of chains detected.
     runs
         number of timed runs.
     stages
-        stage -> (median, 95th percentile) ms, in order; "total" is the whole of `detect`.
+        stage -> (median, 95th percentile) over the runs, ms, in order; the last, "total", is the whole detection.
     peak_mb
         peak memory of the process so far, MB; None if the system does not report it.
     """
@@ -49,7 +49,7 @@ class Timing:
     peak_mb: float | None
 
     def lines(self) -> list[str]:
-        """Return a table to print, line by line."""
+        """Return the lines that `doo3d bench` prints for this frame: a heading, a line per stage, the total, the peak memory."""
         table = [f"{stage:<12}{median:>10.1f}{percentile:>10.1f}" for stage, (median, percentile) in self.stages.items()]
         head = f"{self.name}: {self.size}, {self.chains} chain{'' if self.chains == 1 else 's'}, {self.runs} runs, one thread"
         memory = [f"peak memory {self.peak_mb:.0f} MB"] if self.peak_mb is not None else []
@@ -57,18 +57,18 @@ class Timing:
 
 
 def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing:
-    """Time detection in one frame.
+    """Time detection in one frame, after 3 runs that are not timed.
 
     Parameters
     ----------
     name
-        of the frame.
+        name of the frame.
     frame
-        its data.
+        data and mask of the frame.
     config
         configuration of the detection.
     runs
-        timed runs, after WARM_UP_RUNS.
+        number of timed runs.
 
     Raises
     ------
@@ -97,16 +97,20 @@ def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing
 
 
 def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
-    """Time the first frame of each capture; without captures, a rendered frame of 1280x720.
+    """Time detection in the first frame of each capture.
 
     Parameters
     ----------
     paths
-        of the captures.
+        paths of the captures; without any, a rendered frame of 1280x720 is timed.
     config
         configuration of the detection.
     runs
-        timed runs of each frame.
+        number of timed runs of each frame.
+
+    Returns
+    -------
+    A Timing per frame, in the order of `paths`.
 
     Raises
     ------
@@ -153,7 +157,7 @@ def _write_rendered_frame(path: Path) -> None:
 
 
 def peak_memory_mb() -> float | None:
-    """Return the peak memory of this process, MB; None if the system does not report it."""
+    """Return the peak memory of this process so far, MB (2^20 bytes); None if the system does not report it."""
     status = Path("/proc/self/status")
     if status.exists():
         for line in status.read_text().splitlines():

@@ -25,10 +25,18 @@ MAX_LISTED_PATHS = 12
 
 @dataclass(frozen=True)
 class Choice:
-    """Two ends that are or could be joined, and the cost of that.
+    """Two chain ends that were or could have been connected, and the cost of connecting them.
 
-    ends : their names, such as "3 end": chains are numbered as pruning left them. points : (2, D) m (px in 2-D), where they lie.
-    cost : the sum of `terms`, name -> cost.
+    Attributes
+    ----------
+    ends
+        names of the two ends, such as ("0 end", "3 start"): number of the chain after pruning, and which of its ends.
+    points
+        (2, D) m (px in 2-D), positions of the two ends.
+    cost
+        sum of `terms`, cost units.
+    terms
+        name -> cost, such as "distance", "direction", "curvature", "free space", "unknown".
     """
 
     ends: tuple[str, str]
@@ -38,23 +46,31 @@ class Choice:
 
     @staticmethod
     def of(candidate: Candidate) -> Choice:
-        """Return a candidate with all its terms, those of its gap path last."""
+        """Return the Choice for a candidate of merging: the costs for its ends first, then those of its gap path."""
         free_space, unknown = candidate.gap_cost
         terms = {**candidate.terms, "free space": free_space, "unknown": unknown}
         first, second = candidate.ends
         return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that the JSON file holds."""
+        """Return the choice as plain values for JSON; keys are the attribute names."""
         return {"ends": list(self.ends), "points": self.points.tolist(), "cost": self.cost, "terms": self.terms}
 
 
 @dataclass(frozen=True)
 class Merge:
-    """A connection: the ends that were joined, the cheapest alternative for either of them, and the confidence.
+    """One connection that merging made.
 
-    runner_up : None where no alternative is allowed. confidence : 0 to 1. kept : the connection is in a chain of the result,
-    and not in one that was dropped.
+    Attributes
+    ----------
+    chosen
+        the two ends that were connected.
+    runner_up
+        the cheapest alternative for either of these ends; None if no other connection was allowed.
+    confidence
+        0 to 1, from the difference of the two costs; 0 if the alternative costs no more than the connection.
+    kept
+        whether the connection is in a chain of the result, and not in a chain that was dropped.
     """
 
     chosen: Choice
@@ -64,35 +80,51 @@ class Merge:
 
     @staticmethod
     def of(decision: MergeDecision) -> Merge:
-        """Return the connection of a decision's record."""
+        """Return the Merge for the record of one connection kept by the merge stage."""
         runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
         return Merge(Choice.of(decision.chosen), runner_up, decision.confidence, decision.kept)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that the JSON file holds."""
+        """Return the connection as plain values for JSON; keys are the attribute names."""
         runner_up = self.runner_up.to_dict() if self.runner_up else None
         return {"chosen": self.chosen.to_dict(), "runner_up": runner_up, "confidence": self.confidence, "kept": self.kept}
 
 
 @dataclass(frozen=True)
 class Account:
-    """The account of one stage: what it made, and what it dropped and why, a sentence each."""
+    """What one stage did, in words.
+
+    Attributes
+    ----------
+    stage
+        name of the stage, such as "traverse".
+    made
+        what it made, such as "2 paths: 812.3 mm, 401.0 mm".
+    dropped
+        what it dropped and why, a sentence each.
+    """
 
     stage: str
     made: str
     dropped: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that the JSON file holds."""
+        """Return the account as plain values for JSON; keys are the attribute names."""
         return {"stage": self.stage, "made": self.made, "dropped": list(self.dropped)}
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """The explanation of a frame.
+    """Why the chains of one frame are what they are.
 
-    accounts : of the stages, in order. merges : the connections, the cheapest first.
-    pruned : (S, 2, D) m (px in 2-D), the segments that pruning removed.
+    Attributes
+    ----------
+    accounts
+        what each stage made and dropped, in the order of the stages.
+    merges
+        the connections that merging made, the cheapest first.
+    pruned
+        (S, 2, D) m (px in 2-D), first and last joint of each segment that pruning removed.
     """
 
     accounts: tuple[Account, ...]
@@ -100,7 +132,7 @@ class Explanation:
     pruned: Floats
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that the JSON file holds (schema doo3d/explanation/1)."""
+        """Return the explanation as plain values for JSON: "schema" ("doo3d/explanation/1"), "stages", "merges" and "pruned"."""
         return {
             "schema": SCHEMA,
             "stages": [account.to_dict() for account in self.accounts],
@@ -110,16 +142,17 @@ class Explanation:
 
 
 def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Explanation:
-    """Detect in one frame, and return what each stage made and dropped and what each connection cost.
+    """Detect in one frame, and return what each stage made and dropped, and what each connection cost.
 
     Parameters
     ----------
     data
-        a Frame, a Cloud, or an image, as `detect` takes it.
+        a Frame, a Cloud, an Image, or an (H, W, 3) uint8 RGB array, as for `detect`.
     config
-        None for the preset "default".
+        configuration of the detection; None for the preset "default".
     mask
-        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation.
+        the caller's own segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud of N
+        points. None segments as the config says.
 
     Raises
     ------
@@ -130,7 +163,10 @@ def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, m
 
 
 def explain_stages(stages: Stages, config: Config) -> Explanation:
-    """Return the explanation of a frame from the records of its stages, made with this config."""
+    """Return the explanation of a frame whose stages have run already; no stage runs again.
+
+    stages : the products of all stages. config : the configuration that they were run with.
+    """
     in_words = _Lengths.of(stages)
     accounts = (
         _segment(stages.segmentation),

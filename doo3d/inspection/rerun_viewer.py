@@ -29,24 +29,24 @@ MAX_POINTS = 200_000
 
 
 class RerunRecording:
-    """A recording of a run.
+    """The content of a run for the Rerun viewer, sent to the viewer or written to a file frame by frame with `log_frame`.
 
     Parameters
     ----------
     results
-        of the run.
+        the results of the run.
     save
-        the file of the recording; None opens the viewer.
+        file of the recording (.rrd); None opens the viewer.
 
     Attributes
     ----------
     warning
-        why data are missing from the recording; empty if all are there.
+        why images, clouds or stage products are missing from the recording; empty if none are.
 
     Raises
     ------
     MissingDependency : rerun-sdk is not installed.
-    InputError : the file cannot be written.
+    InputError : the file cannot be written, or the viewer cannot be opened.
     """
 
     def __init__(self, results: Results, save: Path | None) -> None:
@@ -66,7 +66,9 @@ class RerunRecording:
         self.recording.log("world", self.rr.ViewCoordinates.RDF, static=True)
 
     def log_frame(self, name: str, stages: bool = True) -> None:
-        """Log a frame on the timeline, optionally with its stage products.
+        """Add one frame to the recording, on its timelines: image, cloud, chains and merge costs.
+
+        name : name of the frame. stages : whether to run the stages again and add the product of each.
 
         Raises
         ------
@@ -190,11 +192,13 @@ def _points(data: Frame | Cloud | Image) -> tuple[Floats, Array | None]:
 
 
 def select_frames(results: Results, wanted: Sequence[str] | None) -> list[str]:
-    """Return the names of the frames with the wanted names or numbers; all frames without any.
+    """Return the names of the frames of a run that were asked for, in that order; all frames if `wanted` is empty or None.
+
+    A frame is wanted by its name or by its number among the successful frames, from 0, or, if negative, from the end.
 
     Raises
     ------
-    InputError : no successful frame has that name or number.
+    InputError : no successful frame has one of the names or numbers.
     """
     if not wanted:
         return list(results.frames)

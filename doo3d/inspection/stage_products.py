@@ -20,10 +20,10 @@ GRAY = (150, 155, 165)
 
 
 def products(stages: Stages, explanation: Explanation) -> list[Product]:
-    """Return the products of the stages, in order.
+    """Return the product of each stage as colored points and edges, in the order of the stages.
 
-    Mask, voxels, skeleton, branches, segments, segments after pruning (the removed ones red), merges (numbered, with their
-    cost; green with confidence 1, red with 0), and chains.
+    They are "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are red),
+    "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains".
     """
     foreground = stages.context.foreground
     return [
@@ -39,7 +39,10 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
 
 
 def merge_table(explanation: Explanation) -> str:
-    """Return the merges in order with their costs, as a Markdown table."""
+    """Return the connections as a Markdown table, the cheapest first.
+
+    Columns: number, ends, cost, terms of the cost, the cheapest alternative and its cost, confidence.
+    """
     rows = ["| # | ends | cost | terms | next best | confidence |", "|---|---|---|---|---|---|"]
     for i, merge in enumerate(explanation.merges):
         terms = ", ".join(f"{name} {cost:.1f}" for name, cost in merge.chosen.terms.items() if round(cost, 1))

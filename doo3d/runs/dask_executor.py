@@ -48,7 +48,8 @@ LOCAL_SETTINGS = {
 def local_workers(workers: int) -> Iterator[DaskExecutor]:
     """Start worker processes of one thread each on this machine, for the duration of a `with` block.
 
-    Every port is chosen by the system, so that several runs, and other programs on dask's ports, do not collide.
+    The `with` statement gets the executor that sends jobs to them. The operating system chooses every port, so that several
+    runs at once do not collide with each other or with other programs on dask's default ports.
 
     Raises
     ------
@@ -69,7 +70,9 @@ def local_workers(workers: int) -> Iterator[DaskExecutor]:
 
 @contextmanager
 def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
-    """Connect to the workers of a running scheduler, such as tcp://host:8786, for the duration of a `with` block.
+    """Connect to the workers of a running dask scheduler, for the duration of a `with` block.
+
+    The `with` statement gets the executor that sends jobs to them. `scheduler` is an address such as tcp://host:8786.
 
     Raises
     ------
@@ -95,12 +98,18 @@ def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
 
 @dataclass(eq=False)
 class DaskJob:
-    """A job submitted to dask.
+    """A job submitted to dask; implements the `Future` interface.
 
     Attributes
     ----------
+    executor
+        the executor that the job was submitted to.
+    function, args
+        the job: `function(cache, *args)`, where `cache` is the FrameCache of the worker.
+    future
+        dask's own future of the job.
     worker
-        address of the worker it should go to, then of the worker that did it; None if any may do it.
+        address of the preferred worker, None if any worker may do the job; once the job is done, of the worker that did it.
     """
 
     executor: DaskExecutor
@@ -110,7 +119,15 @@ class DaskJob:
     worker: str | None = None
 
     def result(self) -> Any:
-        """Wait for the job and return its result; errors as of `Future.result`."""
+        """Wait for the job and return the value of its function.
+
+        An exception raised by the function is raised here.
+
+        Raises
+        ------
+        WorkerLost : the worker died while it did the job, twice.
+        InputError : no workers are left, or the scheduler cannot be reached any more.
+        """
         try:
             self.worker, value = self.executor.wait(self)
         finally:
@@ -120,7 +137,15 @@ class DaskJob:
 
 @dataclass(eq=False)
 class DaskExecutor:
-    """An Executor over a client of dask.distributed with a number of workers."""
+    """An executor (see `Executor`) that sends jobs to workers of dask.distributed.
+
+    Attributes
+    ----------
+    client
+        the dask.distributed Client that is connected to the scheduler.
+    workers
+        number of worker threads, which is the number of frames worked on at a time.
+    """
 
     client: Any
     workers: int
@@ -130,7 +155,22 @@ class DaskExecutor:
         self.max_pending = PENDING_PER_WORKER * self.workers
 
     def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Submit a job; jobs with affinity go first, so that the frames they hold are released soon."""
+        """Submit the job `function(cache, *args)`, where `cache` is the FrameCache of the worker that does it.
+
+        Parameters
+        ----------
+        function
+            importable by the workers.
+        *args
+            arguments after the cache; can be pickled.
+        affinity
+            a finished job. The new job prefers the same worker, which still holds the frame's data, and is done before jobs
+            without affinity, so that the data are released soon. None if any worker may do the job.
+
+        Returns
+        -------
+        The job; its `result()` waits for the value of the function.
+        """
         worker = affinity.worker if isinstance(affinity, DaskJob) else None
         job = DaskJob(self, function, args, self._submit(function, args, worker), worker)
         self._pending.append(job)
@@ -141,13 +181,14 @@ class DaskExecutor:
         return self.client.submit(_run_job, os.getcwd(), function, args, pure=False, **options)
 
     def wait(self, job: DaskJob) -> tuple[str, Any]:
-        """Return the address of the worker that did a job, and the job's result.
+        """Wait for a job; return the address of the worker that did it, and the value of its function.
 
-        A job whose worker died is repeated once with no other job running.
+        A job whose worker died is repeated once, with no other job running, to tell whether this job is the cause.
 
         Raises
         ------
-        WorkerLost : its worker died again. InputError : no workers are left, or the scheduler has gone.
+        WorkerLost : the worker died in the repetition too.
+        InputError : no workers are left, or the scheduler cannot be reached any more.
         """
         killed = require("dask.distributed", "cluster").KilledWorker
         self._pending.remove(job)

@@ -7,33 +7,39 @@ from typing import Any, Protocol
 
 
 class WorkerLost(Exception):
-    """A job that killed its worker, twice. The message is a sentence; `code` is the code of the frame's error."""
+    """Error of a job whose worker died twice while doing it, such as from lack of memory.
+
+    The message is a sentence for the user; `code` is "worker-lost".
+    """
 
     code = "worker-lost"
 
 
 class Future(Protocol):
-    """A submitted job."""
+    """A submitted job, whose result can be waited for."""
 
     def result(self) -> Any:
-        """Wait for the job and return its result.
+        """Wait for the job and return the value of its function.
+
+        An exception raised by the function is raised here.
 
         Raises
         ------
-        WorkerLost : the job's worker died, repeatedly. InputError : no workers are left.
+        WorkerLost : the worker died while it did the job, twice.
+        InputError : no workers are left.
         """
         ...
 
 
 class Executor(Protocol):
-    """Processes that do jobs.
+    """Interface of what does the jobs of a run: this process, or worker processes.
 
     Attributes
     ----------
     workers
         number of frames worked on at a time.
     max_pending
-        number of frames between reading and writing at most; bounds the memory of a run.
+        largest number of frames that may be in progress (submitted, and not yet written); bounds the memory of a run.
     """
 
     workers: int
@@ -49,6 +55,10 @@ class Executor(Protocol):
         *args
             arguments after the cache; can be pickled.
         affinity
-            a finished job; the new job goes to the same worker, which holds its frame, if that is still alive.
+            a finished job. The new job prefers the process that did it, which still holds the frame's data. None for any process.
+
+        Returns
+        -------
+        The job; its `result()` waits for the value of the function.
         """
         ...

@@ -12,10 +12,15 @@ MAX_FRAMES = 8
 
 
 class FrameCache:
-    """The most recently read frames of one process, each until it is taken or `max_frames` newer ones are added.
+    """The most recently read frames of one process, kept from detecting to rendering so that they are read from disk once.
 
-    Each executor owns the caches of its processes and passes the cache to every job as the first argument; the cache itself
-    never travels between processes.
+    A frame leaves the cache when it is taken, or when `max_frames` newer ones were added. The executor owns one cache per
+    process and passes it to every job as the first argument; the cache itself is never sent to another process.
+
+    Parameters
+    ----------
+    max_frames
+        largest number of frames to keep.
     """
 
     def __init__(self, max_frames: int = MAX_FRAMES) -> None:
@@ -26,7 +31,10 @@ class FrameCache:
         return len(self._frames)
 
     def add(self, data: Frame | Cloud | Image) -> str:
-        """Keep a frame's data and return its key, unique among all processes; drop the oldest beyond `max_frames`."""
+        """Keep a frame's data and return its key, a text unique among all processes.
+
+        If the cache then holds more than `max_frames` frames, the oldest is dropped.
+        """
         key = secrets.token_hex(8)
         self._frames[key] = data
         while len(self._frames) > self._max_frames:
@@ -34,5 +42,5 @@ class FrameCache:
         return key
 
     def take(self, key: str) -> Frame | Cloud | Image | None:
-        """Remove and return the data of a key; None if this cache does not hold it."""
+        """Remove a frame's data from the cache and return it; None if no frame with this key is in the cache."""
         return self._frames.pop(key, None)

@@ -18,5 +18,10 @@ ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "overlay": png.en
 
 
 def encode_frame(detection: Detection, data: Frame | Cloud | Image) -> dict[str, bytes]:
-    """Return the files of one detection, suffix -> content."""
+    """Encode the JSON result and the picture of one detection.
+
+    Returns
+    -------
+    File name suffix -> content of the file, such as {".json": b"...", ".png": b"..."}. Nothing is written to disk.
+    """
     return {SUFFIXES[kind]: encode(detection, data) for kind, encode in ENCODERS.items()}

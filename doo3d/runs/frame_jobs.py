@@ -21,16 +21,16 @@ from .frame_record import OK, FrameRecord
 
 @dataclass(frozen=True)
 class DetectedFrame:
-    """The result of `detect_frame`.
+    """The outcome of detecting in one frame, before its files are rendered.
 
     Attributes
     ----------
     record
-        of the frame so far.
+        status, times, notes and error of the frame so far; lengths and radii follow with rendering.
     detection
-        the chains; None if the frame failed.
+        the chains found; None if the frame failed.
     cache_key
-        key of the frame's data in the FrameCache of the process that detected.
+        key of the frame's data in the FrameCache of the process that detected; empty if the frame failed.
     """
 
     record: FrameRecord
@@ -39,16 +39,21 @@ class DetectedFrame:
 
 
 def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> DetectedFrame:
-    """Read one frame, detect its chains, and keep its data in the cache; errors of any kind end up in the record.
+    """Read one frame, detect its chains, and keep its data in the cache for rendering.
 
     Parameters
     ----------
     cache
-        of this process.
+        FrameCache of the process that does this job.
     frame
         the frame to read.
     config
         configuration of the detection.
+
+    Returns
+    -------
+    The detection and the frame's record. No exception is raised: on any error `detection` is None and the record has the
+    status "failed" and the error in a sentence.
     """
     start = time.perf_counter()
     record = FrameRecord.failed(frame)
@@ -66,20 +71,21 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
 
 
 def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) -> tuple[FrameRecord, dict[str, bytes] | None]:
-    """Encode the files of a detected frame.
+    """Encode the files of a detected frame, and complete its record.
 
     Parameters
     ----------
     cache
-        of this process; data that it does not hold is read from disk again.
+        FrameCache of the process that does this job. If it does not hold the frame's data, they are read from disk again.
     frame
         the frame.
     detected
-        the result of `detect_frame`; its detection may have been changed since, by tracking.
+        a DetectedFrame with a detection; tracking may have changed the ids and directions of its chains since.
 
     Returns
     -------
-    The frame's complete record, and its files as suffix -> content; None for the files if they cannot be made.
+    record : the complete record; its status is "failed" if an error occurred. No exception is raised.
+    files : file name suffix (".json", ".png") -> content; None if an error occurred.
     """
     assert detected.detection is not None
     start = time.perf_counter()

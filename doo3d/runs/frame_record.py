@@ -12,28 +12,35 @@ OK, FAILED = "ok", "failed"
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """The outcome of one frame.
+    """The outcome of one frame, as in the run's journal, its manifest and the line printed per frame.
 
     Attributes
     ----------
-    name, source, timestamp
-        of the frame, as in its FrameRef.
+    name
+        the frame's name, and that of its files.
+    source
+        path of the file or folder that the frame was read from.
+    timestamp
+        s; None if the capture has no times.
     status
-        OK or FAILED.
+        "ok" or "failed".
     seconds
-        time for reading, detecting and rendering; `stages` has each of these, and each stage of the method.
+        s, time for reading, detecting and rendering.
     lengths, radii
         of the chains, longest first, m (px in 2-D).
     occluded
         fraction of all segments that are occluded, 0 to 1; None without chains.
     units
-        "m" or "px".
+        of the lengths: "m", or "px" in 2-D.
     notes
-        of the detection, a sentence each.
+        remarks of the detection, a sentence each.
     error
-        reason of the failure, a sentence; None if the status is OK.
+        reason of the failure, a sentence; None if the status is "ok".
     code
-        of that error, see DooError; "unexpected" if no DooError was raised, None in journals of early versions.
+        stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok", or if
+        the journal is of an early version.
+    stages
+        step -> s: "read", each stage of the method, "draw".
     """
 
     name: str
@@ -52,11 +59,14 @@ class FrameRecord:
 
     @staticmethod
     def failed(frame: FrameRef, error: str | None = None, code: str | None = None) -> FrameRecord:
-        """Return the record of a frame without a result."""
+        """Return the record of a frame without a result: status "failed", with the error's sentence and code if given."""
         return FrameRecord(frame.name, str(frame.source), frame.timestamp, FAILED, error=error, code=code)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the frame's entry in the manifest, without times, which differ from run to run."""
+        """Return the frame's entry in `manifest.json`, as plain values.
+
+        It has the number of chains instead of the notes, and no times, so that equal runs write equal manifests.
+        """
         return {
             "name": self.name,
             "status": self.status,
@@ -72,16 +82,18 @@ class FrameRecord:
         }
 
     def to_journal(self) -> dict[str, Any]:
-        """Return all fields, as `from_journal` reads them."""
+        """Return field name -> value for all fields, the line of this frame in `progress.jsonl`; `from_journal` reads it."""
         return asdict(self)
 
     @staticmethod
     def from_journal(values: dict[str, Any]) -> FrameRecord:
-        """Return the record that `to_journal` wrote; JSON has neither tuples nor NaN.
+        """Return the record held by a parsed line of `progress.jsonl`, the inverse of `to_journal`.
+
+        Lists become tuples again, and null among the lengths and radii becomes NaN, since JSON has neither.
 
         Raises
         ------
-        TypeError, KeyError : the values are not those of `to_journal`.
+        TypeError, KeyError : a field is missing, unknown or of another type.
         """
         numbers = {
             key: tuple(float("nan") if value is None else float(value) for value in values[key]) for key in ("lengths", "radii")

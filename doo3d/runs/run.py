@@ -32,22 +32,28 @@ from .serial_executor import SerialExecutor
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The outcome of a run: a record per frame, in order."""
+    """The outcome of a run.
+
+    Attributes
+    ----------
+    records
+        a record per frame of the capture, in the capture's order, including frames finished by an earlier run.
+    """
 
     records: tuple[FrameRecord, ...] = field(default=())
 
     @property
     def failed(self) -> int:
-        """Return the number of frames that failed."""
+        """Number of frames that failed."""
         return sum(record.status == FAILED for record in self.records)
 
     @property
     def succeeded(self) -> int:
-        """Return the number of frames that did not fail."""
+        """Number of frames that did not fail, with or without chains."""
         return len(self.records) - self.failed
 
     def counts(self) -> dict[str, int]:
-        """Return the numbers of frames, of frames that succeeded and failed, and of chains in all frames."""
+        """Return the run's totals: {"frames", "ok", "failed": numbers of frames; "chains": number of chains in all frames}."""
         chains = sum(len(record.lengths) for record in self.records)
         return {"frames": len(self.records), OK: self.succeeded, FAILED: self.failed, "chains": chains}
 
@@ -56,8 +62,9 @@ class RunSummary:
 
         Returns
         -------
-        "frames_by_chains": number of chains -> number of frames; "length", "radius": medians over all chains, in "units";
-        "occluded": mean over the frames of the fraction of occluded segments, 0 to 1. None without chains.
+        A dictionary of "frames_by_chains" : number of chains, as text -> number of frames that have so many; "length" and
+        "radius" : medians over all chains, in "units"; "occluded" : mean over the frames of the fraction of occluded segments,
+        0 to 1; "units" : "m" or "px". Values without data (no chain, no frame) are None.
         """
         succeeded = [record for record in self.records if record.status == OK]
         frames = Counter(len(record.lengths) for record in succeeded)
@@ -85,7 +92,9 @@ def run(
     report: Callable[[FrameRecord], None] = lambda record: None,
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
 ) -> RunSummary:
-    """Detect in every frame of a capture and write the results.
+    """Detect in every frame of a capture and write the results to a folder.
+
+    A frame that fails does not stop the run. Interrupted runs resume: call `run` again with the same arguments.
 
     Parameters
     ----------
@@ -97,29 +106,30 @@ def run(
     config
         configuration of the detection.
     options
-        the options that the capture was opened with, for the manifest; None for the defaults.
+        the options that the capture was opened with, to be noted in the manifest; None for the defaults.
     workers
-        worker processes to start on this machine; 0 for this process alone. Workers import the calling script: keep
-        the call under `if __name__ == "__main__":`.
+        number of worker processes to start on this machine; 0 works in this process alone. Workers import the calling
+        script: keep the call under `if __name__ == "__main__":`.
     scheduler
-        address of a running dask.distributed scheduler whose workers to use. They need the capture at the same path.
+        address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
+        must have the same path on their machines.
     restart
         do all frames again, also those that an earlier run of this input finished.
     force
-        write into `out` even if it holds something else.
+        write into `out` even if it holds other files.
     report
-        called with each frame's record once it is written.
+        called with each frame's record once its files are written.
     resumed
-        called once, before, with the records of frames finished by an earlier run, if there are any.
+        called once, before the first frame, with the records of frames finished by an earlier run; not called without any.
 
     Returns
     -------
-    RunSummary. If every frame failed, nothing has been written.
+    The records of all frames. If every frame failed, nothing has been written.
 
     Raises
     ------
-    InputError : `out` holds something else, or results of the capture as it was before it changed, or cannot be written to;
-        two frames have one name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
+    InputError : `out` holds other files, or results of the capture as it was before it changed, or cannot be written to; two
+        frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
         reached.
     MissingDependency : workers are wanted and dask.distributed is not installed.
     """

@@ -12,18 +12,21 @@ from .serial_executor import SerialExecutor
 
 @contextmanager
 def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
-    """Provide an executor for the duration of a `with` block.
+    """Provide the executor of a run for the duration of a `with` block.
+
+    All executors give the same results. Give `workers` or `scheduler` or neither.
 
     Parameters
     ----------
     workers
-        processes to start on this machine; 0 for this process alone, without dask.
+        number of worker processes to start on this machine; 0 works in this process alone, without dask.
     scheduler
         address of a running dask scheduler whose workers to use, such as tcp://host:8786.
 
     Raises
     ------
-    InputError : both are given, or the scheduler cannot be reached. MissingDependency : dask.distributed is not installed.
+    InputError : both are given, or the scheduler cannot be reached.
+    MissingDependency : dask.distributed is needed and not installed.
     """
     if workers and scheduler:
         raise InputError(

@@ -22,7 +22,13 @@ class _DeferredJob:
 
 
 class SerialExecutor:
-    """An Executor of this process alone."""
+    """An executor (see `Executor`) that does all jobs in this process, one at a time.
+
+    Attributes
+    ----------
+    cache
+        the FrameCache passed to every job.
+    """
 
     workers, max_pending = 1, 1
 
@@ -30,5 +36,8 @@ class SerialExecutor:
         self.cache = FrameCache()
 
     def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Submit a job; it is done when its result is asked for."""
+        """Return the job `function(cache, *args)` without doing it; it is done when its `result()` is asked for.
+
+        `affinity` has no effect, since only one process does the jobs.
+        """
         return _DeferredJob(function, (self.cache, *args))

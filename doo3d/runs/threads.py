@@ -11,7 +11,7 @@ ONE_THREAD = dict.fromkeys(
 
 
 def single_thread() -> None:
-    """Limit this process to one thread; call before importing numpy and numba."""
+    """Limit OpenMP, BLAS, numba and OpenCV to one thread in this process; call it before numpy and numba are imported."""
     os.environ.update(ONE_THREAD)
     import cv2
 

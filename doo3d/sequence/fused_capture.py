@@ -13,18 +13,20 @@ from .fusion import FUSED_NAME, fuse
 
 
 class FusedCapture:
-    """A capture of one frame: the cloud that all frames of another capture are fused to when it is loaded.
+    """A capture of a single frame, named "static": the cloud made by fusing all frames of another capture.
+
+    The frames are read and fused when that frame is loaded.
 
     Parameters
     ----------
     capture
-        the frames to fuse, with camera poses.
+        the frames to fuse, with camera poses and an object at rest.
     config
         configuration of segmentation and fusion.
 
     Raises
     ------
-    InputError : the config is for images.
+    InputError : the config is for images (mode "2d").
     """
 
     def __init__(self, capture: Capture, config: Config) -> None:

@@ -108,23 +108,26 @@ class _Accumulation:
 
 
 def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
-    """Fuse the object in all frames to one cloud; each point is the mean of the observations in a voxel.
+    """Fuse the views of an object at rest to one cloud in world coordinates.
 
-    Each frame is segmented as the config says, or by the capture's masks. Points that fewer than `fusion.min_views` frames
-    observed, and that the other views contradict, are removed. Frames are read one at a time, and memory does not grow with
+    Each frame is segmented as the config says, or by the capture's masks; the object's points are moved to world coordinates and
+    averaged per voxel, with voxels as large as the point spacing. If fewer than `fusion.min_views` frames (or half of all, if
+    that is less) observed the surroundings of a point, the point is removed where at least as many views saw through it as saw
+    the object there, and always where no frame has a depth image. Frames are read one at a time; memory does not grow with
     their number.
 
     Parameters
     ----------
     frames
-        of a capture with camera poses and an object at rest, such as `open_capture(path).frames`.
+        of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4),
+        camera to world: p_world = pose @ p_camera.
     config
-        None for the preset "default".
+        configuration of segmentation and fusion; None for the preset "default".
 
     Returns
     -------
-    Cloud, m, in the world frame of the poses, with colors if all frames have them; `detect` takes all its points as the
-    object. Its notes name the frames that could not be used.
+    Cloud, m, in the world frame of the poses, with colors if all frames have them. It holds the object alone, and `detect`
+    does not segment it again. Its notes name the frames that could not be used.
 
     Raises
     ------
@@ -169,11 +172,13 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
 
 
 def check_camera_moved(poses: Floats) -> None:
-    """Check that the camera moved or turned between the poses (F, 4, 4).
+    """Check that the camera moved by 5 mm or turned by 1 degree, at least, between the first and any other pose.
+
+    poses : (F, 4, 4), camera to world, m; F >= 1.
 
     Raises
     ------
-    InputError : all poses are the same.
+    InputError : the camera did neither, so that all frames show the same side of the object.
     """
     motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
     cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2

@@ -27,17 +27,18 @@ MAX_AGE = 30
 
 
 class Match(NamedTuple):
-    """A chain compared with a chain of an earlier frame.
+    """The result of comparing a chain with a chain of an earlier frame.
 
     Attributes
     ----------
     cost
-        mean distance between the two, as a fraction of the largest motion allowed: 0 the same, 1 the farthest.
+        mean distance between the two, as a fraction of the largest motion allowed: 0 if they coincide, 1 at the limit,
+        infinite beyond it.
     backwards
-        the chain runs in the opposite direction.
+        whether the new chain runs in the opposite direction.
     first_joint
-        of closed chains, the index of the joint, in the matched direction, that corresponds to the first joint of the earlier
-        chain.
+        for two closed chains, the joint of the new chain that corresponds to the first joint of the earlier one. It is
+        counted after reversing the new chain if `backwards`. 0 for all others.
     """
 
     cost: float
@@ -50,7 +51,15 @@ NO_MATCH = Match(np.inf)
 
 @dataclass(frozen=True)
 class TrackedChain:
-    """A chain at its last known position, and the number of frames since then (0: found in the last frame)."""
+    """A remembered chain.
+
+    Attributes
+    ----------
+    chain
+        the chain as it was found last, with its id.
+    age
+        number of frames since then: 0 if it was found in the latest frame.
+    """
 
     chain: Chain
     age: int = 0
@@ -58,23 +67,32 @@ class TrackedChain:
 
 @dataclass(frozen=True)
 class TrackingState:
-    """The chains remembered, in order of their ids, and the next unused id."""
+    """What tracking remembers between frames.
+
+    Attributes
+    ----------
+    tracked
+        the remembered chains, by ascending id.
+    next_id
+        the smallest id not used so far.
+    """
 
     tracked: tuple[TrackedChain, ...] = ()
     next_id: int = 0
 
 
 class Tracker:
-    """Assign ids to the chains of successive frames, and keep the chains' directions.
+    """Tracker of chains: the same object keeps its id and its direction from frame to frame.
 
-    Frames that failed are left out: the next frame is compared with the one before them.
+    Call `update` with each frame's detection, in order. Leave out frames that failed: the next frame is then compared with the
+    last one that was given.
 
     Parameters
     ----------
     config
         the section `tracking` of a Config; None for the defaults.
     state
-        where to begin; None for no chains.
+        chains to begin with; None begins without any.
 
     Examples
     --------
@@ -88,32 +106,32 @@ class Tracker:
 
     @property
     def state(self) -> TrackingState:
-        """Return the chains remembered."""
+        """The remembered chains and the next unused id."""
         return self._state
 
     def update(self, detection: Detection) -> Detection:
-        """Return the next frame's detection with ids, its chains in the directions of the frames before.
+        """Return the next frame's detection with ids, each tracked chain reversed where needed to keep its earlier direction.
 
-        The order of the chains stays; crossings and connections refer to the same segments as before, by their new numbers.
+        The order of the chains does not change. Segment numbers in crossings and connections are adapted to the new directions.
         """
         detection, self._state = assign_ids(self._state, detection, self._config)
         return detection
 
     @staticmethod
     def resumed(documents: Iterable[Mapping[str, Any]], config: TrackingConfig | None = None) -> Tracker:
-        """Return a tracker in its state after the frames of some documents.
+        """Return a tracker that continues after frames whose results are stored.
 
         Parameters
         ----------
         documents
-            the JSON results (`Detection.to_dict`) of all frames so far, in order. All, since ids are never used twice;
-            positions are read of the last `MAX_AGE` + 1 only. Chains without an id are ignored.
+            the stored JSON results (`Detection.to_dict`) of all frames so far, in order. All are needed to know the ids used;
+            positions are taken from the last 31. Chains without an id are ignored.
         config
-            as of Tracker.
+            the section `tracking` of a Config; None for the defaults.
 
         Raises
         ------
-        InputError : a document is not a result of detection.
+        InputError : a document is not the result of a detection.
         """
         config = config or TrackingConfig()
         last: deque[Mapping[str, Any]] = deque(maxlen=MAX_AGE + 1)
@@ -135,23 +153,24 @@ class Tracker:
 def assign_ids(
     state: TrackingState, detection: Detection, config: TrackingConfig | None = None
 ) -> tuple[Detection, TrackingState]:
-    """Assign the chains of a detection to those remembered, and give them their ids and directions.
+    """Assign the chains of the next frame to the remembered chains, and give them their ids and directions.
 
-    Chains are assigned all together by the Hungarian method, at the largest total of 1 - cost. Chains without a counterpart
-    get new ids.
+    The assignment is the one of largest total of (1 - cost) over all pairs (Hungarian method). Chains without a counterpart get
+    new ids.
 
     Parameters
     ----------
     state
-        the chains remembered.
+        the remembered chains.
     detection
         of the next frame.
     config
-        None for the defaults.
+        the section `tracking` of a Config; None for the defaults.
 
     Returns
     -------
-    The detection with ids and directions, and the state for the frame after it.
+    detection : the same with ids; matched chains have the direction of their counterparts.
+    state : what to remember for the frame after it. A chain not found in 30 frames is forgotten.
     """
     config = config or TrackingConfig()
     matches = [[match_chains(tracked.chain, chain, config) for chain in detection.chains] for tracked in state.tracked]
@@ -178,18 +197,21 @@ def _after_frame(state: TrackingState, chains: Iterable[Chain]) -> TrackingState
 
 
 def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
-    """Compare a chain with one of an earlier frame.
+    """Compare a chain with one of an earlier frame, in both directions.
+
+    Their mean distance is taken at the best shift along each other (for closed chains: the best rotation). It may be at most
+    10 radii, or `max_motion_lengths` times the length of the shorter chain if that is more.
 
     Parameters
     ----------
     old, new
         the earlier chain and the new one.
     config
-        the largest motion allowed.
+        the section `tracking` of a Config.
 
     Returns
     -------
-    The better match of the two directions; NO_MATCH if it is farther than a chain may move from frame to frame.
+    The match of the direction with the lower cost; NO_MATCH, of infinite cost, if the distance is too large.
     """
     radius = float(np.nanmax((old.radius, new.radius, 0.0)))
     max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
@@ -255,20 +277,21 @@ def _sample(chain: Chain, step: float) -> Floats:
 
 
 def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple[Chain, Ints]:
-    """Return a chain from its other end, and a closed chain from another joint.
+    """Return a chain in the opposite direction, or a closed chain from another joint on.
 
     Parameters
     ----------
     chain
-        the chain.
+        the chain, of N segments.
     backwards
-        reverse the direction.
+        whether to reverse the direction.
     first_joint
-        of a closed chain, the joint to begin with, counted in the new direction.
+        joint of a closed chain to begin with, counted after reversing; 0 for open chains.
 
     Returns
     -------
-    The chain, and for each of its N segments, (N,), the number that the segment has in the new chain.
+    chain : joints, radii, occluded segments and connections in the new order.
+    segments : (N,) int64, the new number of each of the given chain's segments.
     """
     count = len(chain.occluded)
     index = np.arange(count)[::-1] if backwards else np.arange(count)

@@ -16,18 +16,18 @@ GRID_HALF_VOXELS = 1 << 20
 
 @dataclass
 class VoxelSums:
-    """Occupied voxels with sums of the values in them.
+    """A sparse voxel grid with the sum of the values of all points in each occupied voxel.
 
     Attributes
     ----------
     size
         edge of a voxel, m.
     keys
-        (M,) int64, ascending; the coordinates of each voxel as one number.
+        (M,) int64, ascending: the three integer coordinates of each occupied voxel packed into one number.
     sums
-        (M, C) sums of the values added to each voxel.
+        (M, C) sums of the C values of the points added to each voxel.
     frames
-        (M,) number of frames that added points to each voxel.
+        (M,) int64, number of frames that added points to each voxel.
     """
 
     size: float
@@ -36,11 +36,11 @@ class VoxelSums:
     frames: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def keys_of(self, points: Floats) -> Ints:
-        """Return the keys (N,) of the voxels of points (N, 3) m.
+        """Return the keys (N,) int64 of the voxels that hold the points (N, 3) m, whether occupied or not.
 
         Raises
         ------
-        InputError : a point lies beyond the border of the grid.
+        InputError : a point is more than 2^20 voxels from the origin along an axis.
         """
         coords = np.floor(points / self.size).astype(np.int64) + GRID_HALF_VOXELS
         if (coords < 0).any() or (coords >= 2 * GRID_HALF_VOXELS).any():
@@ -52,7 +52,14 @@ class VoxelSums:
         return np.asarray((coords[:, 0] * 2 * GRID_HALF_VOXELS + coords[:, 1]) * 2 * GRID_HALF_VOXELS + coords[:, 2])
 
     def add_frame(self, points: Floats, values: Floats) -> None:
-        """Add the points (N, 3) m of one frame with their values (N, C)."""
+        """Add the points (N, 3) m of one frame, with C values each (N, C), to the sums and to the frame counts of their voxels.
+
+        The first call sets C.
+
+        Raises
+        ------
+        InputError : a point is more than 2^20 voxels from the origin along an axis.
+        """
         keys = self.keys_of(points)
         merged = sorted_unique(np.concatenate((self.keys, keys)))
         old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
