@@ -44,7 +44,10 @@ class CommandGroup(TyperGroup):
         return list(COMMANDS)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command given in the shell; on a DooError, print it on stderr and exit with code 2, without a traceback."""
+        """Run the command given in the shell; on a DooError, print it on stderr and exit with code 2, without a traceback.
+
+        ctx : click's context, with the parsed arguments.
+        """
         try:
             return super().invoke(ctx)
         except DooError as error:

@@ -59,7 +59,7 @@ T = TypeVar("T")
 def config_of(name: str, overrides: list[str] | None) -> Config:
     """Return the configuration of a command: a preset or a YAML file, changed by the values of --set.
 
-    name : of the preset, or path of the YAML file. overrides : texts such as "merge.chains=2"; None for none.
+    name : a preset, such as "default", or the path of a YAML file. overrides : texts such as "merge.chains=2"; None for none.
 
     Raises
     ------

@@ -75,7 +75,7 @@ class HsvRange(Section):
 
 
 class SegmentConfig(Section):
-    """Tell which pixels or points are the object."""
+    """Settings of segmentation, which tells which pixels or points are the object."""
 
     method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge"] = Field(
         "auto",
@@ -173,7 +173,7 @@ class SegmentConfig(Section):
 
 
 class VoxelizeConfig(Section):
-    """Turn the object's points into a sparse voxel grid."""
+    """Settings of voxelizing, which turns the object's points into a sparse voxel grid."""
 
     radius: float | None = Field(
         None,
@@ -209,7 +209,7 @@ class VoxelizeConfig(Section):
 
 
 class TraverseConfig(Section):
-    """Turn the skeleton into ordered paths along the object."""
+    """Settings of traversal, which turns the skeleton into ordered paths along the object."""
 
     method: Literal["graph", "contours"] = expert(
         "graph",
@@ -225,7 +225,7 @@ class TraverseConfig(Section):
 
 
 class FitConfig(Section):
-    """Lay chains of equal segments along the paths (Algorithm 2 of Keipour et al., RA-L 2022)."""
+    """Settings of fitting, which lays chains of equal segments along the paths (Algorithm 2 of Keipour et al., RA-L 2022)."""
 
     segment_length: float = Field(
         0.01, gt=0, description="Length of every segment of a chain. m (px in 2-D), over 0. Lower it to follow tighter bends."
@@ -240,7 +240,7 @@ class FitConfig(Section):
 
 
 class PruneConfig(Section):
-    """Remove segments that overlap others: of two, the one in the shorter chain."""
+    """Settings of pruning: of two segments that overlap, the one in the shorter chain is removed."""
 
     width: float | None = expert(
         None,
@@ -280,7 +280,7 @@ docs/pages/accuracy.md scores each stiffness."""
 
 
 class MergeConfig(Section):
-    """Decide which chain ends to connect, by their cost (equations 1 to 5 of Keipour et al., RA-L 2022)."""
+    """Settings of merging, which connects chain ends by their cost (equations 1 to 5 of Keipour et al., RA-L 2022)."""
 
     chains: int | None = Field(
         None,
@@ -389,7 +389,7 @@ class MergeConfig(Section):
 
 
 class RefineConfig(Section):
-    """Estimate the axis and the radius from the visible surface, and lay equal segments along the axis."""
+    """Settings of refining, which estimates axis and radius from the visible surface and lays equal segments along the axis."""
 
     iterations: int = expert(
         2,
@@ -414,7 +414,7 @@ class RefineConfig(Section):
 
 
 class CrossingsConfig(Section):
-    """Find where strands cross in the view, and tell which one is on top."""
+    """Settings of crossings: where strands cross in the view, and which one is on top."""
 
     use_color: bool = Field(
         True,
@@ -424,7 +424,7 @@ class CrossingsConfig(Section):
 
 
 class ExtendMaskConfig(Section):
-    """Follow strands beyond the end of the mask by their colors in the image (2-D only)."""
+    """Settings of extending the mask, which follows strands beyond its end by their colors in the image (2-D only)."""
 
     max_length: float = Field(
         0.0,
@@ -436,7 +436,7 @@ class ExtendMaskConfig(Section):
 
 
 class VisibilityConfig(Section):
-    """Tell from the depth image whether a place is seen, hidden or free space."""
+    """Settings of visibility, which tells from the depth image whether a place is seen, hidden or free space."""
 
     margin: float = expert(
         0.004,
@@ -452,7 +452,7 @@ class VisibilityConfig(Section):
 
 
 class TrackingConfig(Section):
-    """Keep the id and the direction of each chain from frame to frame."""
+    """Settings of tracking, which keeps the id and the direction of each chain from frame to frame."""
 
     max_motion_lengths: float = expert(
         0.1,
@@ -463,7 +463,7 @@ class TrackingConfig(Section):
 
 
 class FusionConfig(Section):
-    """Fuse many views of an object at rest to one cloud (`doo3d detect --fuse-views`)."""
+    """Settings of fusion, which makes one cloud from many views of an object at rest (`doo3d detect --fuse-views`)."""
 
     min_views: int = expert(
         2,

@@ -34,7 +34,7 @@ class Choice:
     points
         (2, D) m (px in 2-D), positions of the two ends.
     cost
-        sum of `terms`, cost units.
+        sum of `terms`; comparable with the setting `merge.max_cost`.
     terms
         name -> cost, such as "distance", "direction", "curvature", "free space", "unknown".
     """
@@ -46,14 +46,14 @@ class Choice:
 
     @staticmethod
     def of(candidate: Candidate) -> Choice:
-        """Return the Choice for a candidate of merging: the costs for its ends first, then those of its gap path."""
+        """Return the Choice for two ends that the merge stage considered, with the costs of their gap path last."""
         free_space, unknown = candidate.gap_cost
         terms = {**candidate.terms, "free space": free_space, "unknown": unknown}
         first, second = candidate.ends
         return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the choice as plain values for JSON; keys are the attribute names."""
+        """Return {"ends", "points", "cost", "terms"} as plain values for JSON."""
         return {"ends": list(self.ends), "points": self.points.tolist(), "cost": self.cost, "terms": self.terms}
 
 
@@ -80,12 +80,15 @@ class Merge:
 
     @staticmethod
     def of(decision: MergeDecision) -> Merge:
-        """Return the Merge for the record of one connection kept by the merge stage."""
+        """Return the Merge for the merge stage's record of one connection."""
         runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
         return Merge(Choice.of(decision.chosen), runner_up, decision.confidence, decision.kept)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the connection as plain values for JSON; keys are the attribute names."""
+        """Return {"chosen", "runner_up", "confidence", "kept"} as plain values for JSON.
+
+        "runner_up" is None without an alternative.
+        """
         runner_up = self.runner_up.to_dict() if self.runner_up else None
         return {"chosen": self.chosen.to_dict(), "runner_up": runner_up, "confidence": self.confidence, "kept": self.kept}
 
@@ -109,7 +112,7 @@ class Account:
     dropped: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the account as plain values for JSON; keys are the attribute names."""
+        """Return {"stage", "made", "dropped"} as plain values for JSON."""
         return {"stage": self.stage, "made": self.made, "dropped": list(self.dropped)}
 
 
@@ -132,7 +135,10 @@ class Explanation:
     pruned: Floats
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the explanation as plain values for JSON: "schema" ("doo3d/explanation/1"), "stages", "merges" and "pruned"."""
+        """Return the explanation as plain values for JSON.
+
+        Keys are "schema" ("doo3d/explanation/1"), "stages" (the accounts), "merges" and "pruned".
+        """
         return {
             "schema": SCHEMA,
             "stages": [account.to_dict() for account in self.accounts],

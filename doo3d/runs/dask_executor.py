@@ -137,7 +137,7 @@ class DaskJob:
 
 @dataclass(eq=False)
 class DaskExecutor:
-    """An executor (see `Executor`) that sends jobs to workers of dask.distributed.
+    """Executor that sends the jobs of a run to workers of dask.distributed.
 
     Attributes
     ----------

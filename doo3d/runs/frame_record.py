@@ -82,7 +82,7 @@ class FrameRecord:
         }
 
     def to_journal(self) -> dict[str, Any]:
-        """Return field name -> value for all fields, the line of this frame in `progress.jsonl`; `from_journal` reads it."""
+        """Return all fields as name -> value, for this frame's line in `progress.jsonl`; `from_journal` reads it back."""
         return asdict(self)
 
     @staticmethod

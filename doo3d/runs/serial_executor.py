@@ -22,7 +22,7 @@ class _DeferredJob:
 
 
 class SerialExecutor:
-    """An executor (see `Executor`) that does all jobs in this process, one at a time.
+    """Executor that does all jobs of a run in this process, one at a time.
 
     Attributes
     ----------

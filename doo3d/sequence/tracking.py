@@ -51,7 +51,7 @@ NO_MATCH = Match(np.inf)
 
 @dataclass(frozen=True)
 class TrackedChain:
-    """A remembered chain.
+    """A chain that tracking remembers, to compare the chains of the next frame with.
 
     Attributes
     ----------
