@@ -30,7 +30,33 @@ MASK_EXTENSIONS = 3
 
 @dataclass
 class Stages:
-    """What every stage made of one frame, and the seconds it took."""
+    """What every stage made of one frame, and the seconds it took.
+
+    Attributes
+    ----------
+    segmentation
+        the foreground, and how many pixels or points were dropped and why.
+    context
+        foreground, voxel grid, visibility and segment length, as the later stages get them.
+    skeleton
+        the voxels that thinning left.
+    traversal
+        the polylines along the skeleton, and the lengths of skeleton left out of them.
+    fitted
+        chains of equal segments along these polylines.
+    pruned
+        the chains without overlapping segments, and the segments removed.
+    merged
+        which chains were joined to one object, each connection with its cost, and the chains dropped.
+    filled
+        one polyline per object, its gaps filled.
+    chains
+        the result: chains along the object's axis, longest first.
+    crossings
+        where strands cross in the view, and which is on top.
+    seconds
+        name of the stage -> s.
+    """
 
     segmentation: Segmentation
     context: FrameContext
@@ -46,7 +72,7 @@ class Stages:
 
     @property
     def paths(self) -> list[Path]:
-        """The paths along the skeleton, as of `traversal`."""
+        """The polylines that the traversal found along the skeleton, one per branch or loop, points in m (px in 2-D)."""
         return self.traversal.paths
 
 
@@ -63,11 +89,21 @@ class _Clock:
 
 
 def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None = None) -> Stages:
-    """Run the method on one frame and keep what every stage made.
+    """Run the whole method on one frame and keep what every stage made.
+
+    Parameters
+    ----------
+    data
+        a Frame or Cloud; an Image if the mode of the config is 2d.
+    config
+        the settings of all stages.
+    mask
+        (H, W) bool for a Frame or an Image, (N,) bool for a Cloud: the caller's own segmentation. None segments as the config
+        says.
 
     Raises
     ------
-    InputError : the data cannot be used; the message says what, where and what to do.
+    InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     clock = _Clock()
     segmentation = _segment(data, config, mask)
@@ -85,7 +121,17 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
 
 
 def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
-    """Run the stages after segmentation, every stage's product kept."""
+    """Run the stages from voxelization to crossings and keep what every stage made.
+
+    Parameters
+    ----------
+    segmentation
+        the foreground to start from.
+    config
+        the settings of all stages.
+    clock
+        adds the seconds of each stage to those it already holds.
+    """
     foreground = segmentation.foreground
     grid = voxelize(foreground, config.voxelize)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
@@ -121,19 +167,20 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     Parameters
     ----------
     data
-        a Frame or a Cloud; or, with a config whose `mode` is 2d, an Image or an array (H, W, 3) uint8 RGB.
+        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
     config
-        None for the preset "default".
+        the settings; None for the preset "default".
     mask
         (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
 
     Returns
     -------
-    Detection, chains in m, in the camera's optical frame or in that of the cloud (in 2-D in px); longest first.
+    Detection with the chains, longest first. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in
+    the frame of the cloud; in 2-D in px.
 
     Raises
     ------
-    InputError : the data cannot be used; the message says what, where and what to do.
+    InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     config = config or Config()
     data, stages = run_with_stages(data, config, mask)
@@ -152,9 +199,25 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
 def run_with_stages(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Frame | Cloud | Image, Stages]:
-    """Return the data in the form that the mode of the config needs, and what every stage made of it.
+    """Convert the data to the mode of the config, run the whole method, and keep what every stage made.
 
-    Arguments and errors are those of `detect`.
+    Parameters
+    ----------
+    data
+        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
+    config
+        the settings.
+    mask
+        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+
+    Returns
+    -------
+    data : an Image in 2-D; the Frame or Cloud in 3-D.
+    stages : the product of every stage.
+
+    Raises
+    ------
+    InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     data = as_mode_data(data, config)
     if isinstance(data, Cloud) and mask is not None:
@@ -163,7 +226,14 @@ def run_with_stages(
 
 
 def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
-    """Return the data in the form that the mode of the config needs: an Image in 2-D, a Frame or a Cloud in 3-D."""
+    """Convert the data to the form that the mode of the config needs: an Image in 2-D, a Frame or a Cloud in 3-D.
+
+    An array (H, W, 3) uint8 RGB becomes an Image. In 2-D a Frame is reduced to its color image.
+
+    Raises
+    ------
+    InputError : the data and the mode do not fit: no color image in 2-D, no depth in 3-D, or another type.
+    """
     if isinstance(data, np.ndarray):
         data = Image(data)
     if not isinstance(data, (Frame, Cloud, Image)):

@@ -23,40 +23,41 @@ MARGIN_RADII = 1.2
 
 
 class PointVisibility(IntEnum):
-    """What the depth image says about a position."""
+    """What the depth image says about one position in space, compared with the reading at the pixel it projects to."""
 
     OUTSIDE = 0
-    """It is not in the image."""
+    """The position is not in the image."""
     NO_DEPTH = 1
-    """Its pixel has no reading."""
+    """Its pixel has no reading and is outside the object's mask."""
     MASKED = 2
-    """Its pixel has no reading, but belongs to the object by the mask."""
+    """Its pixel has no reading, but is in the object's mask."""
     SURFACE = 3
-    """The reading is of the object, at about the same depth."""
+    """Its pixel is in the object's mask, with a reading at about the same depth (or behind it, if that is not free)."""
     HIDDEN = 4
-    """The reading is nearer: something is in front of it."""
+    """The reading is nearer, so that something is in front of the position; or about as far, but of something else."""
     FREE = 5
-    """The reading is farther and not of the object (or the object counts as free): the camera saw through the position."""
+    """The reading is farther, so that the camera saw through the position. A reading of the object itself counts only if
+    `own_object_counts_as_free` is set."""
 
 
 @dataclass(frozen=True)
 class Visibility:
-    """What one camera saw.
+    """What one camera saw, for asking whether a position in space is seen, hidden or free.
 
-    In 2-D there are only a mask and positions in pixels, and what is outside the mask counts as free.
+    In 2-D there is only a mask: positions are pixels, the object is seen inside the mask, and everything outside counts as free.
 
     Attributes
     ----------
     depth
-        (H, W) m, 0 = none; None in 2-D.
+        (H, W) m, 0 = no reading; None in 2-D.
     mask
         (H, W) bool, the pixels of the object.
     camera
-        None in 2-D.
+        the intrinsics; None in 2-D.
     margin
-        m, least distance behind a position of depth that shows free space.
+        m. A reading must lie at least this far behind a position to show that the position is free, or in front to hide it.
     own_object_counts_as_free
-        count a position as free where the object itself is seen behind it, too.
+        True if a reading of the object itself behind a position also shows that the position is free.
     """
 
     depth: Array | None
@@ -67,16 +68,16 @@ class Visibility:
 
     @staticmethod
     def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Visibility | None:
-        """Return the visibility in the frame of a foreground, or None for a cloud without views.
+        """Return the visibility in the frame of a foreground; None for a cloud without camera views.
 
         Parameters
         ----------
         foreground
-            with mask and depth, or with the views that a cloud was fused from.
+            the object's points, with the mask and depth of the frame or the camera views of a fused cloud.
         config
-            margins.
+            section `visibility` of the settings; `margin` is raised to MARGIN_RADII (1.2) radii.
         radius
-            of the object, m (px in 2-D).
+            radius of the object, m (px in 2-D).
         """
         margin = max(config.margin, MARGIN_RADII * radius)
         if foreground.views:
@@ -86,7 +87,13 @@ class Visibility:
         return Visibility(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
-        """Return the PointVisibility (N,) of points (N, 3) m in the camera frame, or (N, 2) px in 2-D."""
+        """Return the PointVisibility of each position, (N,) int.
+
+        Parameters
+        ----------
+        points
+            (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D.
+        """
         pixels = self.camera.project(points) if self.camera is not None else points
         height, width = self.mask.shape
         inside = np.asarray(np.isfinite(pixels).all(axis=1))
@@ -105,34 +112,35 @@ class Visibility:
         return result
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which ends leave the view if they continue straight: (E,) bool.
+        """Tell which chain ends would be outside the image if they went straight on by `reach`: (E,) bool.
 
         Parameters
         ----------
         ends
-            (E, D) m (px in 2-D).
+            (E, D) m (px in 2-D), positions of the ends.
         directions
-            (E, D) unit, out of the chains.
+            (E, D) unit vectors, pointing out of the chains.
         reach
-            m (px in 2-D), how far they continue.
+            m (px in 2-D), length by which the ends are extrapolated.
         """
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-        """Tell which ends are in plain view: free space lies ahead of them before anything hides it: (E,) bool.
+        """Tell which chain ends are in plain view, so that nothing can hide a continuation: (E,) bool.
 
-        In 2-D nothing is known to hide, and no end is exposed.
+        An end is exposed if, going straight ahead, free space comes before any occluder. In 2-D, and for a fused cloud, there
+        is no single depth image to tell, and no end is exposed.
 
         Parameters
         ----------
         ends
-            (E, D) m.
+            (E, D) m in the camera's optical frame, positions of the ends.
         directions
-            (E, D) unit, out of the chains.
+            (E, D) unit vectors, pointing out of the chains.
         radius
-            of the object, m; an occluder is at least OCCLUDER_MARGIN_RADII of it nearer.
+            radius of the object, m. An occluder is at least OCCLUDER_MARGIN_RADII (0.6) radii nearer to the camera.
         reach
-            m, how far ahead.
+            m, how far ahead of the end to look.
         """
         if self.depth is None or self.camera is None:
             return np.zeros(len(ends), dtype=bool)
@@ -146,22 +154,22 @@ class Visibility:
         return np.asarray(first_free < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ahead.shape[1]))
 
     def is_masked_without_depth(self, points: Floats) -> Bools:
-        """Tell which points (N, 3) m have no depth but belong to the object by the mask: (N,) bool."""
+        """Tell which points (N, 3) m project to a pixel of the object's mask that has no depth reading: (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
     def free_and_unknown_lengths(self, paths: Sequence[Floats]) -> Floats:
-        """Return the length of each path in free space and without depth.
+        """Return the length of each polyline in free space, and its length where there is no depth reading.
 
-        A path that leaves the view counts as free there: it may come back anywhere.
+        A stretch outside the image counts as free: the path could turn back from there anywhere.
 
         Parameters
         ----------
         paths
-            K paths, (P, D) m (px in 2-D).
+            K polylines, each (P, D) m (px in 2-D).
 
         Returns
         -------
-        (K, 2) m (px in 2-D): in free space or out of view, and where there is no reading.
+        (K, 2) m (px in 2-D): first column in free space or outside the image, second column without a reading.
         """
         points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
         classes = self.classify((points[1:] + points[:-1]) / 2)
@@ -175,22 +183,28 @@ class Visibility:
 
 @dataclass(frozen=True)
 class MultiViewVisibility(Visibility):
-    """What many cameras saw of a cloud that was fused from their views; `each` holds every camera's, with its pose (4, 4)."""
+    """What several cameras saw of an object, for a cloud that was fused from their views.
+
+    Attributes
+    ----------
+    each
+        for each view the visibility in its own camera frame and the pose (4, 4), camera-to-cloud: p_cloud = pose @ p_camera, m.
+    """
 
     each: tuple[tuple[Visibility, Floats], ...] = ()
 
     @staticmethod
     def of_views(views: Sequence[CameraView], margin: float, own_object_counts_as_free: bool) -> MultiViewVisibility:
-        """Return the visibility in all views.
+        """Return the joint visibility in all views of a fused cloud.
 
         Parameters
         ----------
         views
-            camera, pose, mask and depth of each.
+            the camera, pose, mask and depth of each view.
         margin
-            m, least distance behind a position of depth that shows free space.
+            m. A reading must lie at least this far behind a position to show that the position is free, or in front to hide it.
         own_object_counts_as_free
-            as of Visibility.
+            True if a reading of the object itself behind a position also shows that the position is free.
         """
         each = tuple(
             (Visibility(view.depth, view.mask, view.camera, margin, own_object_counts_as_free), view.pose) for view in views
@@ -198,10 +212,10 @@ class MultiViewVisibility(Visibility):
         return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, own_object_counts_as_free, each)
 
     def classify(self, points: Floats) -> Ints:
-        """Return the PointVisibility (N,) of points (N, 3) m in the frame of the cloud.
+        """Return the PointVisibility (N,) int of points (N, 3) m in the frame of the cloud.
 
-        A position is FREE where more views saw through it than saw the object there; else it is the most telling of the
-        other classes: SURFACE before MASKED, HIDDEN, NO_DEPTH.
+        A point is FREE if more views saw through it than saw the object there. Otherwise the first of SURFACE, MASKED, HIDDEN and
+        NO_DEPTH that it has in any view; OUTSIDE if no view shows it.
         """
         classes = self._in_each_view(points)
         result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
@@ -212,7 +226,15 @@ class MultiViewVisibility(Visibility):
         return result
 
     def contradicted_by_views(self, points: Floats) -> Bools:
-        """Tell which points (N, 3) m at least as many views saw through as saw the object there: (N,) bool."""
+        """Tell which points are probably empty space: (N,) bool.
+
+        True if at least one view saw through the point, and at least as many as saw the object there.
+
+        Parameters
+        ----------
+        points
+            (N, 3) m in the frame of the cloud.
+        """
         free, object_seen = _votes(self._in_each_view(points))
         return np.asarray((free > 0) & (free >= object_seen))
 

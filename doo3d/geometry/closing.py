@@ -11,22 +11,22 @@ from .sparse_grid import contains, sorted_unique
 
 
 def close_cells(keys: Ints, shape: tuple[int, ...], iterations: int) -> Ints:
-    """Return the cells of a sparse grid after a morphological closing with a cube of 2 iterations + 1 cells.
+    """Close holes in a sparse grid: morphological closing with a cube of 2 iterations + 1 cells.
 
-    The cube is separable: one axis after the other, dilations first.
+    The cube is separable: all axes are dilated one after the other, then eroded. A cell's key is its row-major index in the box.
 
     Parameters
     ----------
     keys
-        (M,) int64 ascending
+        (M,) int64 ascending, keys of the occupied cells.
     shape
-        (D,) of the box, which is padded by more than `iterations` cells
+        (D,) cells of the box along each axis; more than `iterations` cells at every face are empty.
     iterations
-        dilations, and then erosions, along each axis
+        number of dilations along each axis, followed by as many erosions; 0 returns the keys as they are.
 
     Returns
     -------
-    (K,) int64 ascending keys, the given ones among them
+    (K,) int64 ascending, keys of the occupied cells after closing, K >= M: the given ones are among them.
     """
     strides = [math.prod(shape[d + 1 :]) for d in range(len(shape))]
     closed = keys

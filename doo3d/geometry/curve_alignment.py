@@ -18,11 +18,17 @@ from ..types import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class AlignmentCosts:
-    """Weights of an alignment.
+    """Weights of the alignment of a path with curves.
 
-    misfit : cost of a point at the edge of its tolerance; it grows with the square of the distance. jump : cost of leaving
-    a curve, and the highest cost of a step along one. slack_fraction : fraction of the path from one point to the next by
-    which the length along the curve may differ before the step is a jump; corners are cut, and noise adds length.
+    Attributes
+    ----------
+    misfit
+        cost of a point whose distance from the curve is just its tolerance; it grows with the square of the distance.
+    jump
+        cost of a jump from one curve to another; also the highest cost of a step along one curve.
+    slack_fraction
+        fraction of a step's length along the path by which its length along the curve may differ, before the step costs as much
+        as a jump. Paths cut corners, and noise adds length.
     """
 
     misfit: float
@@ -32,13 +38,30 @@ class AlignmentCosts:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Positions on curves that the points of a path may have: (C,) arrays in the order of the points.
+    """Candidate positions on curves for the points of a path: (C,) arrays, sorted by the index of the point.
 
-    point : index of the point. curve : index of the curve. arc : length along the curve. distance : of the point from the
-    curve. tolerance : of the distance. slack : length, in addition to the fraction of `AlignmentCosts`, by which a step along
-    the curve may differ from that along the path. direction : 1 or -1, in which the curve is followed; 0 for either.
-    period : length of a closed curve, so that the shorter way round counts; infinite for an open one. path_position : of the
-    point along the path, in units of `path_unit`, which is a length.
+    Attributes
+    ----------
+    point
+        (C,) int, index of the point along the path.
+    curve
+        (C,) int, index of the curve.
+    arc
+        (C,) length along the curve to the candidate.
+    distance
+        (C,) distance of the point from the candidate.
+    tolerance
+        (C,) distance that costs `AlignmentCosts.misfit`.
+    slack
+        (C,) length by which a step along the curve may differ from the step along the path, on top of `slack_fraction` of it.
+    direction
+        (C,) 1 or -1, the direction in which the path must follow the curve; 0 for either.
+    period
+        (C,) length of a closed curve, so that a step takes the shorter way round; infinite for an open curve.
+    path_position
+        (C,) position of the point along the path, in units of `path_unit`.
+    path_unit
+        length of one unit of `path_position`.
     """
 
     point: Ints
@@ -53,7 +76,22 @@ class Candidates:
     path_unit: float = 1.0
 
     def step_cost(self, a: Ints, b: Ints, costs: AlignmentCosts) -> Floats:
-        """Return the cost of the steps from candidates a to b, indices that broadcast: up to `costs.jump`, which is a jump."""
+        """Return the cost of stepping from candidate a to candidate b, for arrays of candidate indices.
+
+        The cost grows with the square of the difference between the lengths along curve and path. `costs.jump` is the most, and
+        the cost of any step to another curve or direction.
+
+        Parameters
+        ----------
+        a, b
+            int arrays, indices of candidates of successive points; their shapes broadcast.
+        costs
+            the weights.
+
+        Returns
+        -------
+        Costs, in the broadcast shape of a and b.
+        """
         run = (self.path_position[b] - self.path_position[a]) * self.path_unit
         step = self.arc[b] - self.arc[a]
         period = self.period[a]
@@ -64,7 +102,12 @@ class Candidates:
         return np.asarray(costs.jump * np.where(leaves_curve, 1.0, np.minimum(excess**2, 1.0)))
 
     def choose(self, costs: AlignmentCosts) -> Ints:
-        """Return the index of the chosen candidate of each point that has any, of least total cost (Viterbi)."""
+        """Choose one candidate for each point so that the total cost of misfits and steps is least (Viterbi algorithm).
+
+        Returns
+        -------
+        (Q,) indices of the chosen candidates, in the order of the points. Points without any candidate are skipped.
+        """
         if not len(self.point):
             return np.zeros(0, dtype=int)
         groups = np.split(np.arange(len(self.point)), np.flatnonzero(np.diff(self.point)) + 1)
@@ -84,22 +127,22 @@ class Candidates:
 def nearest_samples(
     distances: Floats, limits: Floats, half_window: int, mode: Literal["nearest", "wrap"] = "nearest"
 ) -> tuple[Ints, Ints]:
-    """Return where points come nearest to a curve: local minima of the distance along it, within limits.
+    """Find the samples of a curve at which points come nearest to it: local minima of the distance.
 
     Parameters
     ----------
     distances
-        (N, P), from each point to each sample of the curve.
+        (N, P), distance of each of N points from each of P samples along the curve.
     limits
-        (P,) or (N, P), the greatest distance.
+        (P,) or (N, P), the greatest distance that counts.
     half_window
-        samples on either side of which none may be nearer.
+        number of samples on either side of a minimum none of which may be nearer.
     mode
-        "wrap" for a closed curve.
+        "wrap" for a closed curve, "nearest" for an open one.
 
     Returns
     -------
-    points, samples : (C,) indices, in the order of the points.
+    points, samples : (C,) and (C,) int, index of the point and of the sample for each minimum, sorted by the point.
     """
     lowest: Bools = distances == minimum_filter1d(distances, 2 * half_window + 1, axis=1, mode=mode)
     points, samples = np.nonzero(lowest & (distances <= limits))

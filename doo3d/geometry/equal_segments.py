@@ -13,7 +13,10 @@ MAX_ITERATIONS = 50
 
 
 def extrapolated(axis: Floats, shift: float) -> Floats:
-    """Return a polyline (P, D) with its last point extrapolated straight by `shift` (its unit), or cut back where negative."""
+    """Return a polyline (P, D) whose end is extrapolated straight by `shift`; a negative shift shortens it.
+
+    The shift is in the unit of the points. Shortening leaves at least the first segment.
+    """
     if shift >= 0:
         return np.concatenate((axis, [axis[-1] + shift * unit(axis[-1] - axis[-2])]))
     along = arc_length(axis)
@@ -22,10 +25,11 @@ def extrapolated(axis: Floats, shift: float) -> Floats:
 
 
 def sagitta_compensated(points: Floats, length: float) -> Floats:
-    """Return a curve (P, D) moved outwards by the mean sagitta of chords of `length`, which then lie about it, not inside.
+    """Return a curve (P, D) bulged outwards at its bends.
 
-    The sagitta of a chord is length^2 / 8R, two thirds of it the mean distance of the chord from the arc: length^2 / 12 times
-    the curvature. Bends of a radius below two segments are moved by less.
+    Chords laid on the result lie about the given curve; chords laid on the curve itself would lie inside its bends. Each point
+    moves away from the center of its bend by the mean distance of a chord of `length` from its arc: length^2 / 12 times the
+    curvature, two thirds of the sagitta length^2 / 8R. Bends of a radius below two segments are moved by less, ends not at all.
     """
     spacing = float(np.median(steps(points)))
     bend = np.zeros_like(points)
@@ -35,11 +39,14 @@ def sagitta_compensated(points: Floats, length: float) -> Floats:
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
-    """Return joints exactly `length` apart from end to end of a polyline (P, D), the excess shared by both ends.
+    """Return the joints of a chain of segments of exactly `length` along a polyline (P, D) from end to end.
 
-    The polyline is extrapolated at its ends, and the whole number of segments that fits best is laid so that
-    the chain is as much too long, or too short, at one end as at the other. Returns (N + 1, D), or (0, D) for a
-    polyline of less than half a segment.
+    The whole number of segments that fits best is used. The chain is then a little longer or shorter than the polyline, by
+    the same length at both ends; the polyline is extrapolated straight for that.
+
+    Returns
+    -------
+    (N + 1, D) in the unit of the points; (0, D) for a polyline shorter than half a segment.
     """
     total = float(arc_length(points)[-1])
     if total < length / 2:
@@ -49,11 +56,15 @@ def equal_segments(points: Floats, length: float) -> Floats:
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
-    """Return a closed chain of segments of exactly `length` around a closed polyline (P, D); its last joint is its first.
+    """Return the joints of a closed chain of segments of exactly `length` around a closed polyline (P, D).
 
-    The whole number of segments that fits best is laid as equal chords, the ring is scaled about its centroid to their length,
-    by at most half a segment over the whole perimeter, and `_close_ring` removes the misfit where the ring closes. Returns
-    (N + 1, D), N >= 3, or (0, D) for a loop of less.
+    The whole number of segments that fits best is laid as equal chords. The ring is then scaled about its centroid until the
+    chords have the exact length, which changes its perimeter by at most half a segment, and Newton's method removes the rest
+    of the misfit.
+
+    Returns
+    -------
+    (N + 1, D) in the unit of the points, N >= 3, the last joint equal to the first; (0, D) if fewer than three segments fit.
     """
     loop = np.concatenate((points, points[:1]))
     joints = lay_equal_chords(loop, length)[0]

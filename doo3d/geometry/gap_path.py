@@ -1,8 +1,8 @@
-"""Gap paths: an arc, a straight line, an arc, tangent to both ends (paper, section III-G); Dubins paths of the CSC kind.
+"""Gap paths: an arc, a straight line, an arc, tangent to both ends; Dubins paths of the CSC kind.
 
-The paper closes a gap in the plane with circles that touch the two end lines. One family covers its cases and ends
-whose lines are skew: arc, line, arc, of one radius, each arc in the plane of its end direction and the line. Where
-the end lines meet ahead of both ends (the paper's first case: exactly one touching point lies ahead of the other
+Keipour et al. (RA-L 2022, section III-G) close a gap in the plane with circles that touch the two end lines. One family
+covers their cases and ends whose lines are skew: arc, line, arc, of one radius, each arc in the plane of its end direction
+and the line. Where the end lines meet ahead of both ends (their first case: exactly one touching point lies ahead of the other
 end) the radius is the one of the circle that touches both lines, and in the plane the second arc then has no
 length: arc + line. Elsewhere the radius is free.
 """
@@ -23,7 +23,23 @@ MAX_DEVIATION_DEG = 20.0
 
 @dataclass(frozen=True)
 class Arc:
-    """An arc: from `start` (D,) m (px in 2-D) in `direction` (D,) unit, towards `normal` (D,) unit, by `angle` radians."""
+    """A circular arc in 2-D or 3-D.
+
+    Its point at the angle t is start + radius (sin t direction + (1 - cos t) normal).
+
+    Attributes
+    ----------
+    start
+        (D,) m (px in 2-D), where the arc begins.
+    direction
+        (D,) unit, tangent at the start.
+    normal
+        (D,) unit, from the start towards the center of the circle.
+    angle
+        radians from the start to the end of the arc, not negative.
+    radius
+        m (px in 2-D).
+    """
 
     start: Floats
     direction: Floats
@@ -33,24 +49,24 @@ class Arc:
 
     @staticmethod
     def from_row(row: Floats) -> Arc:
-        """Return an arc from the row (3 D + 2,) of a kernel."""
+        """Return the arc in a row (3 D + 2,) of numbers: start (D,), direction (D,), normal (D,), angle, radius."""
         start, direction, normal = row[:-2].reshape(3, -1)
         return Arc(start, direction, normal, float(row[-2]), float(row[-1]))
 
     def at(self, angles: Array) -> Floats:
-        """Return the points (S, D) of the arc after turning by angles (S,) in radians."""
+        """Return the points (S, D) of the arc at angles (S,), radians from its start."""
         angles = np.asarray(angles)[:, None]
         along, across = np.sin(angles) * self.direction, (1 - np.cos(angles)) * self.normal
         return np.asarray(self.start + self.radius * (along + across))
 
     @property
     def end(self) -> Floats:
-        """The point (D,) where the arc ends."""
+        """The point (D,) where the arc ends, m (px in 2-D)."""
         return np.asarray(self.at(np.array([self.angle]))[0])
 
     @property
     def end_direction(self) -> Floats:
-        """The unit direction (D,) at the arc's end."""
+        """The unit tangent (D,) at the end of the arc, pointing onwards."""
         return np.asarray(math.cos(self.angle) * self.direction + math.sin(self.angle) * self.normal)
 
 
@@ -59,16 +75,20 @@ def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float,
 
     Parameters
     ----------
-    start, direction, target
-        (D,), the direction a unit vector
+    start
+        (D,), where the arc begins.
+    direction
+        (D,) unit, tangent at the start.
+    target
+        (D,), the point that the tangent at the arc's end points at.
     radius
-        of the arc, in the unit of the points
+        radius of the arc, in the unit of the points.
     opposite
-        bend to the side where the target is not
+        True bends the arc away from the target first, so that it turns the long way round.
 
     Returns
     -------
-    The arc, or None if the target is inside the circle.
+    The arc, or None if the target lies inside its circle.
     """
     start, direction, target = (np.asarray(vector, dtype=float) for vector in (start, direction, target))
     rows = kernel.arc_towards(start, direction, target, float(radius), opposite)
@@ -76,44 +96,46 @@ def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float,
 
 
 def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool = False) -> tuple[Arc, Arc] | None:
-    """Join two ends by an arc, a straight line and an arc of one radius.
+    """Join two ends by an arc, a straight line and an arc, all tangent to each other (Dubins path, CSC kind).
 
     Parameters
     ----------
     e1, e2
-        (D,) ends
+        (D,), the two ends.
     d1, d2
-        (D,) unit directions, out of either chain
+        (D,) unit, direction of either end, pointing out of its chain.
     radius
-        of both arcs, in the unit of the ends
+        radius of both arcs, in the unit of the ends.
     inside
-        bend each arc to the side where its target is not
+        True bends each arc away from its target first, so that it turns the long way round.
 
     Returns
     -------
-    The arcs at e1 and at e2, both pointing into the gap, with the line between their ends; of the paths found from either end
-    the shorter. None if no path of this radius is found.
+    The arc that starts at e1 and the arc that starts at e2. Both point into the gap, and the straight line joins the points where
+    they end. Of several such paths the shorter one; None if none of this radius is found.
     """
     rows = kernel.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
     return (Arc.from_row(rows[0]), Arc.from_row(rows[1])) if len(rows) else None
 
 
 def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
-    """Return the radius of the largest circle that touches both end lines between the ends and the lines' corner.
+    """Return the radius of the largest circle that rounds the corner of two end lines.
 
-    The tangents from the corner to a circle are equally long, so the nearer end decides: r tan(angle / 2) is its
-    distance from the corner. Skew lines have their corner where they are closest.
+    The circle touches both lines between their end and the corner where the lines meet ahead of the ends. The tangents from
+    the corner to a circle are equally long, so the end nearer to the corner limits the circle: it is r tan(turn / 2) from the
+    corner, where turn is the angle between the two lines' directions along the path. Skew lines have their corner where they
+    are closest.
 
     Parameters
     ----------
     e1, e2
-        (D,) ends
+        (D,), the two ends.
     d1, d2
-        (D,) unit directions, out of either chain
+        (D,) unit, direction of either end, pointing out of its chain.
 
     Returns
     -------
-    In the unit of the ends; None if the corner is not ahead of both ends or the lines are parallel.
+    The radius in the unit of the ends; None if the lines are parallel or do not meet ahead of both ends.
     """
     radius = float(kernel.corner_radius(np.array((e1, d1, e2, d2), dtype=float)))
     return radius if radius > 0 else None
@@ -121,11 +143,15 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
 
 @dataclass(frozen=True)
 class GapPath:
-    """The path across a gap, decided once: its arcs and line, of which points are taken at any spacing.
+    """The path across a gap between two ends: an arc, a line and an arc, or only the straight connection.
 
-    ends : (2, D) m (px in 2-D), where the path starts and ends; (1, D) where the ends touch.
-    rows : (2, 3 D + 2), the arc at either end as the kernels have it, both pointing into the gap; (0, 3 D + 2) where the path is
-    the straight connection.
+    Attributes
+    ----------
+    ends
+        (2, D) m (px in 2-D), where the path starts and ends; (1, D) if the two ends touch.
+    rows
+        (2, 3 D + 2), the arcs at the first and the second end, both pointing into the gap. Each row holds start (D,), direction
+        (D,), normal (D,), angle and radius. (0, 3 D + 2) if the path is only the straight connection.
     """
 
     ends: Floats
@@ -133,13 +159,14 @@ class GapPath:
 
     @property
     def arcs(self) -> tuple[Arc, Arc] | None:
-        """The arcs, with the line between their ends; None where the path is the straight connection."""
+        """The arcs at the first and the second end, both pointing into the gap; None for a straight connection."""
         return (Arc.from_row(self.rows[0]), Arc.from_row(self.rows[1])) if len(self.rows) else None
 
     def points(self, spacing: float) -> Floats:
-        """Return points along the path, (P, D), at most `spacing` m (px in 2-D) apart on arcs and line, ends included.
+        """Return points along the path, (P, D) m (px in 2-D), from its start to its end, both included.
 
-        The straight connection is its two ends; one point remains where the ends touch.
+        On arcs and line neighbors are at most `spacing` m (px in 2-D) apart. A straight connection is just its two ends; ends
+        that touch give one point.
         """
         points: Floats = kernel.sample_gap(self.rows, float(spacing)) if len(self.rows) else self.ends
         return points
@@ -155,21 +182,25 @@ def gap_path(
     radius: float | None = None,
     max_deviation: float = MAX_DEVIATION_DEG,
 ) -> GapPath:
-    """Return the gap path from one end to another.
+    """Return the smooth path across the gap from one end to another.
+
+    It is an arc, a straight line and an arc, tangent to both ends; the straight connection if no such path is found. If the
+    end lines meet ahead of both ends, the arcs have the radius of the largest circle that touches both lines there. Otherwise
+    the radius is free. A radius that is too large for the gap is made smaller until there is a path.
 
     Parameters
     ----------
     e1, e2
-        (D,) ends, m (px in 2-D)
+        (D,) m (px in 2-D), the ends from which and to which the path leads.
     d1, d2
-        (D,) unit directions, out of either chain
+        (D,) unit, direction of either end, pointing out of its chain.
     inside
-        join ends that point away from each other through the inside of the gap instead of around it
+        applies if both ends point away from each other: True leads the path through the inside of the gap, False around it.
     radius
-        of the arcs where it is free, m (px in 2-D); None takes the largest, up to half the gap, whose line deviates from the
-        straight connection by at most `max_deviation`. A radius too large for the gap is made smaller until there is a path
+        radius of the arcs if it is free, m (px in 2-D). None takes the largest, up to half the gap, with which the straight line
+        deviates from the direct connection of the ends by at most `max_deviation`.
     max_deviation
-        degrees
+        degrees.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
     touch, rows = kernel.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)

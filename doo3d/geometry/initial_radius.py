@@ -13,16 +13,27 @@ from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 
 
 def point_spacing(foreground: Foreground) -> float:
-    """Return the typical distance between neighboring surface points in m: a pixel's footprint, or from a cloud's density."""
+    """Return the typical distance between neighboring surface points in m.
+
+    With a camera it is the side of a pixel at the median depth, for a cloud it follows from the density of the points.
+    """
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
     return cloud_spacing(foreground.points)
 
 
 def estimate_radius(foreground: Foreground, apart: float) -> float:
-    """Return the radius of the object in m, before there is a chain: the median half-width of the mask, or of a cloud's strips.
+    """Estimate the radius of the object in m, before there is a chain.
 
-    apart : m, the spacing of surface points, which is the least result.
+    With a mask and depth it is the median half-width of the mask. For a cloud it is the median half-width of the points in
+    neighborhoods that look like a strip.
+
+    Parameters
+    ----------
+    foreground
+        the object's points, with mask, depth and camera if there are any.
+    apart
+        m, typical distance between neighboring surface points; no smaller radius is returned.
     """
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
         radius = foreground.mask_radius

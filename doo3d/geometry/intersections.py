@@ -13,10 +13,20 @@ from ..types import Floats, Ints
 
 @dataclass(frozen=True)
 class Intersections:
-    """C intersections of two strands in the view, first and second strand of each in (C, 2) arrays.
+    """C intersections in the view, each of a first and a second polyline segment (columns 0 and 1 of the arrays).
 
-    chain, segment : int, the segments that intersect. t : the parameter along each segment, 0 to 1. angle : (C,) radians between
-    the two in the view, 0 to pi / 2. point : (C, 2) in the view.
+    Attributes
+    ----------
+    chain
+        (C, 2) int, index of the polyline of either segment.
+    segment
+        (C, 2) int, index of either segment in its polyline.
+    t
+        (C, 2), parameter of the intersection along either segment, from 0 at its first joint to 1 at its second.
+    angle
+        (C,) radians between the two segments in the view, 0 to pi / 2.
+    point
+        (C, 2) position of the intersection in the view.
     """
 
     chain: Ints
@@ -27,10 +37,20 @@ class Intersections:
 
 
 def find_intersections(lines: Sequence[Floats], closed: Sequence[bool]) -> Intersections:
-    """Return every proper intersection of polylines (N + 1, 2), in their order and along them.
+    """Find every point where two segments of some polylines cross in the view.
 
-    Neighboring segments of one polyline do not intersect. closed : per polyline, whether its last segment is followed by its
-    first. Joints that are NaN are invisible, and so are their segments.
+    Neighboring segments of one polyline, which share a joint, do not count. Segments with a NaN joint (not visible) are skipped.
+
+    Parameters
+    ----------
+    lines
+        polylines (N + 1, 2) in the view.
+    closed
+        for each polyline, True if its last segment meets its first.
+
+    Returns
+    -------
+    The intersections, sorted by the first segment (in the order of the polylines and along them), then by the second.
     """
     counts = [len(line) - 1 for line in lines]
     chain = np.repeat(np.arange(len(lines)), counts)
@@ -73,10 +93,18 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class PolylineSet:
-    """Values along L polylines, interpolated between their joints.
+    """Values at the joints of L polylines, for interpolation between the joints.
 
-    values : (J, K) at the joints of all polylines, one after the other. first : (L,) the row of each polyline's first joint.
-    segments : (L,) the number of each polyline's segments. closed : (L,) bool.
+    Attributes
+    ----------
+    values
+        (J, K), K values at each joint of all polylines, one polyline after the other.
+    first
+        (L,) int, row of each polyline's first joint in `values`.
+    segments
+        (L,) int, number of segments of each polyline.
+    closed
+        (L,) bool, True for a ring, whose last joint repeats the first.
     """
 
     values: Floats
@@ -86,15 +114,24 @@ class PolylineSet:
 
     @staticmethod
     def from_polylines(lines: Sequence[Floats], closed: Sequence[bool]) -> PolylineSet:
-        """Return the set of polylines (N + 1, K)."""
+        """Return the set of L polylines, each (N + 1, K); `closed` holds for each polyline whether it is a ring."""
         sizes = np.array([len(line) for line in lines])
         first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
         return PolylineSet(np.concatenate(lines), first, sizes - 1, np.array(closed, dtype=bool))
 
     def interpolate(self, line: Ints, joint: Floats) -> Floats:
-        """Return the values (..., K) of polylines (...) at positions (...) counted in joints.
+        """Interpolate the values linearly at positions along polylines.
 
-        NaN beyond the ends of a polyline; a closed polyline repeats.
+        Parameters
+        ----------
+        line
+            (...) int, index of the polyline.
+        joint
+            (...) position along it counted in joints: 2.5 is half way between joints 2 and 3.
+
+        Returns
+        -------
+        (..., K) values; NaN beyond the ends of an open polyline. Positions on a ring wrap around.
         """
         count = self.segments[line]
         inside = self.closed[line] | ((joint >= 0) & (joint <= count))

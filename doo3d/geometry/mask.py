@@ -10,13 +10,13 @@ from ..types import Array, Bools, Ints
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
-    """Return the rows and columns of the bounding box of a mask (H, W), which must not be empty."""
+    """Return the bounding box of the True pixels of a mask (H, W) as slices: rows, columns. The mask must not be empty."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     return slice(y, y + height), slice(x, x + width)
 
 
 def mask_pixels(mask: Bools) -> Ints:
-    """Return the pixels (N, 2) int64 of a mask (H, W) as (u, v), in lexicographic order."""
+    """Return the True pixels of a mask (H, W) as (u, v) = (column, row), (N, 2) int64, sorted by u and then v."""
     if not mask.any():
         return np.zeros((0, 2), dtype=np.int64)
     rows, columns = bounding_box(mask)
@@ -28,22 +28,22 @@ def mask_pixels(mask: Bools) -> Ints:
 
 
 def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> float:
-    """Return the median half-width along the medial axis of a mask, weighted as by `median_half_width`.
+    """Return the radius of the object in a mask: the median half-width along the mask's medial axis.
 
-    A strip of w pixels has the distance (w + 1) / 2 from its outside on its medial axis.
+    The median is weighted by the half-width, so that specks count for little.
 
     Parameters
     ----------
     mask
-        (H, W)
+        (H, W) bool.
     depth
-        (H, W) m, 0 = unknown
+        (H, W) m, 0 = unknown; None measures in pixels.
     focal
-        focal length in px
+        focal length in px.
 
     Returns
     -------
-    m, or px without a depth; 0 where no pixel of the medial axis has a depth.
+    The radius in m, or in px without depth; 0 if the mask is empty or no pixel of its medial axis has a depth.
     """
     if not mask.any():
         return 0.0
@@ -56,18 +56,31 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:
-    """Return the median half-width from a distance transform, along its ridges.
+    """Return the radius of the object in a mask from the mask's distance transform.
 
-    inside : (H, W) px, distance to the nearest pixel outside the mask. scale : (H, W), unit of the result per px, 0 = unknown.
+    It is the median half-width along the ridges of the transform. The median is weighted by the half-width, so that specks
+    count for little.
+
+    Parameters
+    ----------
+    inside
+        (H, W) px, distance of each pixel to the nearest pixel outside the mask; 0 outside.
+    scale
+        (H, W), length of a pixel's side, such as m per px; 0 = unknown.
+
+    Returns
+    -------
+    The radius in the unit of `scale`; 0 without any ridge.
     """
     ridge = (inside > 0) & (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3) & (scale > 0)
     return median_half_width((inside[ridge] - 0.5) * scale[ridge])
 
 
 def median_half_width(half_width: Array) -> float:
-    """Return the median of the half-widths (K,) along medial axes, each weighted by itself; 0 for none.
+    """Return the median of half-widths (K,), each weighted by itself; 0 if there are none.
 
-    The weight makes it the median over the area, so that specks count for little.
+    Half-widths are measured at pixels along medial axes. The weight makes it a median over the area, so that specks count for
+    little.
     """
     if not len(half_width):
         return 0.0

@@ -23,54 +23,65 @@ def unit(vectors: Array) -> Floats:
 
 
 def angle(a: Array, b: Array) -> Floats:
-    """Return the angles (...) between vectors (..., D), radians in [0, pi]; pi / 2 where one is zero.
+    """Return the angles between vectors a and b, both (..., D): (...) radians in [0, pi]; pi / 2 if either vector is zero.
 
-    By the half-angle form of Kahan, exact near 0 and pi where arccos loses digits.
+    By the half-angle form of Kahan, which is exact near 0 and pi, where arccos loses digits.
     """
     a, b = unit(a), unit(b)
     return np.asarray(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
 def steps(points: Floats, closed: bool = False) -> Floats:
-    """Return the distances between consecutive points (P, D): (P - 1,), or (P,) where closed."""
+    """Return the distances between consecutive points (P, D): (P - 1,); closed adds the step from the last to the first: (P,)."""
     return np.asarray(kernel.steps(np.asarray(points, dtype=float), closed))
 
 
 def arc_length(points: Floats) -> Floats:
-    """Return the length (P,) along a polyline (P, D) from its first point to each."""
+    """Return the arc length from the first point of a polyline (P, D) to each point: (P,), the first 0."""
     return np.asarray(kernel.arc_length(points))
 
 
 def resample(points: Floats, at: Array) -> Floats:
-    """Return the points (S, D) of a polyline (P, D) at arc lengths (S,); beyond its ends, its end points."""
+    """Return the points (S, D) of a polyline (P, D) at arc lengths `at` (S,) from its first point.
+
+    Lengths below 0 or beyond the end give the end points.
+    """
     along = kernel.arc_length(points)
     return np.column_stack([np.interp(at, along, column) for column in points.T])
 
 
 def densify(points: Floats, spacing: float) -> Floats:
-    """Return points of a polyline (P, D) at equal arc lengths, `spacing` apart or a little less, both ends included."""
+    """Return evenly spaced points along a polyline (P, D), both ends included: (Q, D), at most `spacing` apart in arc length."""
     total = float(arc_length(points)[-1])
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:
-    """Return the unit tangents (P, D) of a polyline (P, D) by central differences."""
+    """Return the unit tangents (P, D) of a polyline, pointing onwards, by central differences.
+
+    Parameters
+    ----------
+    points
+        (P, D), P >= 2.
+    closed
+        True if the last point is followed by the first; otherwise the ends have one-sided differences.
+    """
     if closed:
         return unit(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0))
     return unit(np.gradient(points, axis=0))
 
 
 def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats:
-    """Return each point of a polyline as the mean of a window about it, which shrinks near free ends.
+    """Smooth a polyline by a moving mean; the window shrinks near free ends, which stay in place.
 
     Parameters
     ----------
     points
-        (P, D)
+        (P, D).
     half_width
-        points on either side; less where the polyline is short
+        number of points on either side that are averaged with each point; less if the polyline is short.
     closed
-        whether the last point is followed by the first
+        True if the last point is followed by the first.
 
     Returns
     -------
@@ -89,24 +100,24 @@ def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
     """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003).
 
-    The result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of x|^2. Every point has a weight matrix
-    of its own, so that a position may be measured across the object and not along it. Where weights are near zero the result is
-    the smoothest connection. One banded system is solved.
+    The result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of x|^2. Every point has its own weight
+    matrix W, so that a position may count across the object but not along it. Where the weights are near zero the result is the
+    smoothest connection. One banded system is solved.
 
     Parameters
     ----------
     values
-        (P, D)
+        (P, D), the points v.
     weights
-        (P, D, D), symmetric, not negative
+        (P, D, D), the matrices W, symmetric and positive semidefinite.
     strength
-        of the smoothing; 0 leaves the values as they are
+        weight of smoothness, in the unit of the weights; 0 leaves the values as they are.
     order
-        of the difference that is kept small
+        order of the differences that are kept small: 2 favors straight lines.
 
     Returns
     -------
-    (P, D)
+    (P, D); the given values if there are no more than `order` points.
     """
     count, dim = values.shape
     if count <= order or strength <= 0:
@@ -126,6 +137,6 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 
 
 def perpendicular(direction: Floats) -> Floats:
-    """Return a unit vector (D,) perpendicular to a unit vector (D,), always the same for the same direction."""
+    """Return some unit vector (D,) perpendicular to a unit vector (D,), always the same one for the same input."""
     axis = np.eye(len(direction))[np.argmin(np.abs(direction))]
     return unit(axis - direction * (axis @ direction))

@@ -12,11 +12,16 @@ from ..types import Camera, Floats
 
 @dataclass(frozen=True)
 class Projection:
-    """Positions, distances and the scale of points in a view.
+    """A projection of points onto the plane of a view, as three functions.
 
-    project : (N, D) points -> (N, 2) positions in the view; NaN for points behind the camera.
-    distance : (N, D) points -> (N,) distance along the view; of two points at one position the nearer hides the farther.
-    scale : (...) distances -> (...) length in the view of one unit of length at that distance; NaN behind the camera.
+    Attributes
+    ----------
+    project
+        (N, D) points -> (N, 2) positions in the view; NaN for points behind a camera.
+    distance
+        (N, D) points -> (N,) distance along the viewing direction. Of two points at one position the nearer hides the other.
+    scale
+        (...) distances -> (...) length in the view of one unit of length at that distance; NaN behind a camera.
     """
 
     project: Callable[[Floats], Floats]
@@ -25,26 +30,26 @@ class Projection:
 
     @staticmethod
     def planar() -> Projection:
-        """Return the projection of 2-D points: unchanged, all at distance 0."""
+        """Return the projection of 2-D points: their positions unchanged, distance 0, scale 1."""
         return Projection(
             lambda points: np.asarray(points[:, :2], dtype=float), lambda points: np.zeros(len(points)), np.ones_like
         )
 
     @staticmethod
     def of_camera(camera: Camera) -> Projection:
-        """Return the pinhole projection of points in the camera frame, m, to pixels; the distance is z."""
+        """Return the pinhole projection of points in the camera's optical frame (m) to pixels; the distance is z in m."""
         return Projection(camera.project, lambda points: np.asarray(points[:, 2]), _pinhole_scale(camera))
 
     @staticmethod
     def perspective(viewpoint: Floats, axes: Floats, camera: Camera) -> Projection:
-        """Return the pinhole projection from a viewpoint.
+        """Return the pinhole projection of points (m) as a camera at a viewpoint would see them.
 
         Parameters
         ----------
         viewpoint
-            (3,) m.
+            (3,) m, position of the camera in the frame of the points.
         axes
-            (3, 3), rows: right, down and forward.
+            (3, 3), rows are the camera's unit axes in the frame of the points: right, down, forward.
         camera
             the intrinsics.
         """
@@ -56,14 +61,16 @@ class Projection:
 
     @staticmethod
     def parallel(origin: Floats, axes: Floats, scale: float = 1.0, offset: Floats | float = 0.0) -> Projection:
-        """Return the parallel projection: `scale * (points - origin)` along the first two axes, plus `offset`.
+        """Return the parallel projection along the third of given axes.
+
+        A point's position in the view is `scale` times its coordinates along right and down, plus `offset`.
 
         Parameters
         ----------
         origin
-            (3,) m; points there have distance 0.
+            (3,) m, the point at `offset` in the view and at distance 0.
         axes
-            (3, 3), rows: right, down and forward.
+            (3, 3), rows are the unit axes of the view in the frame of the points: right, down, forward. Distance grows forward.
         scale
             length in the view of one unit of length.
         offset
@@ -82,7 +89,11 @@ def _pinhole_scale(camera: Camera) -> Callable[[Floats], Floats]:
 
 
 def axes_along(direction: Floats) -> Floats:
-    """Return a right-handed system whose third axis is the direction: (3, 3), rows; z for a direction of length 0."""
+    """Return the axes of a view along a direction (3,): (3, 3), rows right, down, forward.
+
+    They are unit vectors and right-handed. The third row is the direction, or z if its length is 0. The turn about the
+    direction is arbitrary but always the same.
+    """
     size = float(np.linalg.norm(direction))
     forward = direction / size if size > 0 else np.array((0.0, 0.0, 1.0))
     side = np.cross(np.eye(3)[np.argmin(np.abs(forward))], forward)
@@ -91,7 +102,11 @@ def axes_along(direction: Floats) -> Floats:
 
 
 def upright_axes_along(direction: Floats) -> Floats:
-    """Return axes of a view along the direction with y pointing down as far as possible: (3, 3), rows right, down, forward."""
+    """Return the axes of an upright view along a direction (3,): (3, 3), rows right, down, forward.
+
+    They are unit vectors and right-handed. The coordinates of the direction have y pointing down, as in a camera's optical
+    frame. The row "down" is as near to y as possible; for a direction along y it is -z.
+    """
     forward = direction / max(float(np.linalg.norm(direction)), 1e-9)
     down = np.array((0.0, 1.0, 0.0)) - forward[1] * forward
     if np.linalg.norm(down) < 1e-3:
@@ -104,7 +119,16 @@ def upright_axes_along(direction: Floats) -> Floats:
 
 
 def spread_axes(centered: Floats) -> Floats:
-    """Return the principal axes of (N, 3) centered points: (3, 3), greatest spread first (rows right, down, forward)."""
+    """Return the axes of the view that shows points most spread out: (3, 3), rows right, down, forward.
+
+    They are the principal axes of the points, unit vectors and right-handed. The points spread most along "right" and least
+    along "forward". The largest component of "right", and that of "down", is positive.
+
+    Parameters
+    ----------
+    centered
+        (N, 3) points less their mean.
+    """
     _, axes = np.linalg.eigh(centered.T @ centered)
     axes = axes.T[::-1].copy()
     for axis in axes[:2]:

@@ -19,7 +19,17 @@ KEY_LIMIT = 2**62
 
 @dataclass(frozen=True)
 class Cells:
-    """Occupied cells of a box: keys (M,) int64 ascending, shape (D,) of the box, cell (N,) index of each point's cell."""
+    """The M occupied cells of a sparse grid, and the cell of each of N points.
+
+    Attributes
+    ----------
+    keys
+        (M,) int64 ascending, row-major index of each occupied cell in the box.
+    shape
+        (D,) number of cells of the box along each axis.
+    cell
+        (N,) int, index of each point's cell in `keys`.
+    """
 
     keys: Ints
     shape: tuple[int, ...]
@@ -27,11 +37,11 @@ class Cells:
 
     @property
     def coords(self) -> Ints:
-        """The coordinates of each cell in the box, (M, D) int64, in lexicographic order."""
+        """The index of each occupied cell along each axis of the box: (M, D) int64, in lexicographic order."""
         return unpack_keys(self.keys, self.shape)
 
     def sums(self, values: Floats) -> Floats:
-        """Return the sums (M, C) of the points' values (N, C) in each cell."""
+        """Return the sum over the points in each cell of their values: (N, C) for the points -> (M, C) for the cells."""
         return np.column_stack([np.bincount(self.cell, weights=column, minlength=len(self.keys)) for column in values.T])
 
 
@@ -41,17 +51,17 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
     Parameters
     ----------
     points
-        (N, D)
+        (N, D), in any unit.
     origin
-        (D,) corner of the box, below all points
+        (D,), lower corner of the box in that unit; no point is below it.
     size
-        edge of a cell, in the unit of the points
+        edge of a cell, in that unit.
     margin
-        free cells beyond the last
+        number of empty cells kept beyond the last point along each axis.
 
     Returns
     -------
-    The occupied cells, or the number of cells of the box if that is too large for 64-bit keys.
+    The occupied cells; or, if the box has too many cells for 64-bit keys, their number as a float.
     """
     coords = np.floor((points - origin) / size)
     shape = coords.max(axis=0) + margin + 1
@@ -65,25 +75,47 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
 
 
 def unpack_keys(keys: Ints, shape: tuple[int, ...]) -> Ints:
-    """Return the coordinates (M, D) of cells in a box from their keys (M,)."""
+    """Return the index along each axis, (M, D) int64, of cells in a box of a given shape.
+
+    Parameters
+    ----------
+    keys
+        (M,) int64, row-major index of each cell.
+    shape
+        (D,) number of cells of the box along each axis.
+    """
     return np.column_stack(np.unravel_index(keys, shape)).astype(np.int64)
 
 
 def sorted_unique(keys: Ints) -> Ints:
-    """Return the different keys, ascending. (np.unique hashes integers, which is slower than sorting nearly sorted ones.)"""
+    """Return the distinct keys (M,) in ascending order.
+
+    It is np.unique by sorting: np.unique hashes integers, which is slower for keys that are nearly sorted.
+    """
     keys = np.sort(keys)
     return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys
 
 
 def contains(keys: Ints, wanted: Ints) -> Bools:
-    """Return which of the wanted keys are among the ascending keys."""
+    """Tell which of the wanted keys (Q,) are among the given keys: (Q,) bool.
+
+    Parameters
+    ----------
+    keys
+        (M,) ascending, at least one.
+    wanted
+        (Q,) in any order.
+    """
     at = np.searchsorted(keys, wanted)
     at[at == len(keys)] = 0
     return np.asarray(keys[at] == wanted)
 
 
 def cloud_spacing(points: Floats) -> float:
-    """Return the typical distance between neighboring points (N, 3) of a surface in m, from their number in a disc."""
+    """Return the typical distance between neighboring points (N, 3) of a surface, in m, at least 1e-6.
+
+    It follows from the radius of the disc that holds a point's eight nearest neighbors. A single point gives 1 mm.
+    """
     sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
     nearest = min(8, len(sample) - 1)
     if nearest < 1:

@@ -15,18 +15,18 @@ from ..visibility import Visibility
 
 @dataclass(frozen=True)
 class FrameContext:
-    """What is known of a frame as a whole before it has chains.
+    """What is known of a frame as a whole before it has chains; every stage after voxelization gets it.
 
     Attributes
     ----------
     foreground
-        the object's points, mask and camera; `foreground.viewpoint` is where the sensor stood, if that is known.
+        the object's points, mask and camera. `foreground.viewpoint` is the position of the sensor, or None if unknown.
     grid
         the seen surface as voxels with centroids; in 2-D the pixels of the mask.
     visibility
-        answers what the camera saw at a place; None where there is no camera.
+        tells whether a position is seen, hidden or free; None for a cloud without camera views.
     segment_length
-        of every chain, m (px in 2-D).
+        length of the segments of every chain, m (px in 2-D).
     """
 
     foreground: Foreground
@@ -36,7 +36,7 @@ class FrameContext:
 
     @property
     def radius(self) -> float:
-        """The object's radius as far as it is known before there is a chain, m (px in 2-D)."""
+        """The first estimate of the object's radius, from its seen width, m (px in 2-D)."""
         return self.grid.radius
 
     @property
@@ -45,24 +45,24 @@ class FrameContext:
         return self.grid.size
 
     def seen_from(self, foreground: Foreground) -> FrameContext:
-        """Return the context with a foreground whose viewpoint is decided."""
+        """Return the same context with another foreground: one whose viewpoint (position of the sensor) is decided."""
         return replace(self, foreground=foreground)
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """The pieces of one object in order, before the gaps between them are filled: from merge to fill.
+    """The pieces of one object in order, from its start to its end, before the gaps between them are filled.
 
     Attributes
     ----------
     pieces
-        the joints of each piece, (N + 1, D) m (px in 2-D), from the start of the object to its end.
+        the joints of each piece, (N + 1, D) m (px in 2-D), in the order and direction in which the object runs.
     gap_paths
-        from each piece to the next; of a closed object one more, from the last piece to the first.
+        the path from each piece to the next; a closed object has one more, from the last piece to the first.
     costs
-        the cost of each connection.
+        the cost of each connection, in cost units (1 per mm of gap, 1 per px in 2-D).
     closed
-        the last piece is followed by the first.
+        True for a ring, whose last piece is joined to the first.
     confidence
         the confidence of each connection, 0 to 1.
     """
@@ -75,5 +75,5 @@ class Assembly:
 
     @property
     def segments(self) -> int:
-        """Number of segments of all pieces."""
+        """The number of segments of all pieces together."""
         return sum(len(piece) - 1 for piece in self.pieces)

@@ -70,20 +70,21 @@ SUBPIXEL_BITS = 4
 
 
 def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
-    """Return the mask of an image with the stretches of strands that it misses; None where it misses none.
+    """Extend the mask of an image along strands that continue beyond it (2-D only).
 
     Parameters
     ----------
     chains
-        those found in the mask, px, with radii. An end at the border of the image is not followed.
+        the chains found in the mask, px, with radii. Their free ends are followed, except at the border of the image.
     context
-        of the frame; without a mask or a color image, and in 3-D, the result is None.
+        what is known of the frame: the mask and the color image.
     config
         section `extend_mask` of the settings.
 
     Returns
     -------
-    mask : (H, W) bool, the mask of the foreground and the extensions, each as wide as its strand.
+    (H, W) bool, the mask with the strands' continuations added, each as wide as its strand. None if nothing was added, without a
+    color image, and in 3-D.
     """
     foreground = context.foreground
     mask, color = foreground.mask, foreground.color
@@ -105,19 +106,19 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
 
 
 def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
-    """Return the path of a strand beyond the last joint of its chain, (P, 2) px.
+    """Follow a strand in the image beyond the last joint of its chain, by the colors across it.
 
-    A stretch of up to `MAX_HIDDEN_RADII` that hides the strand is jumped. The path ends in pixels that the mask has already,
-    at the border of the image, after `max_length`, or where the strand is not seen to go on.
+    A stretch of up to MAX_HIDDEN_RADII (8) radii that looks different, such as another strand on top, is skipped. The path ends
+    where it runs into the mask, at the border of the image, after `max_length`, or where the strand is not seen to continue.
 
     Parameters
     ----------
     image
         (H, W, 3) uint8 RGB.
     mask
-        (H, W) bool.
+        (H, W) bool, the pixels already known to be of the object.
     joints
-        (N, 2) px, of the chain, in the order that ends at the end to follow.
+        (N, 2) px, joints of the chain; the strand is followed beyond the last one.
     radius
         px, of the strand at that end.
     config
@@ -125,7 +126,7 @@ def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, conf
 
     Returns
     -------
-    path : (P, 2) px, beginning with the last joint; P = 1 where the strand does not go on.
+    (P, 2) px, points along the strand, the first of which is the last joint; P = 1 if the strand does not continue.
     """
     tail = _last_joints(joints, PROFILE_LENGTH_RADII * radius)
     direction = tail[-1] - _last_joints(tail, DIRECTION_LENGTH_RADII * radius)[0]
@@ -172,7 +173,7 @@ def _find_step(
     radius
         px.
     colors, variance
-        (I, 3) and (3,), as of `_color_profile`.
+        (I, 3) and (3,): mean colors across the strand so far, and their variance along it.
     steps
         lengths to try, in units of STEP_RADII, consecutive.
     """

@@ -1,4 +1,4 @@
-"""Gaps closed by segments along their gap paths (paper, section III-G: connecting two chains)."""
+"""Close gaps by segments along their gap paths (Keipour et al., RA-L 2022, section III-G)."""
 
 from __future__ import annotations
 
@@ -19,11 +19,23 @@ SAME_JOINT = 1e-9
 
 
 def fill(assemblies: Sequence[Assembly], context: FrameContext) -> list[Path]:
-    """Return each assembly as one path; `filled` marks its new steps, where they bridge at least a segment.
+    """Join the pieces of each object to one polyline, with new segments across the gaps.
 
-    New segments of `segment_length` follow the gap path, each joint on the curve at that distance from the one before
-    (the paper's rule for a constant turn radius); the last one is as long as what remains of the gap. Gaps shorter
-    than a segment, of which pruning leaves many, count as seen (paper, section III-H).
+    New segments of `segment_length` follow the gap path (arc, line, arc): each joint is the point of the path at that
+    distance from the joint before (Keipour et al., RA-L 2022, section III-G: constant turn radius). The last new segment has
+    the length that remains of the gap. Gaps shorter than a segment, of which pruning leaves many, count as seen (section
+    III-H).
+
+    Parameters
+    ----------
+    assemblies
+        the pieces of each object, in order, with the paths across their gaps.
+    context
+        what is known of the frame; the segment length is used.
+
+    Returns
+    -------
+    One polyline per object, in the order given. Its `filled` is True for the new steps across gaps of at least a segment.
     """
     return [_fill_one(assembly, context.segment_length) for assembly in assemblies]
 

@@ -1,4 +1,4 @@
-"""Paths to chains of equal segments: the paper's Algorithm 2."""
+"""Lay chains of equal segments along paths: Algorithm 2 of Keipour et al. (RA-L 2022)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,24 @@ from . import FrameContext
 
 
 def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
-    """Return chains of segments of exactly `segment_length` along the paths; sharp turns end a chain.
+    """Lay chains of segments of exactly `segment_length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
 
-    A turn of more than `max_turn` degrees is sharp. A closed path that makes one chain is followed back to its first point
-    and gives a closed chain, whose last joint is then less than a segment from the first. Steps longer than a segment are
-    divided: the algorithm lays at most one segment at each point and would fall behind.
+    A turn of more than `max_turn` degrees ends a chain, and the next begins. A closed path that makes one chain is followed
+    back to its first point and gives a closed chain, whose last joint is less than a segment from the first. Steps longer
+    than a segment are divided first, since the algorithm lays at most one segment at each point.
+
+    Parameters
+    ----------
+    paths
+        polylines along the skeleton, m (px in 2-D).
+    context
+        what is known of the frame; the segment length is used.
+    config
+        section `fit` of the settings.
+
+    Returns
+    -------
+    The chains, in the order of the paths and along them. A path shorter than a segment gives none.
     """
     chains: list[Chain] = []
     min_cosine = math.cos(math.radians(config.max_turn))

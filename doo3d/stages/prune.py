@@ -1,4 +1,4 @@
-"""Overlapping segments removed: of two, the one in the shorter chain (paper, section III-E)."""
+"""Remove overlapping segments: of two, the one in the shorter chain (Keipour et al., RA-L 2022, section III-E)."""
 
 from __future__ import annotations
 
@@ -23,16 +23,34 @@ CONTACTS_PER_PAIR = 64
 
 @dataclass(frozen=True)
 class Pruned:
-    """The chains that pruning left, and the segments that it removed, (S, 2, D) m (px in 2-D), in the order of the chains."""
+    """The result of pruning.
+
+    Attributes
+    ----------
+    chains
+        the chains that are left.
+    removed
+        (S, 2, D) m (px in 2-D), the two joints of each removed segment, in the order of the chains given.
+    """
 
     chains: list[Chain]
     removed: Floats
 
 
 def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pruned:
-    """Remove segments that overlap others; a chain that loses an inner segment becomes two.
+    """Remove segments that overlap others: of two that overlap, the one in the shorter chain.
 
-    Segments are taken as square cuboids, whose width is chosen from the voxel of the context if the config does not give it.
+    The rule is that of Keipour et al. (RA-L 2022), section III-E. Segments are tested as square cuboids. A chain that loses an
+    inner segment is split in two.
+
+    Parameters
+    ----------
+    chains
+        the fitted chains.
+    context
+        what is known of the frame; its voxel size gives the width of the cuboids if the config does not.
+    config
+        section `prune` of the settings.
     """
     if not chains:
         return Pruned([], np.zeros((0, 2, context.grid.centroids.shape[1])))
@@ -83,18 +101,22 @@ def _runs(chain: Chain, kept: Bools) -> list[Chain]:
 
 
 def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]]:
-    """Return the pairs i < j of segments whose square cuboids intersect, sorted.
+    """Find the pairs of segments whose square cuboids intersect.
 
-    FCL's dynamic AABB tree finds the pairs, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
-    Segments that have only the one before and the one after within their reach are not given to FCL at all; two
-    in a row always touch and are listed only where FCL saw them.
+    FCL's dynamic AABB tree finds the candidates, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
+    Segments that have only their two neighbors in reach are not tested. Successive segments share a joint and so always
+    touch: whether such a pair is listed means nothing.
 
     Parameters
     ----------
     starts, ends
-        (S, D) m (px in 2-D), of the segments.
+        (S, D) m (px in 2-D), the two joints of each segment.
     width
-        of the cuboids, m (px in 2-D).
+        width of the cuboids, m (px in 2-D).
+
+    Returns
+    -------
+    Pairs (i, j) of segment indices with i < j, sorted.
     """
     near = _crowded(starts, ends, width)
     if not len(near):

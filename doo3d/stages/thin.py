@@ -1,4 +1,7 @@
-"""Thin voxels to a curve skeleton (paper, section III-B: connected stays connected, one line per branch)."""
+"""Thin voxels to a curve skeleton (Keipour et al., RA-L 2022, section III-B).
+
+Connected voxels stay connected, and every branch becomes one line.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,14 @@ from ..types import Skeleton, VoxelGrid
 
 
 def thin(grid: VoxelGrid) -> Skeleton:
-    """Return the curve skeleton of the voxels, each voxel of it at the centroid of its points.
+    """Thin the occupied voxels to a curve skeleton, one voxel wide and connected as the voxels are.
 
-    Voxels are thinned by Lee, Kashyap and Chu's algorithm, pixels (2-D) by Zhang and Suen's.
+    In 3-D by Lee, Kashyap and Chu's algorithm, in 2-D by Zhang and Suen's.
+
+    Returns
+    -------
+    The skeleton, in the order of the grid's voxels. Its points are the centroids of the measured points in each voxel, m (px in
+    2-D).
     """
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids)

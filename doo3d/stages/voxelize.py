@@ -49,13 +49,22 @@ USE_FILTERED_POINTS = True
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
-    """Return the occupied voxels with the centroids of their points, small components removed.
+    """Sort the object's points into voxels, close small holes and remove small components.
 
-    Filtered points are used where there are any. In 2-D the pixels of the mask are the voxels.
+    Points whose depth noise is averaged away are used if there are any. With a mask only the core of each strand (the part
+    around its middle) is used, so that strands side by side stay apart. In 2-D every pixel of the mask is a voxel, and none
+    is removed.
+
+    Parameters
+    ----------
+    foreground
+        the object's points, with mask and pixels if there are any.
+    config
+        section `voxelize` of the settings. A radius or voxel size that is not set is measured.
 
     Raises
     ------
-    InputError : the grid would hold more than `MAX_VOXELS`.
+    InputError : the grid would hold more than MAX_VOXELS (two million) voxels.
     """
     dim = foreground.points.shape[1]
     if dim == 2 and foreground.mask is not None:
@@ -72,11 +81,11 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
 
 
 def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
-    """Return which pixels of a mask lie in the core of their strand.
+    """Tell which pixels lie in the core of their strand, the part of the mask around the strand's middle.
 
-    Those at least `core_fraction` as far from the edge of the mask as the farthest pixel within about `radius` do, and those less
-    than `margin` nearer to the edge than it. Strands side by side have background between them, if only a pixel of it: their
-    cores are apart by far more.
+    Compared are a pixel's distance from the edge of the mask and the largest such distance within about `radius` of the
+    pixel. The pixel is in the core if its distance is at least `core_fraction` of the largest, or at most `margin` less than
+    the largest. Strands side by side have background between them, if only one pixel of it, so their cores are clearly apart.
 
     Parameters
     ----------
@@ -85,15 +94,15 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     pixels
         (N, 2) int64 (u, v).
     core_fraction
-        0 to 1.
+        0 to 1; 0 puts all pixels of the mask in the core.
     radius
-        px, of the object.
+        px, radius of the object.
     margin
-        px.
+        px; infinite puts all pixels of the mask in the core.
 
     Returns
     -------
-    in_core : (N,) bool.
+    (N,) bool, one per pixel; False for a pixel outside the mask.
     """
     box = bounding_box(mask)
     distance = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
@@ -108,19 +117,24 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
-    """Return the pixels (H, W) of a mask at occluding edges, on the strand that passes beneath.
+    """Find the pixels of a mask beside an occluding edge: on a strand just where it passes beneath another.
 
-    At such a pixel the surface lies farther away than the nearest one within half of the object's radius, by `min_step` more than
-    it slopes on either side, and by more than noise: a strand that runs away from the camera slopes all along.
+    There the surface is farther away than the nearest surface within half of the object's radius. The step exceeds
+    `min_step`, the depth noise, and the slope of the surface on either side, since a strand that runs away from the camera
+    slopes all along.
 
     Parameters
     ----------
     foreground
-        all pixels are False where it has no pixels or no mask.
+        the object's points, with mask and pixels.
     min_step
-        m.
+        m, least step in depth.
     radius
-        px, of the object.
+        px, radius of the object.
+
+    Returns
+    -------
+    (H, W) bool; all False without pixels, (0, 0) without a mask.
     """
     if foreground.mask is None:
         return np.zeros((0, 0), dtype=bool)

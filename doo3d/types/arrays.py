@@ -22,20 +22,27 @@ Bools = NDArray[np.bool_]
 
 
 def sealed(array: Array) -> Array:
-    """Return the array as a read-only view; the caller's own array stays writable."""
+    """Return a read-only view of an array of any shape; the array itself stays writable."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def set_sealed(instance: object, **values: Any) -> None:
-    """Set attributes of a frozen dataclass, arrays as read-only views."""
+    """Set the named attributes of a frozen dataclass instance; arrays are set as read-only views."""
     for name, value in values.items():
         object.__setattr__(instance, name, sealed(value) if isinstance(value, np.ndarray) else value)
 
 
 def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
-    """Return the mask as bool of the given shape, (H, W) or (N,).
+    """Return a mask as a bool array, after checking its shape and type.
+
+    Parameters
+    ----------
+    mask
+        bool, or integers where non-zero means object.
+    shape
+        the shape that the mask must have: (H, W) for an image, (N,) for a cloud.
 
     Raises
     ------

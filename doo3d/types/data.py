@@ -14,18 +14,21 @@ from .arrays import Array, Bools, Floats, set_sealed
 class Camera:
     """Pinhole camera without distortion: pixel (u, v) = (fx x / z + cx, fy y / z + cy).
 
+    Points (x, y, z) are in the camera's optical frame, metres: x right, y down, z forward.
+
     Attributes
     ----------
     fx, fy
         focal lengths, px.
     cx, cy
-        principal point, px.
+        principal point, px; (0, 0) is the center of the top left pixel.
     width, height
-        of the image, px.
+        size of the image, px.
 
     Raises
     ------
-    InputError : on construction, when a number is not finite or a focal length or size is not positive."""
+    InputError : on construction, when a number is not finite or a focal length or size is not positive.
+    """
 
     fx: float
     fy: float
@@ -48,13 +51,21 @@ class Camera:
             )
 
     def project(self, points: Floats) -> Floats:
-        """Return the pixels (N, 2) of points (N, 3) m in the camera frame; NaN where z <= 0."""
+        """Return the pixels (u, v), (N, 2), of points (N, 3) m in the camera's optical frame; NaN for points with z <= 0."""
         points = np.asarray(points, dtype=float)
         z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
         return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
 
     def unproject(self, pixels: Array, depth: Array) -> Floats:
-        """Return the points (N, 3) m in the camera frame at pixels (N, 2) with depths z (N,) m."""
+        """Return the points (N, 3) m in the camera's optical frame seen at given pixels.
+
+        Parameters
+        ----------
+        pixels
+            (N, 2), (u, v) px.
+        depth
+            (N,) m, the z coordinate of each point, not its distance along the ray.
+        """
         pixels = np.asarray(pixels, dtype=float)
         z = np.asarray(depth, dtype=float)
         return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
@@ -62,24 +73,25 @@ class Camera:
 
 @dataclass(frozen=True)
 class Frame:
-    """One RGB-D frame.
+    """One RGB-D frame: a depth image, the color image registered to it, and the camera.
 
     Attributes
     ----------
     color
-        (H, W, 3) uint8 RGB, registered to the depth; None where there is none.
+        (H, W, 3) uint8 RGB, registered to the depth (same size, same view); None if there is no color.
     depth
-        (H, W) float, metres along the optical axis; 0, NaN, negative or infinite = none. Kept as float32 with 0 = none.
+        (H, W) float, metres along the optical axis. 0, NaN, infinite and negative values mean no reading; they are stored as 0.
     camera
-        the intrinsics of both.
+        the intrinsics of the depth image, and so of the color image.
     name
-        as the capture calls the frame.
+        name of the frame in its capture.
     timestamp
-        s; None where the capture has none.
+        s; None if the capture has none.
 
     Raises
     ------
-    InputError : on construction, when shapes or types do not fit each other."""
+    InputError : on construction, when the shapes or types of color, depth and camera do not fit each other.
+    """
 
     color: Array | None
     depth: Array
@@ -124,20 +136,21 @@ class Frame:
 
 @dataclass(frozen=True)
 class Image:
-    """One photograph, for the 2-D mode: pixels are the only unit.
+    """One color photograph without depth, for the 2-D mode, in which all lengths are pixels.
 
     Attributes
     ----------
     color
-        (H, W, 3) uint8 RGB; (H, W) uint8 grey becomes that.
+        (H, W, 3) uint8 RGB. A grey image (H, W) uint8 is accepted and stored with three equal channels.
     name
-        as the capture calls the image.
+        name of the image in its capture.
     timestamp
-        s; None where the capture has none.
+        s; None if the capture has none.
 
     Raises
     ------
-    InputError : on construction, when the shape or the type is another."""
+    InputError : on construction, when the shape or type is neither of the two above.
+    """
 
     color: Array
     name: str = "image"
@@ -156,18 +169,20 @@ class Image:
 
 @dataclass(frozen=True)
 class CameraView:
-    """What one camera saw of the object in a cloud that was fused from many views.
+    """One of the camera views that a cloud was fused from: what that camera saw of the object.
 
     Attributes
     ----------
     camera
-        its intrinsics.
+        the intrinsics of the view.
     pose
-        (4, 4), its optical frame in the frame of the cloud: x_cloud = pose @ x_camera.
+        (4, 4), camera-to-cloud transform in m: p_cloud = pose @ p_camera, with the camera's optical frame x right, y down, z
+        forward.
     mask
         (H, W) bool, the pixels of the object.
     depth
-        (H, W) float32 m, 0 = none."""
+        (H, W) float32 m, 0 = no reading.
+    """
 
     camera: Camera
     pose: Floats
@@ -185,27 +200,29 @@ class Cloud:
     Attributes
     ----------
     points
-        (N, 3) float, metres; rows with NaN or infinity are dropped.
+        (N, 3) float, metres. Rows with NaN or infinity are dropped on construction.
     colors
-        (N, 3) uint8 RGB, or None.
+        (N, 3) uint8 RGB, one per point; None if there is no color.
     viewpoint
-        (3,) m, where the sensor stood; None where unknown. Clouds in a camera's optical frame have (0, 0, 0).
+        (3,) m, position of the sensor in the frame of the points; (0, 0, 0) for a cloud in a camera's optical frame. None if
+        unknown.
     name
-        as the capture calls the cloud.
+        name of the cloud in its capture.
     timestamp
-        s; None where the capture has none.
+        s; None if the capture has none.
     views
-        what some cameras saw of the object, for a cloud fused from many views.
+        the camera views that the cloud was fused from; empty for a cloud of another origin.
     segmented
-        whether all points are the object.
+        True if all points belong to the object, so that no segmentation is needed.
     coordinates
-        the frame the points are in, a key of COORDINATES.
+        the coordinate frame of the points: "camera", "cloud", "image" or "world" (COORDINATES describes each).
     notes
-        what the user should know of how the cloud was made, a sentence each.
+        messages to the user about how the cloud was made, one sentence each.
 
     Raises
     ------
-    InputError : on construction, when shapes or types do not fit each other."""
+    InputError : on construction, when the shapes or types of points, colors and viewpoint do not fit each other.
+    """
 
     points: Floats
     colors: Array | None = None

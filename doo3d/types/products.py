@@ -10,32 +10,35 @@ from .data import Camera, CameraView
 
 @dataclass(frozen=True)
 class Foreground:
-    """The pixels or points that belong to the object; segmentation loses some rather than keeping other things.
+    """The pixels or points that segmentation takes for the object, with the image they come from.
+
+    Segmentation is conservative: it rather loses part of the object than keeps something else.
 
     Attributes
     ----------
     points
         (N, D) m (px in 2-D), one per seen surface point, as measured.
     filtered
-        (N, D) m, the same after averaging noise away, at the price of detail; None where they are the same.
+        (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
     pixels
-        (N, 2) int, the (u, v) each point was seen at; None for clouds.
+        (N, 2) int, the pixel (u, v) of each point; None for clouds.
     mask
-        (H, W) bool, the pixels of the object, with depth or without; None for clouds.
+        (H, W) bool, the pixels of the object, with depth reading or without; None for clouds.
     depth
-        (H, W) float32 m, the whole frame's, 0 = none; None where there is none.
+        (H, W) float32 m, the depth of the whole frame, 0 = no reading; None in 2-D and for clouds.
     color
-        (H, W, 3) uint8 RGB, the whole image's; None where there is none.
+        (H, W, 3) uint8 RGB, the whole color image; None if there is none.
     camera
-        None where there is none.
+        the intrinsics; None in 2-D and for clouds.
     viewpoint
-        (3,) m, where the sensor stood; None where unknown or in 2-D.
+        (3,) m, position of the sensor in the frame of the points; None if unknown, and in 2-D.
     mask_radius
-        m (px in 2-D), median half-width of the mask at its depth, 0 where unknown; None where not measured.
+        m, median half-width of the mask, each pixel taken at its own depth. 0 if no pixel has depth; None if not measured.
     notes
-        what the segmentation tells the user, a sentence each.
+        messages of the segmentation to the user, one sentence each.
     views
-        what some cameras saw of the object, for a cloud fused from many views."""
+        the camera views that a cloud was fused from; empty otherwise.
+    """
 
     points: Floats
     filtered: Floats | None = None
@@ -56,22 +59,26 @@ class Foreground:
 
 @dataclass(frozen=True)
 class VoxelGrid:
-    """Occupied voxels only, in lexicographic order.
+    """The M occupied voxels of a sparse voxel grid, sorted by `coords`; in 2-D the pixels of the mask.
+
+    Voxel c covers the cube from origin + c size to origin + (c + 1) size.
 
     Attributes
     ----------
     coords
-        (M, D) int64 >= 1, the voxel's place in the box.
+        (M, D) int64 >= 1, index of each voxel along each axis.
     centroids
-        (M, D) m, mean of the points inside; voxels that closing added have the mean of their neighbors.
+        (M, D) m (px in 2-D), mean of the points in each voxel. A voxel that was added to close a hole has the mean centroid of
+        its neighbors.
     counts
-        (M,) int, points inside; 0 for voxels that closing added.
+        (M,) int, number of points in each voxel; 0 for a voxel that was added to close a hole.
     size
-        m (1 px in 2-D), the edge of a voxel.
+        edge of a voxel, m (1 px in 2-D).
     origin
-        (D,) m, the corner of voxel 0.
+        (D,) m (px in 2-D), the lower corner of voxel 0.
     radius
-        m (px in 2-D), the object's radius as far as it is known before there is a chain, from the seen width."""
+        m (px in 2-D), first estimate of the object's radius, from its seen width, before there is a chain.
+    """
 
     coords: Ints
     centroids: Floats
@@ -86,14 +93,15 @@ class VoxelGrid:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The voxels that thinning left.
+    """The K voxels that thinning left: lines one voxel wide along the object.
 
     Attributes
     ----------
     coords
-        (K, D) int64, as in the voxel grid.
+        (K, D) int64, index of each voxel along each axis of the voxel grid.
     points
-        (K, D) m (px in 2-D), the centroids of those voxels."""
+        (K, D) m (px in 2-D), the centroid of each voxel.
+    """
 
     coords: Ints
     points: Floats
@@ -104,18 +112,21 @@ class Skeleton:
 
 @dataclass(frozen=True)
 class Path:
-    """An ordered polyline along the object.
+    """A polyline along the object: P ordered points, from one end to the other or round a loop.
 
     Attributes
     ----------
     points
         (P, D) m (px in 2-D).
     closed
-        whether the last point is followed by the first, which is not repeated.
+        True for a loop, whose last point is joined to the first. The first point is not repeated at the end.
     filled
-        (P - 1,) bool ((P,) where closed), whether the step from each point to the next bridges a gap; None where none does.
+        bool for each step from a point to the next, True if the step bridges a gap: (P - 1,), or (P,) if closed. None if no step
+        does.
     joins
-        for each connection the number of the step in the middle of its gap, and the connection's confidence, 0 to 1."""
+        one pair for each connection of two pieces: the index of the step in the middle of the gap, and the confidence of the
+        connection, 0 to 1.
+    """
 
     points: Floats
     closed: bool = False

@@ -23,15 +23,16 @@ COORDINATES = {
 
 
 class Connection(NamedTuple):
-    """A place where merging joined two pieces to one chain.
+    """A place along a chain where merging joined two separate pieces.
 
     Attributes
     ----------
     segment
-        number of the chain's segment at that place.
+        index of the chain's segment at that place.
     confidence
-        0 to 1, that the two pieces belong together: the cost of the best alternative less the connection's own, over the
-        largest cost a connection may have. 0 where another connection would have cost no more."""
+        0 to 1, that the two pieces belong together: the rise of the total cost without this connection, over the largest cost
+        that a connection may have. 0 if a solution without it would cost no more.
+    """
 
     segment: int
     confidence: float
@@ -39,26 +40,32 @@ class Connection(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """One object as equal cylinders on ball joints.
+    """One object as a chain: N cylinders of equal length, joined end to end by ball joints.
 
     Attributes
     ----------
     joints
-        (N + 1, D) float64, m in the camera frame (px in 2-D), consecutive ones exactly segment_length apart.
+        (N + 1, D) float64, m in the frame that the detection names (px in 2-D); neighbors are exactly `segment_length` apart.
     segment_length
         m (px in 2-D).
     radius
-        m (px in 2-D), of the whole chain.
+        m (px in 2-D), one for the whole chain.
     radii
-        (N + 1,) m (px in 2-D), the radius at each joint where it was seen, interpolated between.
+        (N + 1,) m (px in 2-D), radius at each joint, interpolated where it could not be measured. The value of `radius` if not
+        given.
     occluded
-        (N,) bool, whether the segment was filled in, not seen.
+        (N,) bool, True for a segment that was filled in, not seen. All False if not given.
     closed
-        whether the chain is a ring, whose last joint meets the first.
+        True for a ring, whose last joint meets the first.
     connections
-        the places where pieces were joined to make this chain, along the chain.
+        where pieces were joined to make this chain, in order along it.
     id
-        number of the object in a capture, the same from frame to frame; None where frames were not tracked."""
+        identity of the object in a capture, the same from frame to frame; None if frames were not tracked.
+
+    Raises
+    ------
+    InputError : on construction, when shapes do not fit each other or joints are not `segment_length` apart.
+    """
 
     joints: Floats
     segment_length: float
@@ -90,16 +97,16 @@ class Chain:
 
     @property
     def length(self) -> float:
-        """The length N * segment_length, m (px in 2-D)."""
+        """The length of the chain, N * segment_length, m (px in 2-D)."""
         return (len(self.joints) - 1) * self.segment_length
 
     @property
     def confidence(self) -> float:
-        """The confidence of the chain, 0 to 1: that of its least confident connection; 1 where there are none."""
+        """The confidence of the chain, 0 to 1: the lowest of its connections' confidences; 1 without connections."""
         return min((connection.confidence for connection in self.connections), default=1.0)
 
     def nodes(self, count: int) -> Floats:
-        """Return points (count, D) at equal arc length from the first joint to the last, as trackers want them.
+        """Return evenly spaced points along the chain, first and last joint included: (count, D), m (px in 2-D).
 
         Raises
         ------
@@ -113,7 +120,7 @@ class Chain:
         return np.asarray(self.joints[index] * (1 - part) + self.joints[index + 1] * part)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the chain as plain lists and numbers, as the JSON file holds it."""
+        """Return the chain as plain lists and numbers, ready for JSON."""
         return {
             "id": self.id,
             "joints": self.joints.tolist(),
@@ -129,14 +136,15 @@ class Chain:
 
 
 class SegmentRef(NamedTuple):
-    """A segment of one of a detection's chains.
+    """Reference to one segment of one chain in a detection.
 
     Attributes
     ----------
     chain
-        number of the chain in `Detection.chains`.
+        index of the chain in `Detection.chains`.
     segment
-        number of the segment in that chain."""
+        index of the segment in that chain.
+    """
 
     chain: int
     segment: int
@@ -144,18 +152,19 @@ class SegmentRef(NamedTuple):
 
 @dataclass(frozen=True)
 class Crossing:
-    """Two strands, of one chain or of two, that cross in the view.
+    """A place where two strands (parts of one chain or of two) cross in the view.
 
     Attributes
     ----------
     upper
-        the segment of the upper strand, the one nearer to the camera, which hides the lower.
+        the segment of the upper strand, which is nearer to the camera and hides the other.
     lower
         the segment of the lower strand.
     point
-        (D,) m (px in 2-D), where they cross, on the upper strand's axis.
+        (D,) m (px in 2-D), the point on the upper strand's axis where they cross in the view.
     confidence
-        0 to 1, that `upper` is the upper; 0 where neither depth nor color tells."""
+        0 to 1, that `upper` really is the upper one; 0 if neither depth nor color tells.
+    """
 
     upper: SegmentRef
     lower: SegmentRef
@@ -166,7 +175,7 @@ class Crossing:
         set_sealed(self, point=np.asarray(self.point, dtype=float))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the crossing as plain lists and numbers, as the JSON file holds it."""
+        """Return the crossing as plain lists and numbers, ready for JSON."""
         upper, lower = self.upper._asdict(), self.lower._asdict()
         return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
 
@@ -178,21 +187,22 @@ class Detection:
     Attributes
     ----------
     chains
-        longest first.
+        one chain per object, longest first.
     mode
-        "3d" or "2d".
+        "3d" (lengths in m) or "2d" (lengths in px).
     coordinates
-        the frame the joints are in, a key of COORDINATES.
+        the coordinate frame of the joints: "camera", "cloud", "image" or "world" (COORDINATES describes each).
     frame
         name of the frame.
     timestamp
-        s; None where the capture has none.
+        s; None if the capture has none.
     seconds
-        stage -> s.
+        run time of each stage: name of the stage -> s.
     notes
-        what the user should know, a sentence each.
+        messages to the user, one sentence each.
     crossings
-        where strands cross in the view, in the order of the chains and along them."""
+        where strands cross in the view, sorted by the chain and the segment that come first.
+    """
 
     chains: tuple[Chain, ...]
     mode: str = "3d"
@@ -205,11 +215,11 @@ class Detection:
 
     @property
     def confidence(self) -> float:
-        """The confidence of the detection, 0 to 1: that of its least confident chain; 1 where there are none."""
+        """The confidence of the detection, 0 to 1: the lowest of its chains' confidences; 1 without chains."""
         return min((chain.confidence for chain in self.chains), default=1.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the detection as plain lists, strings and numbers, as the JSON file holds it (schema doo3d/detection/2)."""
+        """Return the detection as plain lists, strings and numbers, ready for JSON (schema doo3d/detection/2)."""
         return {
             "schema": SCHEMA,
             "frame": self.frame,

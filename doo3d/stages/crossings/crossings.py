@@ -21,23 +21,23 @@ UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
 
 
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    """Return every place where two strands, of one chain or of two, cross in the view.
+    """Find every place where two strands, of one chain or of two, cross in the view, and tell which is on top.
 
-    The view is the camera's; that of a cloud is from its viewpoint, or from above, along its z axis, where that is unknown. In
-    2-D there is no depth, and only color tells which strand is upper: where it does not, it is the first, with confidence 0.
+    The view is the camera's. A cloud is viewed from its viewpoint or, if that is unknown, from above along its z axis. In 2-D
+    only color tells which strand is upper; where it does not, the first one is taken, with confidence 0.
 
     Parameters
     ----------
     chains
-        C chains, m (px in 2-D).
+        the chains of one frame, m (px in 2-D).
     context
-        the foreground with its depth, colors and viewpoint.
+        what is known of the frame; depth, colors, camera and viewpoint of the foreground are used.
     config
-        whether colors count.
+        section `crossings` of the settings: whether colors count.
 
     Returns
     -------
-    The crossings in the order of the chains and along them.
+    The crossings, in the order of the chains and along them.
     """
     if not chains:
         return ()
@@ -71,7 +71,11 @@ def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odd
 
 
 def projection_of(foreground: Foreground) -> Projection:
-    """Return the projection of a camera, from a viewpoint, from above, or, in 2-D, of the image."""
+    """Return the projection to the view in which crossings of a foreground are looked for.
+
+    It is the camera's if there is one, to pixels. A cloud is viewed in perspective from its viewpoint, or parallel to its z axis
+    from above if the viewpoint is unknown. In 2-D the positions are those in the image.
+    """
     if foreground.points.shape[1] == 2:
         return Projection.planar()
     if foreground.camera is not None:

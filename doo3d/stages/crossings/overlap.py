@@ -40,25 +40,25 @@ Lookup = Callable[[Floats], Floats]
 
 @dataclass(frozen=True)
 class CrossingStrands:
-    """The two strands at each of C crossings.
+    """The two strands at each of C crossings, with S samples along each strand, outside their overlap in the view.
 
     Attributes
     ----------
     middle
-        (C, 2, S, 2), positions in the view along the strands, S / 2 before the overlap and S / 2 behind it; NaN beyond their
-        ends.
+        (C, 2, S, 2), positions in the view of the samples on the strand's axis: S / 2 before the overlap, S / 2 behind it. NaN
+        beyond the strand's ends.
     depth
-        (C, 2, S), distance of their axes there.
+        (C, 2, S), distance of the axis from the viewpoint at the samples.
     side
-        (C, 2, S, 2) unit, square to the strands there.
+        (C, 2, S, 2) unit, direction across the strand in the view at the samples.
     along
-        (C, 2, S), signed distance from the crossing in half-widths.
+        (C, 2, S), position of the samples along the strand, in half-widths from the crossing; negative before it.
     half_width
-        (C, 2), in the unit of the view.
+        (C, 2), half the width of each strand, in the unit of the view.
     point
-        (C, 2), position of the crossing.
+        (C, 2), position of the crossing in the view.
     normal
-        (C, 2, 2) unit, square to each strand at the crossing.
+        (C, 2, 2) unit, direction across each strand in the view at the crossing.
     """
 
     middle: Floats
@@ -71,14 +71,14 @@ class CrossingStrands:
 
 
 def sample_strands(crossings: Intersections, chains: PolylineSet, half_width: Floats) -> CrossingStrands:
-    """Return samples along both strands on both sides of each crossing.
+    """Take samples along both strands of each crossing, on both sides of the area where they overlap.
 
     Parameters
     ----------
     crossings
-        C intersections in the view.
+        C intersections of the chains in the view.
     chains
-        the chains in the view, with their distance as third coordinate.
+        the joints of all chains as (u, v, distance): position in the view and distance from the viewpoint.
     half_width
         (C, 2), half the width of each strand at the crossing, in the unit of the view.
     """
@@ -107,19 +107,20 @@ def _normals(vectors: Floats) -> Floats:
 
 
 def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, Floats]:
-    """Return positions across the strands beyond the overlap, and in the overlap.
+    """Return positions in the view across both strands of each crossing, beside their overlap and inside it.
 
     Parameters
     ----------
     strands
-        at C crossings.
+        the two strands at C crossings, with S samples along each.
     offsets
-        (A,), lateral offsets from the middle of a strand in half-widths.
+        (A,), lateral offsets from the middle of a strand, in its half-widths.
 
     Returns
     -------
-    beyond : (C, 2, S, A, 2).
-    inside : (C, A, A, 2); [c, a, b] lies offsets[a] from the middle of the first strand and offsets[b] from that of the second.
+    beyond : (C, 2, S, A, 2), positions across each strand at its samples, which lie outside the overlap.
+    inside : (C, A, A, 2), positions in the overlap. [c, a, b] lies offsets[a] from the middle of the first strand and offsets[b]
+        from the middle of the second.
     """
     lateral = (offsets * strands.half_width[..., None])[:, :, None, :, None]
     beyond = strands.middle[..., None, :] + lateral * strands.side[..., None, :]
@@ -133,28 +134,30 @@ def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, F
 
 
 def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius: Floats) -> tuple[Floats, Floats]:
-    """Measure which strand's surface is in front, and which one's is seen in the overlap.
+    """Measure which strand's surface is in front, and to which strand the surface seen in the overlap belongs.
 
-    The surface of each strand is measured beyond the overlap on both sides and extrapolated across it by a parabola; the
-    upper strand's is the one that is then measured in the overlap. Readings a thickness nearer or farther than the strand's other
-    readings are of something else.
+    The surface of each strand is measured on both sides of the overlap and extrapolated across it by a parabola. The surface
+    measured in the overlap is that of the upper strand. Readings that differ from a strand's others by more than its
+    thickness belong to something else and are left out.
 
     Parameters
     ----------
     strands
-        at C crossings.
+        the two strands at C crossings.
     surface
-        distance of the object's surface at positions in the view.
+        function from positions (..., 2) in the view to the distance (...) of the object's surface there; NaN without a reading.
     depth
-        (C, 2), distance of the strands' axes at the crossing.
+        (C, 2), distance of the strands' axes from the viewpoint at the crossing.
     radius
-        (C, 2), of the strands, in the same unit.
+        (C, 2), radius of the strands, in the unit of `depth`.
 
     Returns
     -------
-    in_front : (C,), distance of the second strand's surface less that of the first.
-    mismatch : (C,), how much farther the second strand's surface is from the one measured in the overlap than the first's.
-    Both are NaN where a strand, or the overlap, was not measured.
+    in_front : (C,), how much nearer the first strand's surface is than the second's: positive if the first is in front. NaN if
+        either strand's surface could not be extrapolated.
+    mismatch : (C,), how much better the first strand's surface agrees with the one in the overlap: positive if the first is
+        upper.
+        NaN without a reading in the overlap.
     """
     beyond, inside = sample_overlap(strands, SURFACE_OFFSETS)
     measured = _medians(surface(beyond))
@@ -197,19 +200,24 @@ def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:
 
 
 def color_order(strands: CrossingStrands, color: Lookup, noise: float) -> Floats:
-    """Return how much better the first strand's colors explain those in the overlap than the second's: (C,) log ratios.
+    """Measure how much better the first strand's colors explain those in the overlap than the second strand's do.
 
-    The upper strand's profile across continues through the overlap: its middle, its darker sides and its highlight, whatever
-    the color of both. NaN where a strand is not seen on both sides.
+    The color profile across the upper strand (its middle, darker sides and highlight) continues through the overlap, whatever
+    the colors of both.
 
     Parameters
     ----------
     strands
-        at C crossings.
+        the two strands at C crossings.
     color
-        colors (..., K) at positions in the view.
+        function from positions (..., 2) in the view to colors (..., K); NaN outside the image.
     noise
-        of the colors, in their unit.
+        standard deviation of the colors, in their unit.
+
+    Returns
+    -------
+    (C,) log ratio of the mean squared color errors, positive if the first strand is upper. NaN if either strand has too few
+    samples on one side of the crossing.
     """
     beyond, inside = sample_overlap(strands, COLOR_OFFSETS)
     colors, in_overlap = color(beyond), color(inside)

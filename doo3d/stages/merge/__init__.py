@@ -1,4 +1,4 @@
-"""Which chain ends belong together (paper, section III-F)."""
+"""Which chain ends belong together (Keipour et al., RA-L 2022, section III-F)."""
 
 from .decisions import Candidate, DroppedChain, Merged, MergeDecision
 from .merge import merge

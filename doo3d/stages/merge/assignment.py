@@ -1,4 +1,7 @@
-"""The choice of connections among all pairs of ends, given their costs: the paper's greedy rule, and a global matching."""
+"""Choose connections among all pairs of ends, given their costs.
+
+By the greedy rule of Keipour et al. (RA-L 2022), or by a global matching.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,15 @@ FORCED_MIN_LENGTH_RATIO = 0.1
 
 
 class Link(NamedTuple):
-    """Two ends to be joined, the lower first, and the cost of that; links compare by cost."""
+    """A connection of two chain ends and its cost. Links compare by cost.
+
+    Attributes
+    ----------
+    cost
+        cost units: 1 per mm of gap (1 per px in 2-D), weights per radian.
+    first, second
+        the two ends, the lower one (by chain number, then side) first.
+    """
 
     cost: float
     first: End
@@ -30,15 +41,21 @@ class Link(NamedTuple):
 
     @property
     def pair(self) -> Pair:
-        """The two ends."""
+        """The two ends, the lower first."""
         return self.first, self.second
 
 
 class ChainGroups:
-    """Sets of chains that are joined to each other, directly or through others."""
+    """Groups of chains that are connected to each other, directly or through other chains (disjoint sets).
+
+    Attributes
+    ----------
+    group
+        for each chain the number of its group.
+    """
 
     def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
-        """Put each of `count` chains in a group of its own, then join the groups of the links."""
+        """Put each of `count` chains in a group of its own, then unite the groups that the links connect."""
         self.group = list(range(count))
         for link in links:
             self.join(link.pair)
@@ -48,16 +65,22 @@ class ChainGroups:
         return len(set(self.group))
 
     def of(self, end: End) -> int:
-        """Return the group of an end's chain."""
+        """Return the number of the group that an end's chain is in."""
         return self.group[end.chain]
 
     def join(self, pair: Pair) -> None:
-        """Make one group of the groups of two ends."""
+        """Unite the groups that the chains of two ends are in."""
         kept, gone = self.of(pair[0]), self.of(pair[1])
         self.group = [kept if group == gone else group for group in self.group]
 
     def large(self, sizes: Sequence[int]) -> set[int]:
-        """Return the groups that are not small beside the largest; sizes : segments of each chain."""
+        """Return the numbers of the groups with at least a tenth of the segments of the largest group.
+
+        Parameters
+        ----------
+        sizes
+            number of segments of each chain.
+        """
         total = dict.fromkeys(self.group, 0)
         for group, size in zip(self.group, sizes, strict=True):
             total[group] += size
@@ -65,18 +88,26 @@ class ChainGroups:
 
 
 def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
-    """Choose the connections: by the configured strategy, and then by force where fewer chains are wanted.
+    """Choose which chain ends to connect, by the configured strategy.
+
+    If a number of chains is wanted and more are left, further connections are then forced, which may cost up to three times the
+    usual limit.
 
     Parameters
     ----------
     cost
-        (E, E), of joining two ends without their gap path, in the upper triangle; infinite where that is not allowed.
+        (E, E) cost units, of connecting two ends without their gap path. Only the upper triangle counts; infinite where a
+        connection is not allowed.
     sizes
-        segments of each chain.
+        number of segments of each chain.
     gap_costs
-        costs of the gap paths of pairs.
+        function from pairs of ends to the costs of their gap paths, which come on top of `cost` and are not negative.
     config
-        strategy, number of chains wanted and largest cost.
+        section `merge` of the settings: strategy, number of chains wanted, largest cost.
+
+    Returns
+    -------
+    The chosen connections with their whole costs; no end is in two of them.
     """
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), gap_costs, config)
     if config.chains is not None:
@@ -85,7 +116,7 @@ def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: Merg
 
 
 def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
-    """Join the cheapest pair first, as the paper does.
+    """Join the cheapest pair first, as Keipour et al. (RA-L 2022) do.
 
     Gap paths only ever add to a cost, so only the gap path of the pair that would be next is made.
     """
@@ -149,21 +180,26 @@ def force_merges(
 ) -> list[Link]:
     """Choose further connections, the cheapest first, until the wanted number of chains is left.
 
-    Each may cost up to FORCED_COST_FACTOR times `max_cost`. Chains that are small beside the longest are left alone: remnants
-    are better dropped.
+    Each may cost up to FORCED_COST_FACTOR (3) times `max_cost`. Connected chains that together have less than a tenth of the
+    segments of the longest such group are left alone: they are probably clutter.
 
     Parameters
     ----------
     links
-        chosen before.
+        the connections chosen before.
     cost
-        (E, E), as of `assign`.
+        (E, E) cost units, of connecting two ends without their gap path. Only the upper triangle counts; infinite where a
+        connection is not allowed.
     sizes
-        segments of each chain.
+        number of segments of each chain.
     gap_costs
-        costs of the gap paths of pairs.
+        function from pairs of ends to the costs of their gap paths, which come on top of `cost`.
     config
-        number of chains wanted, one where it is not set, and largest cost.
+        section `merge` of the settings: number of chains wanted (1 if not set) and largest cost.
+
+    Returns
+    -------
+    The further connections, without those given; fewer than wanted if none is cheap enough.
     """
     groups = ChainGroups(len(sizes), links)
     used = {end for link in links for end in link.pair}
@@ -200,7 +236,13 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
 
 
 def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
-    """Return the connections of one ring that the connections close; None where they close none."""
+    """Return the connections that form one ring of chains; None if the connections form no ring.
+
+    Parameters
+    ----------
+    pairs
+        connections, each of two chain ends, the lower first; no end is in two of them.
+    """
     partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
     visited: set[End] = set()
     for start, _ in pairs:

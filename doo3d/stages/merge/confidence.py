@@ -12,22 +12,22 @@ from .assignment import Link
 
 
 def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_rings: bool = False) -> list[float]:
-    """Return the confidence of each connection, 0 to 1: the rise of the total cost without it, over `max_cost`.
+    """Return the confidence of each connection, 0 to 1.
 
-    Without a connection either of its ends stays free, which costs half of `max_cost`, or is joined to another end. What that
-    was joined to stays free, or is joined to an end that was free, or to what was joined to the other end's new partner. So up
-    to three connections are exchanged; no end is used twice.
+    It is the rise of the least total cost if the connection is not made, divided by `max_cost`. Without a connection each of
+    its two ends stays free, which costs half of `max_cost`, or is connected to another end. The end that this takes a partner
+    from then stays free or finds another one. Up to three connections are exchanged in that way.
 
     Parameters
     ----------
     links
-        as chosen.
+        the chosen connections.
     cost
-        (E, E), of joining two ends, in the upper triangle; infinite where that is not allowed.
+        (E, E) cost units, of connecting two ends. Only the upper triangle counts; infinite where a connection is not allowed.
     max_cost
-        cost of leaving both ends of a connection free; where it is infinite, twice the largest cost that there is.
+        cost of leaving both ends of a connection free. If infinite, a little over twice the largest finite cost is used.
     allow_rings
-        alternatives may join both ends of what is one chain then.
+        True if an alternative may connect the two ends of one chain.
     """
     if not np.isfinite(max_cost):
         max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1

@@ -1,4 +1,4 @@
-"""The cost of joining two chain ends: the paper's equations 1 to 3 and 5, for all pairs of E ends at once.
+"""The cost of joining two chain ends, for all pairs of E ends at once: equations 1 to 3 and 5 of Keipour et al. (RA-L 2022).
 
 points : (E, D) m (px in 2-D), the ends. tangents : (E, D) unit, pointing out of the chains; or (E, E, D), the tangent of end i
 expected half way to end j. Costs of pairs are (E, E).
@@ -39,11 +39,13 @@ COINCIDENT = 1e-12
 
 
 def custom_cost(name: str) -> CustomCost:
-    """Return the cost term of that name in CUSTOM_COSTS.
+    """Return the user's cost term that is registered in CUSTOM_COSTS under a name.
+
+    It is a function of the ends' points (E, D) and outward tangents (E, D) to costs (E, E).
 
     Raises
     ------
-    ConfigError : there is none.
+    ConfigError : no term of that name is registered.
     """
     if name not in CUSTOM_COSTS:
         raise ConfigError(
@@ -55,20 +57,57 @@ def custom_cost(name: str) -> CustomCost:
 
 
 def euclidean(points: Floats) -> Floats:
-    """Return the distance between the ends of each pair, m (px in 2-D): equation 1."""
+    """Return the distance between the two ends of each pair: equation 1 of Keipour et al. (RA-L 2022).
+
+    Parameters
+    ----------
+    points
+        (E, D) m (px in 2-D), the ends.
+
+    Returns
+    -------
+    (E, E) m (px in 2-D).
+    """
     return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
 
 
 def direction(tangents: Floats) -> Floats:
-    """Return the angle between the tangent of one end and the opposite of the other's, radians: equation 2."""
+    """Return the angle by which the direction changes between the two ends of each pair.
+
+    Equation 2 of Keipour et al. (RA-L 2022). The angle is 0 if the tangents point straight against each other, as the ends of
+    one straight line do.
+
+    Parameters
+    ----------
+    tangents
+        (E, D) unit, tangent of each end pointing out of its chain; or (E, E, D), where [i, j] is the tangent that end i is
+        expected to have half way to end j.
+
+    Returns
+    -------
+    (E, E) radians, 0 to pi.
+    """
     outward = _pairwise(tangents)
     return angle(outward, -outward.swapaxes(0, 1))
 
 
 def curvature(points: Floats, tangents: Floats) -> Floats:
-    """Return the larger of the angles by which either end must bend towards the other, radians: equation 3.
+    """Return the angle by which the connection of each pair bends at its ends, the larger of the two.
 
-    Zero for ends that coincide, which need no bend.
+    Equation 3 of Keipour et al. (RA-L 2022). At each end it is the angle between the tangent and the straight line to the other
+    end; 0 for ends that coincide.
+
+    Parameters
+    ----------
+    points
+        (E, D) m (px in 2-D), the ends.
+    tangents
+        (E, D) unit, tangent of each end pointing out of its chain; or (E, E, D), where [i, j] is the tangent that end i is
+        expected to have half way to end j.
+
+    Returns
+    -------
+    (E, E) radians, 0 to pi.
     """
     gap = points[None] - points[:, None]
     bend = angle(_pairwise(tangents), gap)
@@ -77,27 +116,30 @@ def curvature(points: Floats, tangents: Floats) -> Floats:
 
 
 def count_in(ends: Bools) -> Floats:
-    """Return how many ends of each pair are marked in `ends`, (E,) bool: 0, 1 or 2."""
+    """Return how many of the two ends of each pair are marked, (E, E): 0, 1 or 2, from marks (E,) bool."""
     return ends[:, None].astype(float) + ends[None]
 
 
 def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, config: MergeConfig) -> dict[str, Floats]:
-    """Return the weighted terms of equation 5, and those beyond the paper, for every pair of ends.
+    """Return the weighted cost terms of every pair of ends.
+
+    They are those of equation 5 of Keipour et al. (RA-L 2022) and further ones. The further terms are the user's own and the
+    cost of ends in plain view, which are probably real tips.
 
     Parameters
     ----------
     ends
-        of all chains.
+        position, tangent and curvature of the E ends of all chains.
     radius
-        of the object, m (px in 2-D).
+        radius of the object, m (px in 2-D).
     visibility
-        of the frame; None where there is no camera.
+        tells which ends are in plain view; None for a cloud without camera views.
     config
-        the weights.
+        section `merge` of the settings: the weights.
 
     Returns
     -------
-    Name -> (E, E) cost units.
+    Name of the term -> (E, E) cost units.
     """
     distance = euclidean(ends.points)
     expected = _expected_tangents(ends, distance, radius, config)
@@ -116,23 +158,27 @@ def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, co
 def pair_costs(
     ends: ChainEnds, terms: dict[str, Floats], radius: float, visibility: Visibility | None, config: MergeConfig
 ) -> Floats:
-    """Return the sum of the terms for every pair of ends that may be joined, (E, E) cost units.
+    """Return the cost of connecting each pair of ends; infinite where a connection is not allowed.
 
-    Infinite elsewhere: in the lower triangle, so that each pair counts once; for ends that are too far apart or cost too much,
-    that belong to a ring, that are the two ends of one chain (unless rings are allowed), or that both exit the view.
+    Not allowed are ends that are too far apart or cost too much, ends of a ring, the two ends of one chain (unless rings are
+    allowed), and two ends that both leave the view. The lower triangle is infinite too, so that each pair counts once.
 
     Parameters
     ----------
     ends
-        of all chains.
+        position and tangent of the E ends of all chains.
     terms
-        name -> (E, E), of `cost_terms`.
+        name of the term -> (E, E) cost units.
     radius
-        of the object, m (px in 2-D).
+        radius of the object, m (px in 2-D).
     visibility
-        of the frame; None where there is no camera.
+        tells which ends leave the view; None for a cloud without camera views.
     config
-        the limits.
+        section `merge` of the settings: the limits.
+
+    Returns
+    -------
+    (E, E) cost units: 1 per mm of gap (1 per px in 2-D), weights per radian.
     """
     total = np.zeros((len(ends.points), len(ends.points)))
     for name, term in terms.items():

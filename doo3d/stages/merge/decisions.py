@@ -16,16 +16,18 @@ from .gap_path_costs import GapCost, GapPaths
 
 @dataclass(frozen=True)
 class Candidate:
-    """Two ends that are or could be joined, and the cost of that.
+    """Two chain ends that are or could be connected, and what the connection costs.
+
+    Costs are in cost units: 1 per mm of gap (1 per px in 2-D).
 
     Attributes
     ----------
     ends
-        the lower first; chains are numbered as pruning left them.
+        the two ends, the lower first. Chains are numbered as in `Pruned.chains`.
     points
-        (2, D) m (px in 2-D), where the ends lie.
+        (2, D) m (px in 2-D), the positions of the two ends.
     terms
-        name -> cost, without that of the gap path.
+        name of the term -> cost, without the cost of the gap path.
     """
 
     ends: Pair
@@ -35,29 +37,29 @@ class Candidate:
 
     @property
     def gap_cost(self) -> GapCost:
-        """The cost of the gap path; measured now unless the connection was considered when ends were joined."""
+        """The cost of the gap path, in free and in unknown space; measured on first access if merging did not need it."""
         return self._gap_paths.cost(self.ends)
 
     @property
     def cost(self) -> float:
-        """The sum of all terms and of the cost of the gap path."""
+        """The whole cost of the connection: all terms and the cost of the gap path."""
         return sum(self.terms.values()) + sum(self.gap_cost)
 
 
 @dataclass(frozen=True)
 class MergeDecision:
-    """One connection that was made.
+    """One connection that was made, and its cheapest alternative.
 
     Attributes
     ----------
     chosen
-        the two ends that were joined.
+        the two ends that were connected.
     runner_up
-        the cheapest other pair that has one of the two ends, by its straight connection; None where none is allowed.
+        the cheapest other pair with one of the two ends, by the cost of the straight connection; None if no other is allowed.
     confidence
-        0 to 1.
+        confidence of the connection, 0 to 1.
     kept
-        the connection is in an assembly that was kept.
+        False if the connection is part of an object that was dropped in the end.
     """
 
     chosen: Candidate
@@ -68,7 +70,15 @@ class MergeDecision:
 
 @dataclass(frozen=True)
 class DroppedChain:
-    """A chain that is in no assembly that was kept, and the setting that dropped it: "merge.chains" or "merge.min_length"."""
+    """A chain that is part of no object that was kept.
+
+    Attributes
+    ----------
+    chain
+        the dropped chain.
+    setting
+        the setting that dropped it: "merge.chains" (too many objects) or "merge.min_length" (object too short).
+    """
 
     chain: Chain
     setting: str
@@ -76,7 +86,17 @@ class DroppedChain:
 
 @dataclass(frozen=True)
 class Merged:
-    """What merging made: the assemblies, longest first, its connections, the cheapest first, and the chains it dropped."""
+    """The result of merging.
+
+    Attributes
+    ----------
+    assemblies
+        one per object: its pieces in order, with the paths across the gaps. Longest first.
+    decisions
+        the connections made, the cheapest first.
+    dropped
+        the chains that are part of no assembly.
+    """
 
     assemblies: list[Assembly]
     decisions: tuple[MergeDecision, ...] = ()
@@ -91,20 +111,23 @@ def record_decisions(
     alternatives: Floats,
     gap_paths: GapPaths,
 ) -> tuple[MergeDecision, ...]:
-    """Return the records of connections, the cheapest first.
+    """Return a record of each connection with its cost and its cheapest alternative, the cheapest first.
 
     Parameters
     ----------
     links
-        the connections.
-    confidence, kept
-        of each connection.
+        the chosen connections.
+    confidence
+        of each connection, 0 to 1.
+    kept
+        for each connection, whether it is part of an object that was kept.
     terms
-        name -> (E, E), cost of each pair of ends.
+        name of the term -> (E, E), cost of each pair of ends.
     alternatives
-        (E, E), cost of each pair with its straight connection, in the upper triangle; infinite where not allowed.
+        (E, E) cost units, of each pair by its straight connection. Only the upper triangle counts; infinite where a connection is
+        not allowed.
     gap_paths
-        of the ends.
+        the gap paths of all pairs of ends, with their costs.
     """
     symmetric = np.minimum(alternatives, alternatives.T)
     points, names = gap_paths.ends.points, ends_of(len(alternatives) // 2)

@@ -12,14 +12,22 @@ from ...types import Bools, Chain, Floats
 
 @dataclass(frozen=True, order=True, slots=True)
 class End:
-    """One end of a chain: of the chain's number, and side 0 for its first joint, 1 for its last."""
+    """One end of a chain.
+
+    Attributes
+    ----------
+    chain
+        number of the chain.
+    side
+        0 for the chain's first joint, 1 for its last.
+    """
 
     chain: int
     side: int
 
     @property
     def index(self) -> int:
-        """Row of this end in arrays over all E ends: two rows a chain, the first joint's before the last's."""
+        """The row of this end in arrays over all E ends: 2 chain + side."""
         return 2 * self.chain + self.side
 
     @property
@@ -36,24 +44,24 @@ Pair = tuple[End, End]
 
 
 def ends_of(count: int) -> list[End]:
-    """Return the ends of `count` chains, in the order of their rows in arrays."""
+    """Return both ends of each of `count` chains: first joint, last joint of chain 0, then of chain 1, and so on."""
     return [End(chain, side) for chain in range(count) for side in (0, 1)]
 
 
 @dataclass(frozen=True)
 class ChainEnds:
-    """All E ends of the chains, as arrays with a row per end.
+    """All E ends of the chains as arrays: rows 2 c and 2 c + 1 are the first and the last joint of chain c.
 
     Attributes
     ----------
     points
-        (E, D) m (px in 2-D).
+        (E, D) m (px in 2-D), position of each end.
     tangents
-        (E, D) unit, pointing out of the chains.
+        (E, D) unit, tangent at each end, pointing out of its chain.
     curvatures
-        (E, D) 1/m (1/px in 2-D), square to the tangents.
+        (E, D) 1/m (1/px in 2-D), curvature vector at each end: perpendicular to the tangent, towards the inside of the bend.
     closed
-        (E,) bool, the chain is a ring already.
+        (E,) bool, True if the chain is already a ring.
     """
 
     points: Floats
@@ -63,12 +71,20 @@ class ChainEnds:
 
     @property
     def unit_cost(self) -> float:
-        """Cost units per unit of length: per millimetre in 3-D, per pixel in 2-D."""
+        """The cost units per unit of length: 1000 per m in 3-D (1 per mm), 1 per px in 2-D."""
         return 1000.0 if self.points.shape[1] == 3 else 1.0
 
 
 def measure_ends(chains: list[Chain], window: float) -> ChainEnds:
-    """Return the ends of the chains, one at least; tangents are fitted over `window` m (px in 2-D) of chain."""
+    """Measure position, outward tangent and curvature of both ends of each chain.
+
+    Parameters
+    ----------
+    chains
+        at least one.
+    window
+        m (px in 2-D), length of chain at the end to which a parabola is fitted; at least the last segment is used.
+    """
     bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
     joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
     tangents, curvatures = end_tangents(joints, bounds, float(window))

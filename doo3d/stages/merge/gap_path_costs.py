@@ -26,7 +26,15 @@ CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 
 
 class GapCost(NamedTuple):
-    """The cost of a gap path for running through free space, and for running through unknown space."""
+    """The cost of a gap path, in cost units.
+
+    Attributes
+    ----------
+    free_space
+        for the length that runs through space the camera saw to be empty.
+    unknown
+        for the length that runs through places without a depth reading.
+    """
 
     free_space: float
     unknown: float
@@ -34,18 +42,18 @@ class GapCost(NamedTuple):
 
 @dataclass(frozen=True)
 class GapPaths:
-    """The gap paths of pairs of ends and their costs, each made when it is first asked for and then kept.
+    """The gap paths of all pairs of chain ends and their costs, each computed on first use and kept.
 
     Attributes
     ----------
     ends
-        of all chains.
+        position and tangent of the ends of all chains.
     radius
-        of the object, m (px in 2-D).
+        radius of the object, m (px in 2-D).
     visibility
-        of the frame; None where there is no camera, and all space is unknown.
+        tells free from hidden space; None for a cloud without camera views, where all space counts as unknown.
     config
-        the weights, and the side on which gap paths are led.
+        section `merge` of the settings: the weights, and whether gap paths run outside or inside.
     """
 
     ends: ChainEnds
@@ -56,9 +64,9 @@ class GapPaths:
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
 
     def path(self, start: End, end: End) -> GapPath:
-        """Return the gap path from one end to another.
+        """Return the gap path from one end to another: an arc, a straight line, an arc.
 
-        From either end it is the same curve, up to rounding: each direction that is asked for has its own numbers.
+        The path from `end` to `start` is the same curve reversed, up to rounding.
         """
         if (start, end) not in self._paths:
             points, tangents = self.ends.points, self.ends.tangents
@@ -69,7 +77,7 @@ class GapPaths:
         return self._paths[start, end]
 
     def costs(self, pairs: Sequence[Pair]) -> list[float]:
-        """Return the cost of the gap path of each pair, free and unknown space together."""
+        """Return the cost of each pair's gap path, in cost units: that for free and that for unknown space added."""
         if not (self.config.free_space_weight or self.config.unknown_weight):
             return [0.0] * len(pairs)
         if missing := [pair for pair in pairs if pair not in self._costs]:
@@ -77,7 +85,7 @@ class GapPaths:
         return [cost.free_space + cost.unknown for cost in map(self._costs.__getitem__, pairs)]
 
     def cost(self, pair: Pair) -> GapCost:
-        """Return the cost of one gap path, free and unknown space apart."""
+        """Return the costs of one pair's gap path for free and for unknown space, each in cost units."""
         self.costs([pair])
         return self._costs.get(pair, GapCost(0.0, 0.0))
 
@@ -103,12 +111,18 @@ class GapPaths:
         return np.array([(0.0, steps(path).sum()) for path in paths])
 
     def with_straight_gaps(self, cost: Floats) -> Floats:
-        """Return the costs of pairs with what the straight connections cost for free and unknown space, (E, E).
+        """Add to the cost of each pair of ends what a straight connection through free and unknown space costs.
 
-        Gap paths are too expensive to be made for all pairs; the straight connection tells as well which alternatives a
-        connection has.
+        Gap paths are too expensive to compute for all pairs. Straight connections suffice to compare the alternatives.
 
-        cost : (E, E) cost units without gap paths, infinite where ends may not be joined.
+        Parameters
+        ----------
+        cost
+            (E, E) cost units without gap paths, infinite where ends may not be connected.
+
+        Returns
+        -------
+        (E, E) cost units, a new array.
         """
         total = cost.copy()
         first, second = np.nonzero(np.isfinite(cost))

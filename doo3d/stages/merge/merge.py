@@ -1,4 +1,4 @@
-"""Which chain ends belong together (paper, section III-F: choosing the best matches)."""
+"""Which chain ends belong together (Keipour et al., RA-L 2022, section III-F)."""
 
 from __future__ import annotations
 
@@ -17,10 +17,26 @@ from .gap_path_costs import GapPaths
 
 
 def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:
-    """Join chain ends at the lowest cost (equation 5) until no pair is good enough or the wanted number of chains is left.
+    """Decide which chain ends belong together, and put the chains of each object in order.
 
-    Where a camera is known, a connection costs also for the parts of its gap path in free space. Of the assemblies, longest
-    first, the wanted number is kept; where no number is wanted, those of at least `min_length`.
+    The method is that of Keipour et al. (RA-L 2022), section III-F, with further costs.
+
+    Ends are connected at the lowest total cost (equation 5) until no pair is cheap enough or the wanted number of chains is
+    left. Where a camera is known, the part of a gap path in free space costs extra. Of the objects, longest first, the wanted
+    number is kept; if no number is set, those of at least `min_length` radii.
+
+    Parameters
+    ----------
+    chains
+        the chains that pruning left.
+    context
+        what is known of the frame: radius, segment length, visibility.
+    config
+        section `merge` of the settings.
+
+    Returns
+    -------
+    The objects, a record of each connection, and the chains dropped.
     """
     if not chains:
         return Merged([])
@@ -52,20 +68,38 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
 
 @dataclass(frozen=True)
 class Route:
-    """The chains of one object in order: by which end each is entered, and whether the last leads back to the first."""
+    """The order in which the chains of one object follow each other.
+
+    Attributes
+    ----------
+    entries
+        for each chain, in order, the end at which it is entered.
+    closed
+        True if the last chain is connected to the first.
+    """
 
     entries: tuple[End, ...]
     closed: bool
 
     @property
     def gaps(self) -> list[tuple[End, End]]:
-        """The ends on either side of each gap, in the direction of the route."""
+        """The two ends at each gap: where one chain is left, and where the next is entered."""
         following = [*self.entries[1:], *(self.entries[:1] if self.closed else ())]
         return [(entry.other, end) for entry, end in zip(self.entries, following, strict=False)]
 
 
 def trace_routes(chains: Sequence[Chain], links: Sequence[Link]) -> list[Route]:
-    """Return the routes through all chains along the links: from free ends in order, then round the rings."""
+    """Return the routes through all chains along the connections.
+
+    A chain without a connection is a route of its own. Routes between free ends come first, in the order of the ends, then rings.
+
+    Parameters
+    ----------
+    chains
+        all chains; links refer to them by index.
+    links
+        the connections; no end is in two of them.
+    """
     partner = {link.first: link.second for link in links} | {link.second: link.first for link in links}
     free = [end for end in ends_of(len(chains)) if end not in partner]
     visited: set[int] = set()

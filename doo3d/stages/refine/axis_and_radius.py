@@ -71,7 +71,18 @@ class _Estimate:
 
 
 def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
-    """Return the foreground, with the viewpoint at the origin if a cloud without one looks like a half shell seen from there."""
+    """Infer the viewpoint (position of the sensor) of a cloud that comes without one.
+
+    If the points look like half shells (the half of a cylinder that one camera sees) seen from the origin, the foreground is
+    returned with the origin as its viewpoint. Otherwise, and if the viewpoint is known, it is returned unchanged.
+
+    Parameters
+    ----------
+    foreground
+        the object's points.
+    samples
+        samples along the paths on the seen surface, m.
+    """
     if foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
     axes = section_axes(samples.positions, samples.tangents(), None)
@@ -83,9 +94,21 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
 
 
 def estimate_axis(samples: Samples, foreground: Foreground) -> Samples:
-    """Return the samples moved to the axis, with their radii, by one iteration.
+    """Move samples from the seen surface to the axis of the object, and estimate the radius at each; one iteration.
 
-    Each path is smoothed by a Whittaker smoother whose weights say how well, and in which directions, the axis is known.
+    The axis is measured in the mask and the depth, in the masks of all views, or in the points alone, whichever there are. Each
+    path is then smoothed by a Whittaker smoother, whose weights say how well the axis is known in each direction.
+
+    Parameters
+    ----------
+    samples
+        samples along all paths, m (px in 2-D).
+    foreground
+        the object's points, with mask, camera views or viewpoint if there are any.
+
+    Returns
+    -------
+    New samples, as many as given.
     """
     planar = samples.positions.shape[1] == 2
     tangent = samples.tangents()
@@ -153,21 +176,22 @@ def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) 
 
 
 def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples: Samples) -> float:
-    """Return the robust standard deviation, in radii, of the depth of positions measured along paths.
+    """Return the noise of an axis measured in depth: the robust standard deviation, as a multiple of the radius.
 
-    It comes from second differences of positions so far apart that their windows do not overlap: the second difference of
-    independent errors has six times their variance. The median sees little of the bends, the smaller part of an object.
+    It comes from second differences of positions so far apart that their windows of measurement do not overlap. The second
+    difference of independent errors has six times their variance. The median ignores the bends, the smaller part of an
+    object. With too few samples the result is 0.
 
     Parameters
     ----------
     positions
-        (S, 3) m.
+        (S, 3) m, measured positions on the axis.
     depth_axis
-        (S, 3) unit.
+        (S, 3) unit, away from the sensor.
     measured
-        (S,) bool.
+        (S,) bool, False for a position to leave out.
     samples
-        the samples they belong to.
+        the samples at which the positions were measured.
     """
     step = 2 * samples.window_half + 1
     first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)

@@ -34,9 +34,18 @@ GAUSS_NEWTON_STEPS = 8
 
 @dataclass(frozen=True)
 class SectionAxes:
-    """Axes at S samples: tangent, lateral (square to the view) and depth (away from the sensor), each (S, D) unit.
+    """Three perpendicular unit axes at each of S samples along an object: the frame of its cross-sections.
 
-    In 2-D there is no depth, and those vectors are zero.
+    In 2-D there is no depth axis, and its vectors are zero.
+
+    Attributes
+    ----------
+    tangent
+        (S, D), along the object.
+    lateral
+        (S, D), across the object, perpendicular to the line of sight.
+    depth
+        (S, D), across the object, away from the sensor.
     """
 
     tangent: Floats
@@ -45,16 +54,17 @@ class SectionAxes:
 
 
 def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -> SectionAxes:
-    """Return the axes at samples seen from a viewpoint.
+    """Return the axes of the cross-sections at samples, as seen from a viewpoint; depth = tangent x lateral.
 
     Parameters
     ----------
     positions
-        (S, 3) m.
+        (S, 3) m, the samples.
     tangent
-        (S, 3) unit.
+        (S, 3) unit, along the object.
     viewpoint
-        (3,) m; None: any axes that turn little from one sample to the next.
+        (3,) m, position of the sensor in the frame of the samples. None if unknown: lateral and depth are then arbitrary, but
+        turn little from one sample to the next.
     """
     if viewpoint is not None:
         lateral = unit(np.cross(positions - viewpoint, tangent))
@@ -71,12 +81,36 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
 
 
 def planar_axes(tangent: Floats) -> SectionAxes:
-    """Return the axes at samples in an image, from tangents (S, 2)."""
+    """Return the axes of the cross-sections at samples in an image.
+
+    The lateral axis is the tangent turned by 90 degrees from x towards y; the depth axis is zero.
+
+    Parameters
+    ----------
+    tangent
+        (S, 2) unit, along the object in the image.
+    """
     return SectionAxes(tangent, np.column_stack((-tangent[:, 1], tangent[:, 0])), np.zeros_like(tangent))
 
 
 def window_sum(values: Array, path: Ints, window_half: int) -> Floats:
-    """Return the sums of (S,) or (S, C) values over `window_half` samples on either side, within each path."""
+    """Return moving sums of values at samples, within each path.
+
+    Each sum is over a sample and `window_half` samples on either side of it.
+
+    Parameters
+    ----------
+    values
+        (S,) or (S, C).
+    path
+        (S,) int, the path of each sample; the samples of one path are consecutive.
+    window_half
+        number of samples on either side, fewer at the ends of a path.
+
+    Returns
+    -------
+    The sums, in the shape of the values.
+    """
     total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
     index = np.arange(len(values))
     starts = np.concatenate(([0], np.flatnonzero(np.diff(path)) + 1))
@@ -87,20 +121,22 @@ def window_sum(values: Array, path: Ints, window_half: int) -> Floats:
 
 
 def thinned(points: Array) -> Array:
-    """Return about MAX_SURFACE_POINTS of the points (N, C), evenly, always the same ones."""
+    """Subsample points (N, C) evenly, to at most MAX_SURFACE_POINTS (10,000): every k-th point is kept."""
     return np.ascontiguousarray(points[:: max(1, -(-len(points) // MAX_SURFACE_POINTS))])
 
 
 @dataclass(frozen=True)
 class CrossSections:
-    """Surface points in the cross-sections of the samples they belong to.
+    """Surface points of the object, each in the cross-section of the sample it is nearest to.
 
     Attributes
     ----------
     sample
-        (N,) int, the sample of each point.
-    lateral, depth
-        (N,) m, offset of the point from the sample along its axes.
+        (N,) int, index of the sample of each point.
+    lateral
+        (N,) m, offset of the point from the sample along the lateral axis (across the line of sight).
+    depth
+        (N,) m, offset of the point from the sample along the depth axis, positive away from the sensor.
     """
 
     sample: Ints
@@ -109,18 +145,18 @@ class CrossSections:
 
 
 def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: Floats) -> CrossSections:
-    """Return each point in the cross-section of its nearest sample.
+    """Sort surface points into the cross-sections of the samples they are nearest to.
 
     Parameters
     ----------
     points
-        (N, 3) m.
+        (N, 3) m, surface points.
     positions
-        (S, 3) m.
+        (S, 3) m, samples along the object.
     axes
-        at the samples.
+        the axes of the cross-section at each sample.
     reach
-        (S,) m; points farther from their sample are left out.
+        (S,) m; points farther from their nearest sample than its reach are left out.
     """
     distance, near = nearest(points, positions, float(reach.max()), True)
     kept = distance < reach[near]
@@ -131,14 +167,27 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
 
 
 def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half: int) -> tuple[Floats, Floats]:
-    """Estimate how deep the axis lies behind samples that lie in the middle of the silhouette.
+    """Estimate how far behind each sample the axis of the object lies.
 
-    The mean of depth + sqrt(r^2 - u^2) over the points with |u| < 0.8 r, without those that differ by more than three deviations.
+    The samples lie in the middle of the silhouette. The estimate is the mean of w + sqrt(r^2 - u^2) over the surface points
+    with |u| < 0.8 r, where u and w are a point's lateral and depth offset from the sample and r is the radius. Points that
+    differ by more than three standard deviations are left out.
+
+    Parameters
+    ----------
+    sections
+        surface points in the cross-sections of the samples.
+    path
+        (S,) int, the path of each sample.
+    radius
+        (S,) m, of the object at each sample.
+    window_half
+        number of samples on either side, in the same path, whose points are pooled.
 
     Returns
     -------
-    depth : (S,) m along the depth axis from the sample.
-    count : (S,) number of points it is estimated from.
+    depth : (S,) m from the sample to the axis, positive away from the sensor.
+    count : (S,) number of points in each mean; the depth means nothing where it is 0.
     """
     good = np.abs(sections.lateral) < CENTRAL_PART * radius[sections.sample]
     sample = sections.sample[good]
@@ -157,16 +206,25 @@ def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half:
 
 
 def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tuple[Floats, Floats, Floats]:
-    """Fit a half shell to the lateral spread of the points of each cross-section.
+    """Fit the half of a cylinder that one camera sees (a half shell) to the points of each cross-section.
 
-    Points of a depth image lie evenly over the width: their lateral offsets have the variance r^2 / 3 and the kurtosis 1.8.
-    Points that lie evenly on the surface, as a voxel filter leaves them, have r^2 / 2 and 1.5. The kurtosis of all points
-    tells how far to go from one factor to the other.
+    The radius r follows from the variance of the lateral offsets: r^2 / 3 for points spread evenly over the width, as in a
+    depth image, and r^2 / 2 for points spread evenly over the surface, as after a voxel filter. The kurtosis of the offsets,
+    1.8 or 1.5, tells which, or how far between.
+
+    Parameters
+    ----------
+    sections
+        surface points in the cross-sections of the samples.
+    path
+        (S,) int, the path of each sample.
+    window_half
+        number of samples on either side, in the same path, whose points are pooled.
 
     Returns
     -------
-    middle : (S,) m, lateral offset of the shell's middle.
-    radii : (S,) m; NaN where there are fewer than MIN_POINTS points.
+    middle : (S,) m, lateral offset of the shell's middle from the sample.
+    radii : (S,) m; NaN for fewer than MIN_POINTS (5) points.
     count : (S,) number of points.
     """
 
@@ -187,10 +245,26 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
 def is_seen_from(
     viewpoint: Floats, sections: CrossSections, path: Ints, positions: Floats, axes: SectionAxes, window_half: int
 ) -> bool:
-    """Tell whether the points look like the half shells that are seen from a viewpoint (3,) m.
+    """Tell whether surface points look like half shells seen from a viewpoint.
 
-    The circle through each cross-section then has its center behind the points, as seen from there; the points of a
-    whole tube have it in their middle.
+    A half shell is the half of a cylinder's surface that one camera sees. A circle is fitted to each cross-section. For a
+    half shell its center lies behind the mean of the points, as seen from the viewpoint; for the points of a whole tube the
+    two coincide.
+
+    Parameters
+    ----------
+    viewpoint
+        (3,) m, in the frame of the points.
+    sections
+        surface points in the cross-sections of the samples.
+    path
+        (S,) int, the path of each sample.
+    positions
+        (S, 3) m, the samples.
+    axes
+        the axes of the cross-section at each sample.
+    window_half
+        number of samples on either side, in the same path, whose points are pooled.
     """
     center, radii, count = fit_circles(sections, path, None, window_half)
     mean = np.zeros_like(center)
@@ -207,27 +281,28 @@ def is_seen_from(
 def fit_circles(
     sections: CrossSections, path: Ints, radius: Floats | None, window_half: int, steps: int = GAUSS_NEWTON_STEPS
 ) -> tuple[Floats, Floats, Floats]:
-    """Fit a circle to each cross-section: least squares of the distance to the circle, by Gauss-Newton.
+    """Fit a circle to the points of each cross-section by Gauss-Newton.
 
-    It starts from the algebraic fit of Kasa (1976), which alone makes the circles of short arcs too small.
+    The sum of the squared distances from the circle is minimised. The iteration starts from the algebraic fit of Kasa (1976),
+    which by itself makes the circles of short arcs too small.
 
     Parameters
     ----------
     sections
-        the surface points.
+        surface points in the cross-sections of the samples.
     path
-        (S,) int.
+        (S,) int, the path of each sample.
     radius
-        (S,) m, of circles whose center alone is fitted; None: the radius is fitted too.
+        (S,) m, fixes the radius of the circles, so that only their centers are fitted; None fits the radius too.
     window_half
-        samples pooled on either side.
+        number of samples on either side, in the same path, whose points are pooled.
     steps
-        of Gauss-Newton.
+        number of Gauss-Newton iterations.
 
     Returns
     -------
-    center : (S, 2) m, (lateral, depth) from the sample.
-    radii : (S,) m; NaN where there are fewer than MIN_POINTS points.
+    center : (S, 2) m, lateral and depth offset of the circle's center from the sample.
+    radii : (S,) m; NaN for fewer than MIN_POINTS (5) points.
     count : (S,) number of points.
     """
     samples, u, w, at = len(path), sections.lateral, sections.depth, sections.sample

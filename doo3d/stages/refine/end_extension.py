@@ -49,14 +49,14 @@ GAP_CHECKS = 10
 
 @dataclass(frozen=True)
 class SurfaceAhead:
-    """The surface along the tangent at a free end.
+    """The surface points along the tangent at a free end of a path, ahead of the end and a little behind it.
 
     Attributes
     ----------
     axial
-        (N,) m (px in 2-D), how far ahead of the end each point lies, ascending.
+        (N,) m (px in 2-D), position of each point along the tangent, ascending: 0 at the end, positive ahead of it.
     lateral
-        (N,) m (px in 2-D), its distance from the tangent.
+        (N,) m (px in 2-D), distance of each point from the tangent line.
     tangent
         (D,) unit, pointing out of the path.
     """
@@ -67,28 +67,31 @@ class SurfaceAhead:
 
 
 def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
-    """Return the first and the last sample of an open path, each with its direction inwards, 1 or -1; none of a ring."""
+    """Return the free ends of one path as (sample index, direction) pairs; nothing for a ring.
+
+    The first sample has the direction 1, the last -1: the sign of the index steps that lead from the end into the path.
+    """
     part = samples.of_path(path)
     return () if samples.closed[path] else ((part.start, 1), (part.stop - 1, -1))
 
 
 def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spacing: float) -> SurfaceAhead:
-    """Return the surface ahead of a free end, up to the first empty stretch of a radius.
+    """Find the surface points along the tangent at a free end, up to the first empty stretch of a radius.
 
-    Surface nearer to another part of any path does not count.
+    Surface that is nearer to another part of any path does not count.
 
     Parameters
     ----------
     samples
-        S samples along all paths.
+        samples along all paths.
     end
         index of the end's sample.
     inwards
-        1 where the path continues at higher samples, -1 at lower.
+        direction from the end into its path: 1 towards higher sample indices, -1 towards lower.
     points
-        (N, D) m (px in 2-D), the surface, ascending in the first coordinate.
+        (N, D) m (px in 2-D), the surface points, sorted by their first coordinate.
     spacing
-        m (px in 2-D), how far apart neighboring surface points may lie.
+        m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
     """
     tip, radius = samples.positions[end], float(samples.radius[end])
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
@@ -107,7 +110,23 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
 
 
 def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, spacing: float) -> list[Path]:
-    """Return the paths with free ends extended straight as far as the surface reaches; arguments as of `surface_ahead`."""
+    """Extend the free ends of paths straight ahead, as far as the surface of the object reaches.
+
+    Parameters
+    ----------
+    paths
+        polylines along the seen surface, m (px in 2-D).
+    samples
+        samples along these paths.
+    points
+        (N, D) m (px in 2-D), the surface points, sorted by their first coordinate.
+    spacing
+        m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
+
+    Returns
+    -------
+    The paths in the same order, with one point more at each end that was extended.
+    """
     result = []
     for p, path in enumerate(paths):
         points_of_path, filled, joins = path.points, path.filled, path.joins
@@ -140,20 +159,25 @@ class _Fragment:
 
 
 def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibility: Visibility | None) -> list[Path]:
-    """Return the paths with visible fragments attached to free ends, where something nearer hides the gap between.
+    """Attach visible fragments of the object to the free ends of paths, across hidden gaps.
 
-    A fragment is too short for a chain of its own. The nearest pair of an end and a fragment goes first; each end takes one.
+    A fragment is a piece of surface ahead of an end, too short for a chain of its own. The pair of end and fragment that are
+    nearest to each other is joined first. An end takes at most one fragment.
 
     Parameters
     ----------
     paths
-        the paths, and with them
+        polylines along the seen surface, m.
     samples
-        along these paths.
+        samples along these paths.
     points
-        (N, D) m, the surface.
+        (N, D) m, the surface points.
     visibility
-        None or without depth: nothing is known to hide, and the same paths come back.
+        tells what is hidden. None, or without depth: the paths are returned as they are.
+
+    Returns
+    -------
+    The paths in the same order, with the two ends of its fragment added at each end that took one.
     """
     if visibility is None or visibility.depth is None:
         return paths

@@ -17,18 +17,18 @@ from .silhouette import measure_silhouette
 
 @dataclass(frozen=True)
 class ViewMeasurement:
-    """The mask of one view at the K samples that lie in the view.
+    """Position and width of the object in the mask of one camera view, at the K samples that lie in that view.
 
     Attributes
     ----------
     sample
-        (K,) int, indices of the samples.
+        (K,) int, index of each sample.
     lateral
-        (K, 3) unit, square to the path and to the ray of that camera.
+        (K, 3) unit, in the frame of the cloud: perpendicular to the object and to the camera's line of sight.
     offset
-        (K,) m, how far along `lateral` the middle of the mask lies.
+        (K,) m, from the sample to the middle of the mask, along `lateral`.
     radius
-        (K,) m, half the width of the mask; 0 where the mask is not.
+        (K,) m, half the width of the mask; 0 if no mask is near the sample.
     """
 
     sample: Ints
@@ -38,18 +38,22 @@ class ViewMeasurement:
 
 
 def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: float) -> ViewMeasurement | None:
-    """Measure the samples in one view; None if fewer than two of them lie in it.
+    """Measure the position and the width of the object's mask in one camera view, at samples along the object.
 
     Parameters
     ----------
     samples
-        S samples, in the frame of the cloud.
+        S samples, m in the frame of the cloud.
     tangent
-        (S, 3) unit, of the paths there.
+        (S, 3) unit, along the object, in the frame of the cloud.
     view
-        camera, pose and mask.
+        the camera, its pose (camera-to-cloud) and the mask.
     reach
-        radii; pixels farther from a sample do not belong to it.
+        radii; mask pixels farther than this from a sample do not belong to it.
+
+    Returns
+    -------
+    The measurement; None if fewer than two samples lie in the view, or its mask is empty.
     """
     turn, position, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
     local = (samples.positions - position) @ turn
@@ -69,7 +73,7 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
 
 
 def median_radius(measurements: Sequence[ViewMeasurement], count: int) -> Floats:
-    """Return the median over all views of the radius at each of `count` samples, (S,) m; NaN where no view shows it."""
+    """Return the median radius over all views at each of `count` samples: (count,) m; NaN where no view shows the object."""
     table = np.full((len(measurements) + 1, count), np.nan)
     for row, measured in zip(table, measurements, strict=False):
         row[measured.sample] = np.where(measured.radius > 0, measured.radius, np.nan)

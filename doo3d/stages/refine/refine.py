@@ -29,9 +29,20 @@ OCCLUSION_REACH_RADII = 1.5
 
 
 def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
-    """Return the paths with free ends extended along the seen surface and to visible fragments beyond an occluder.
+    """Extend the free ends of paths along the seen surface and to visible fragments beyond an occluder.
 
-    Paths lie on the seen surface, m (in the mask, px, in 2-D). Empty in, empty out.
+    A fragment is a piece of the object's surface too short for a chain of its own.
+
+    Parameters
+    ----------
+    paths
+        polylines on the seen surface, one per object, m (in 2-D in the mask, px).
+    context
+        what is known of the frame.
+
+    Returns
+    -------
+    The extended polylines in the same order.
     """
     if not paths:
         return []
@@ -43,7 +54,18 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
 
 
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
-    """Return the context with the viewpoint of a cloud decided: as given, or the origin if it looks as seen from there."""
+    """Return the context with the viewpoint (position of the sensor) of a cloud decided.
+
+    A viewpoint that is given stays. Otherwise it is the origin if the points look like half shells seen from there, or stays
+    unknown.
+
+    Parameters
+    ----------
+    paths
+        polylines on the seen surface, one per object, m.
+    context
+        what is known of the frame.
+    """
     if not paths:
         return context
     samples = sample_paths(paths, context.radius, context.segment_length)
@@ -51,9 +73,22 @@ def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameConte
 
 
 def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> Samples | None:
-    """Return samples on the axis of each path, with radii; None without paths.
+    """Estimate the axis and the radius of each object, starting from its path on the seen surface.
 
-    Where there is a mask, its width gives the radius and the middle of its sides the lateral position.
+    Where there is a mask, its width gives the radius and the middle between its sides the lateral position.
+
+    Parameters
+    ----------
+    paths
+        polylines on the seen surface, one per object, m (px in 2-D).
+    context
+        what is known of the frame.
+    config
+        section `refine` of the settings: the number of iterations.
+
+    Returns
+    -------
+    Samples on the axes, close together along each path, with the radius at each; None if there are no paths.
     """
     if not paths:
         return None
@@ -64,18 +99,22 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
 
 
 def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:
-    """Return chains of equal segments along the axis from end to end, longest first.
+    """Lay chains of equal segments along the axis of each object, from end to end.
 
     Parameters
     ----------
     samples
-        on the axis of the paths, as `estimate_centerline` returns them.
+        samples on the axes of all objects, with radii; None if there are no objects.
     paths
-        for their gaps and connections.
+        the polyline of each object, which knows its gaps and connections.
     context
         what is known of the frame.
     config
-        which segments are occluded, and how thin a chain may be.
+        section `refine` of the settings: which segments count as occluded, and how thin a chain may be.
+
+    Returns
+    -------
+    The chains, longest first. A chain starts at the end nearer the left edge of the view (ties: nearer the top).
     """
     if samples is None:
         return []
@@ -129,7 +168,7 @@ def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
 
 
 def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: FrameContext, config: RefineConfig) -> Chain:
-    """Return the chain with its radii, and the segments marked that were filled in, not seen (paper, section III-H)."""
+    """Return the chain with its radii, and its occluded segments marked (Keipour et al., RA-L 2022, section III-H)."""
     part, length = samples.of_path(p), context.segment_length
     radius = float(samples.radius[part.start])
     middle = (joints[1:] + joints[:-1]) / 2

@@ -22,24 +22,26 @@ MIN_SAMPLES = 4
 
 @dataclass(frozen=True)
 class Samples:
-    """S samples along all paths of a frame, one path after the other. Estimation returns new ones and changes none.
+    """S samples along all paths of a frame, at which the axis and the radius of the object are estimated.
+
+    The samples of one path follow each other, path by path.
 
     Attributes
     ----------
     positions
         (S, D) m (px in 2-D).
     path
-        (S,) int, the path that each sample lies on.
+        (S,) int, index of the path that each sample lies on.
     filled
-        (S,) bool, the sample lies in a gap that was filled.
+        (S,) bool, True for a sample in a gap that was filled.
     closed
-        for each path, whether its last sample is followed by its first.
+        for each path, True if its last sample is followed by its first.
     radius
-        (S,) m (px in 2-D), of the whole path that the sample lies on.
+        (S,) m (px in 2-D), radius of the whole path that the sample lies on.
     radii
-        (S,) m (px in 2-D), at the sample.
+        (S,) m (px in 2-D), radius at the sample itself.
     window_half
-        samples on either side of a sample that its estimate is pooled over.
+        number of samples on either side whose measurements are pooled with a sample's own.
     spacing
         m (px in 2-D), distance of neighboring samples along a path.
     """
@@ -54,34 +56,43 @@ class Samples:
     spacing: float
 
     def of_path(self, number: int) -> slice:
-        """Return the slice of one path's samples."""
+        """Return the slice of the samples that lie on the path of the given index."""
         return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
 
     def position_inside(self, end: int, inwards: int, distance: float) -> Floats:
-        """Return the position (D,) at a distance from the end of a path, along the path.
+        """Return the position (D,) of the sample that lies a given distance inside a path from one of its ends.
+
+        At least one step inside, and at most the other end.
 
         Parameters
         ----------
         end
             index of the path's first or last sample.
         inwards
-            1 from the first sample, -1 from the last.
+            direction into the path: 1 from its first sample, -1 from its last.
         distance
-            m (px in 2-D).
+            m (px in 2-D), along the path.
         """
         path = self.of_path(int(self.path[end]))
         index = end + inwards * max(1, round(distance / self.spacing))
         return np.asarray(self.positions[min(max(index, path.start), path.stop - 1)])
 
     def tangents(self) -> Floats:
-        """Return the unit tangents (S, D) of the paths."""
+        """Return the unit tangent of the path at each sample, (S, D), pointing towards higher sample indices."""
         return np.concatenate([tangents(self.positions[self.of_path(p)], closed) for p, closed in enumerate(self.closed)])
 
 
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
-    """Return samples at equal arc length along each path of an object of this radius, m (px in 2-D).
+    """Take samples at equal arc length along each path.
 
-    Neighbors are SAMPLE_SPACING_RADII radii apart, or half a segment if that is less.
+    Parameters
+    ----------
+    paths
+        polylines along the objects, m (px in 2-D).
+    radius
+        radius of the objects, m (px in 2-D), which every sample gets at first.
+    segment_length
+        m (px in 2-D). Samples are 0.4 radii apart, or half a segment if that is less.
     """
     spacing = min(SAMPLE_SPACING_RADII * radius, segment_length / 2)
     positions, numbers, filled = [], [], []

@@ -26,7 +26,15 @@ MIN_SCALE = 1e-6
 
 @dataclass(frozen=True)
 class Silhouette:
-    """The mask at S samples, m (px in 2-D): lateral offset of its middle (S,), and half its width (S,), 0 where it is not."""
+    """The middle and half the width of the object's mask at S samples, measured across the object.
+
+    Attributes
+    ----------
+    offset
+        (S,) m (px in 2-D), from the sample to the middle of the mask, along the lateral axis.
+    radius
+        (S,) m (px in 2-D), half the width of the mask; 0 if no mask is near the sample.
+    """
 
     offset: Floats
     radius: Floats
@@ -41,27 +49,28 @@ def measure_silhouette(
     reach: Floats,
     window_half: int,
 ) -> Silhouette:
-    """Measure the middle and the width of the mask across each sample.
+    """Measure the middle and the width of the object's mask at samples, across the object.
 
-    Every pixel of the mask belongs to the nearest sample in the image. The number of a sample's pixels over the length of
-    image it stands for is the width, without bias from the pixel grid; the mean of their offsets is the middle.
+    Every pixel of the mask belongs to the sample nearest to it in the image. The number of a sample's pixels, over the length
+    of image that the sample stands for, is the width, without bias from the pixel grid. The mean of the pixels' offsets is
+    the middle.
 
     Parameters
     ----------
     positions
-        (S, D) m in the camera frame (px in 2-D).
+        (S, D) m in the camera's optical frame (px in 2-D), the samples.
     axes
-        at the samples.
+        the axes of the cross-section at each sample.
     path
         (S,) int, the path of each sample.
     mask_pixels
-        (N, 2), (u, v).
+        (N, 2), the pixels (u, v) of the mask.
     camera
-        None where the positions are pixels.
+        the intrinsics; None if the positions are pixels.
     reach
-        (S,) m (px in 2-D); pixels farther from a sample do not belong to it.
+        (S,) m (px in 2-D); pixels farther than this from a sample do not belong to it.
     window_half
-        samples of the path on either side that are pooled.
+        number of samples on either side, in the same path, whose pixels are pooled.
     """
     pixels, across, scale = _project_axes(positions, axes, camera)
     some = on_lattice(mask_pixels).astype(float)
@@ -93,9 +102,10 @@ def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -
 
 
 def on_lattice(pixels: Array) -> Array:
-    """Return about MAX_MASK_PIXELS of the pixels (N, 2), on a lattice nearly as fine in every direction.
+    """Subsample pixels (N, 2) evenly to about MAX_MASK_PIXELS (20,000).
 
-    Areas keep their share. Of every `step` pixels of a row one is taken, shifted from row to row by about the golden section.
+    The pixels kept lie on a lattice that is nearly as fine in every direction. Of each row one pixel in `step` is taken,
+    shifted from row to row by about the golden section of `step`. Areas therefore keep their share of the pixels.
     """
     step = -(-len(pixels) // MAX_MASK_PIXELS)
     if step <= 1:

@@ -38,7 +38,17 @@ MAX_DEPTH_ERROR_RADII = 0.3
 
 
 class Readings(NamedTuple):
-    """Depth at pixels of the object: pixels (N, 2) int64 (u, v); depth (N,) m as measured; filtered (N,) m, averaged."""
+    """Depth readings at N pixels of the object.
+
+    Attributes
+    ----------
+    pixels
+        (N, 2) int64 (u, v).
+    depth
+        (N,) m, as measured.
+    filtered
+        (N,) m, with the noise averaged away.
+    """
 
     pixels: Ints
     depth: Floats
@@ -46,7 +56,10 @@ class Readings(NamedTuple):
 
 
 def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentConfig) -> tuple[Readings, float, int]:
-    """Return the readings of a mask that enough of their neighbors agree with, each with its noise averaged away.
+    """Drop the outliers among the depth readings of a mask, and average the noise of the others away.
+
+    A reading is kept if at least 7 of the 24 neighbors around it, or half of those that have a reading, differ by little
+    enough. Means are over these neighbors, or by a sigma filter in a larger window if the noise demands it.
 
     Parameters
     ----------
@@ -55,15 +68,15 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
     mask
         (H, W) bool, the pixels of the object.
     radius
-        m, the half-width of the mask; 0 where it is unknown.
+        m, half-width of the mask; 0 if unknown.
     config
-        section `segment` of the settings.
+        section `segment` of the settings: range of depths, `outlier_slope`.
 
     Returns
     -------
-    readings : in row-major order of the pixels.
-    slope : m per pixel, the largest depth step between neighboring readings of one surface.
-    outliers : number of readings, of those between `min_depth` and `max_depth`, that were dropped.
+    readings : those kept, in row-major order of the pixels.
+    slope : m per pixel, the largest depth step between neighboring readings that still counts as one surface.
+    outliers : number of readings dropped, of those within the range of depths.
     """
     v, u = np.nonzero(mask & (frame.depth >= config.min_depth) & (frame.depth <= config.max_depth))
     noise = depth_noise(frame.depth, mask)
@@ -79,9 +92,16 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
 
 
 def depth_noise(depth: Array, mask: Bools) -> float:
-    """Return the median difference of readings side by side in the rows of a mask (H, W), in metres; 0 without any.
+    """Return the depth noise in a mask, m: the median absolute difference of horizontally neighboring readings.
 
-    depth : (H, W) m, 0 = none. A stereo camera reads worse farther away, so that the difference grows with the distance.
+    It is 0 if no two readings are neighbors.
+
+    Parameters
+    ----------
+    depth
+        (H, W) m, 0 = no reading.
+    mask
+        (H, W) bool; only differences between two pixels in it count.
     """
     if not mask.any():
         return 0.0
@@ -92,9 +112,10 @@ def depth_noise(depth: Array, mask: Bools) -> float:
 
 
 def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) -> int:
-    """Return the half-width, in pixels, of the window in which the mean depth errs by `MAX_DEPTH_ERROR_RADII` at most.
+    """Return the half-width of the averaging window, in pixels, that brings the depth error down to 0.3 radii.
 
-    The window holds no more of a strand than the strand is wide; 0 where the radius or the noise is unknown.
+    The number of readings in the window is taken to be its length times the width of the strand. At most 20 px; 0 if the
+    radius or the noise is unknown.
 
     Parameters
     ----------
@@ -103,9 +124,9 @@ def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) ->
     mask
         (H, W) bool, the pixels of the object.
     radius
-        m, the half-width of the mask; 0 where it is unknown.
+        m, half-width of the mask; 0 if unknown.
     noise
-        m, as of `depth_noise`.
+        m, median depth difference of horizontal neighbors.
     """
     if not (radius and noise):
         return 0

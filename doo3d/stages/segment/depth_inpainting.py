@@ -18,18 +18,22 @@ INPAINT_MIN_HOLE_PX = 2
 
 
 def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: float) -> Readings:
-    """Return the readings with those inpainted in the holes of a mask, in row-major order of their pixels.
+    """Add readings in the holes of the depth, where the mask shows the object but the sensor has no reading.
 
     Parameters
     ----------
     readings
-        the measured ones.
+        the measured readings, without outliers.
     mask
         (H, W) bool, the pixels of the object.
     depth
-        (H, W) m, 0 = none; outliers in it are no holes, and stay without depth.
+        (H, W) m, 0 = no reading. A pixel whose reading was dropped as an outlier is no hole and stays without depth.
     max_slope
-        m per pixel, the largest depth step between neighboring readings of one surface.
+        m per pixel, the largest depth step between neighboring pixels of one surface.
+
+    Returns
+    -------
+    The measured and the inpainted readings, in row-major order of their pixels.
     """
     u, v = readings.pixels.T
     usable = mask & (depth <= 0)
@@ -41,29 +45,29 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
 
 
 def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_slope: float) -> tuple[Ints, Floats]:
-    """Return the pixels of holes in the depth of a mask, and the depth inpainted there.
+    """Inpaint the depth in the holes of a mask.
 
-    The depth of a hole is harmonic: it solves Laplace's equation with the readings at its border, and no flux through the edge
-    of the mask. Along a strand that is the straight line from reading to reading, and level beyond the last one. Where the
-    depth changes by more than `max_slope` the hole lies between two strands, and stays a hole.
+    The depth in a hole solves Laplace's equation with the readings at its border, and no flux through the edge of the mask.
+    Along a strand that is a straight line from reading to reading, and constant beyond the last one. Pixels where the
+    inpainted depth changes by more than `max_slope` lie between two strands and are left out.
 
     Parameters
     ----------
     mask
         (H, W) bool, the pixels of the object.
     pixels
-        (N, 2) int64 (u, v), where the readings are.
+        (N, 2) int64 (u, v) of the readings.
     depth
         (N,) m, the readings.
     min_hole
-        px; pixels no farther than this from a reading are no hole.
+        px; a hole must have pixels farther than this from any reading, otherwise it is left alone.
     max_slope
         m per pixel.
 
     Returns
     -------
-    pixels : (Q, 2) int64 (u, v), those inpainted.
-    depth : (Q,) m.
+    pixels : (Q, 2) int64 (u, v) of the inpainted pixels.
+    depth : (Q,) m, the depth there.
     """
     if not len(pixels) or len(pixels) == np.count_nonzero(mask):
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)

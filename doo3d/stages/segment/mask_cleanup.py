@@ -16,7 +16,21 @@ WIDE_REGION_MARGIN = 1.5
 
 
 class CleanedMask(NamedTuple):
-    """A cleaned mask (H, W) bool, and how many pixels were selected before, and removed or closed by each step."""
+    """A cleaned mask, and the number of pixels that each step changed.
+
+    Attributes
+    ----------
+    mask
+        (H, W) bool, after all steps.
+    selected
+        number of pixels before.
+    removed_small
+        pixels removed as small connected components.
+    closed_holes
+        pixels added as small holes.
+    removed_wide
+        pixels removed as wide regions.
+    """
 
     mask: Bools
     selected: int
@@ -26,16 +40,16 @@ class CleanedMask(NamedTuple):
 
 
 def clean_mask(mask: Bools, scale: Array | None, config: SegmentConfig) -> CleanedMask:
-    """Return the mask without small components, small holes and wide regions.
+    """Remove small components and wide regions from a mask, and close its small holes.
 
     Parameters
     ----------
     mask
         (H, W) bool.
     scale
-        (H, W) m per pixel (1 in 2-D), 0 = unknown; None keeps wide regions.
+        (H, W), width of a pixel in m (1 in 2-D), 0 = unknown; None leaves wide regions in.
     config
-        section `segment` of the settings.
+        section `segment` of the settings: `min_component`, `max_width`, `max_width_ratio`.
     """
     solid = remove_small_components(mask, config.min_component)
     selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
@@ -48,14 +62,15 @@ def clean_mask(mask: Bools, scale: Array | None, config: SegmentConfig) -> Clean
 def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
     """Return the mask without regions that are wide in every direction, such as a gripper.
 
-    Wide is more than `max_width`, or than `max_width_ratio` times the usual width: the median over the medial axis of the mask.
+    A region is wide if its width exceeds `max_width`, or `max_width_ratio` times the median width of the mask along its medial
+    axis.
 
     Parameters
     ----------
     mask
         (H, W) bool, not empty.
     scale
-        (H, W) m per pixel (1 in 2-D), 0 = unknown.
+        (H, W), width of a pixel in m (1 in 2-D), 0 = unknown.
     config
         section `segment` of the settings.
     """
@@ -74,10 +89,11 @@ def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Boo
 
 
 def remove_small_components(mask: Bools, min_pixels: int) -> Bools:
-    """Return the mask (H, W) without 8-connected components, and 4-connected holes, of fewer than `min_pixels` pixels.
+    """Return the mask (H, W) without components of fewer than `min_pixels` pixels, and with smaller holes closed.
 
-    Their contours (Suzuki and Abe) give their sizes: a polygon through the centers of b pixels with the area a covers
-    a + b / 2 + 1 pixels, and leaves a - b / 2 + 1 free inside it (Pick's theorem). A component counts with its holes filled.
+    Components are 8-connected and count with their holes filled; holes are 4-connected. Sizes follow from the contours (Suzuki
+    and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, and has a - b /
+    2 + 1 inside it.
     """
     if min_pixels <= 1 or not mask.any():
         return mask

@@ -19,13 +19,15 @@ FAR_OUTLIER_BOX_SIZES = 3
 
 
 def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
-    """Return the points of a cloud (N, 3) m that have enough neighbors.
+    """Drop the outliers of a cloud (N, 3) m, and average the noise of the other points away.
+
+    Outliers are points far from all others, and points with less than 0.15 of the median number of neighbors.
 
     Returns
     -------
-    points : (M, 3) m, as measured.
-    means : (M, 3) m, the mean of each point and its neighbors.
-    outliers : number of points that were dropped, N - M.
+    points : (K, 3) m, the points kept, as measured.
+    means : (K, 3) m, the mean of each of them and its neighbors.
+    outliers : number of points dropped, N - K.
     """
     near = points[~far_outliers(points)]
     neighbors, means = mean_neighbors(near, NEIGHBORHOOD_CELL_SPACINGS)
@@ -34,14 +36,22 @@ def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
 
 
 def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats]:
-    """Return how many neighbors each point of a cloud (N, 3) m has, and their mean; each counts as its own neighbor.
+    """Count the neighbors of each point of a cloud, and average their positions.
 
-    Neighbors are those in the same cell and the 26 around it, cells of `cell_spacings` point spacings.
+    Points are sorted into cubic cells. The neighbors of a point are the points in its cell and in the 26 cells around it, the
+    point itself included.
+
+    Parameters
+    ----------
+    points
+        (N, 3) m.
+    cell_spacings
+        edge of a cell, in typical distances between neighboring points.
 
     Returns
     -------
-    counts : (N,).
-    means : (N, 3) m.
+    counts : (N,) number of neighbors.
+    means : (N, 3) m, mean position of the neighbors.
     """
     if not len(points):
         return np.zeros(0), points
@@ -55,7 +65,10 @@ def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats
 
 
 def far_outliers(points: Floats) -> Bools:
-    """Return (N,) bool, the points (N, 3) m that lie far outside the box of the central 96 % of them."""
+    """Tell which points (N, 3) m lie far from the rest: (N,) bool.
+
+    Far is outside the box of the central 96 % of the points by more than three times the diagonal of that box.
+    """
     low, high = np.percentile(points, [2, 98], axis=0) if len(points) else np.zeros((2, 3))
     margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)
     return np.asarray(((points < low - margin) | (points > high + margin)).any(axis=1))

@@ -1,4 +1,4 @@
-"""Select the pixels or points of the object, and drop those that are not surely part of it (paper, section III-A)."""
+"""Select the pixels or points of the object (Keipour et al., RA-L 2022, section III-A)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ EXTENT_TOLERANCE = 10
 
 
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Segmentation:
-    """Return the points of the object, and the numbers of pixels or points that were dropped.
+    """Select the pixels or points of the object, and drop those that are not surely part of it.
+
+    Keipour et al. (RA-L 2022), section III-A: rather lose part of the object than keep something else.
 
     Parameters
     ----------
@@ -39,18 +41,19 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     config
         section `segment` of the settings.
     mask
-        (H, W) for a Frame or an Image, (N,) for a Cloud, the caller's own segmentation; replaces the method of the config.
+        (H, W) for a Frame or an Image, (N,) for a Cloud: the caller's own segmentation. It replaces the method of the config.
     seed
-        of the random numbers that the method draws.
+        seed of the random numbers that a method draws.
 
     Returns
     -------
-    Segmentation, points in m (px in 2-D).
+    The points of the object, m (px in 2-D), with the mask, and how many pixels or points each step dropped.
 
     Raises
     ------
-    InputError : the mask is empty or of another size; there is no depth in it; the depth is out of all proportion
-        (wrong unit); a cloud with fewer than two different points; the method does not fit the data.
+    InputError : the mask is empty or of another size; it has no depth; the depth is out of all proportion (wrong unit); a cloud
+        has
+        fewer than two different points; the method does not fit the data.
     """
     if config.method == MASK and mask is None and not (isinstance(data, Cloud) and data.segmented):
         raise InputError(
@@ -64,7 +67,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
-    """Return the segmentation of a mask that `extend_mask` made of an earlier one.
+    """Segment with a mask that `extend_mask` made by extending the mask of an earlier segmentation.
 
     Parameters
     ----------
@@ -75,11 +78,15 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     mask
         (H, W) bool, the extended mask; treated as one that the caller gives.
     base
-        the segmentation whose mask was extended, itself extended or not.
+        the segmentation whose mask was extended; its own mask may have been extended too.
+
+    Returns
+    -------
+    The segmentation. Its `method` is "extended" and its `base` the first segmentation, whose mask was not yet extended.
 
     Raises
     ------
-    InputError : as `segment` does for a given mask.
+    InputError : the mask has another size or no depth, or the depth is out of all proportion (wrong unit).
     """
     return replace(segment(data, config, mask), method=EXTENDED, base=base.base or base)
 

@@ -17,31 +17,33 @@ EXTENDED = "extended"
 class Segmentation:
     """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
-    With a mask, `selected - removed_small + closed_holes - removed_wide` is its number of pixels, and with depth that number
-    `- without_depth - outliers + inpainted` is the number of points. Of a cloud `selected - outliers` is the number of points.
+    Of a frame or image, `selected - removed_small + closed_holes - removed_wide` pixels are in the mask. The number of points is
+    that of the mask's pixels in 2-D, less `without_depth + outliers - inpainted` in 3-D. Of a cloud, the number of points is
+    `selected - outliers`.
 
     Attributes
     ----------
     foreground
         the points of the object.
     method
-        `mask` where the caller gave one, `extended` where `extend_mask` did; else that of the config, `auto` resolved.
+        "mask" if the caller gave a mask, "extended" if `extend_mask` extended one; otherwise the name of the segmentation method
+        that was used.
     selected
         pixels or points that the method took for the object, before anything was dropped.
     removed_small
-        pixels in connected pieces of fewer than `segment.min_component` pixels.
+        pixels removed in connected components of fewer than `segment.min_component` pixels.
     removed_wide
-        pixels in regions wider than `segment.max_width`, or than `segment.max_width_ratio` times the usual width.
+        pixels removed in regions wider than `segment.max_width`, or than `segment.max_width_ratio` times the usual width.
     without_depth
         pixels of the mask without a reading between `segment.min_depth` and `segment.max_depth`; 0 in 2-D.
     inpainted
-        pixels of `without_depth` that got the depth of the readings around them.
+        pixels among `without_depth` whose depth was filled in from the readings around them.
     outliers
-        readings that too few of their neighbors agree with; points of a cloud with few neighbors, or far from the rest.
+        readings dropped because too few of their neighbors agree; in a cloud, points with few neighbors or far from the rest.
     closed_holes
-        pixels of holes in the mask that were closed, as they were smaller than `segment.min_component`.
+        pixels added in holes of the mask smaller than `segment.min_component`.
     base
-        for `extended` the first segmentation, whose mask was extended; None otherwise.
+        if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """
 
     foreground: Foreground

@@ -27,7 +27,17 @@ JUNCTION_MERGE_DISTANCE_RADII = 3.0
 
 @dataclass(eq=False)
 class Branch:
-    """Points (P, D) m between two nodes `a` and `b`, or FREE_END, without those of the nodes; `length` m is with them."""
+    """A line of the skeleton between two nodes (junctions), or from a node to a free end.
+
+    Attributes
+    ----------
+    a, b
+        the nodes at its first and its last point; FREE_END (-1) if it ends at a tip.
+    points
+        (P, D) m (px in 2-D), from a to b, without the positions of the nodes.
+    length
+        m (px in 2-D), from node to node.
+    """
 
     a: int
     b: int
@@ -35,25 +45,41 @@ class Branch:
     length: float = 0.0
 
     def from_end(self, node: int) -> tuple[int, Floats]:
-        """Return the node at the other end, and the points in the order from `node` to it."""
+        """Return the node at the other end of the branch, and the points (P, D) ordered from `node` to that end."""
         return (self.b, self.points) if self.a == node else (self.a, self.points[::-1])
 
 
 @dataclass
 class BranchGraph:
-    """Branches, and the position of every node (a junction of branches), (D,) m."""
+    """The skeleton as a graph: branches between nodes, where a node is a junction of branches.
+
+    Attributes
+    ----------
+    branches
+        all branches, in no particular order.
+    positions
+        number of each node -> its position (D,) m (px in 2-D).
+    """
 
     branches: list[Branch] = field(default_factory=list)
     positions: dict[int, Floats] = field(default_factory=dict)
 
     def add(self, a: int, b: int, points: Floats) -> None:
-        """Add a branch between two nodes, with the points (P, D) m between them."""
+        """Add a branch between two nodes, and compute its length.
+
+        Parameters
+        ----------
+        a, b
+            numbers of the nodes; FREE_END (-1) for a tip.
+        points
+            (P, D) m (px in 2-D), from a to b, without the positions of the nodes.
+        """
         branch = Branch(a, b, points)
         branch.length = float(steps(self.all_points(branch)).sum())
         self.branches.append(branch)
 
     def all_points(self, branch: Branch) -> Floats:
-        """Return the points of a branch with those of the nodes at its ends."""
+        """Return the points of a branch with the positions of the nodes at its ends: (P to P + 2, D) m (px in 2-D)."""
         parts = [branch.points]
         if branch.a != FREE_END:
             parts.insert(0, self.positions[branch.a][None])
@@ -62,15 +88,15 @@ class BranchGraph:
         return np.concatenate(parts)
 
     def branches_at(self, node: int) -> list[Branch]:
-        """Return the branches that end at a node; a loop counts twice."""
+        """Return the branches that end at a node; a branch with both ends there is listed twice."""
         return [branch for branch in self.branches for end in (branch.a, branch.b) if end == node]
 
     def is_loop(self, branch: Branch) -> bool:
-        """Tell whether a branch is a loop at a node without any other branch."""
+        """Tell whether a branch starts and ends at one node that has no other branch."""
         return branch.a == branch.b != FREE_END and len(self.branches_at(branch.a)) == 2
 
     def contract(self, bridge: Branch) -> None:
-        """Replace the two nodes at the ends of a branch by one node in its middle."""
+        """Remove a branch between two nodes and unite the nodes half way between them."""
         self.branches.remove(bridge)
         self.positions[bridge.a] = (self.positions[bridge.a] + self.positions[bridge.b]) / 2
         del self.positions[bridge.b]
@@ -80,7 +106,11 @@ class BranchGraph:
             self.add(a, b, branch.points)
 
     def dissolve(self, node: int) -> None:
-        """Make a node with fewer than three branches an ordinary point of the branch through it; a node with more stays."""
+        """Remove a node with fewer than three branches.
+
+        Two branches become one through the position of the node; a single branch gets a free end there. A node with three or
+        more branches stays, and so does the node of a lone loop.
+        """
         ending = self.branches_at(node)
         if len(ending) > 2 or (len(ending) == 2 and ending[0] is ending[1]):
             return
@@ -95,20 +125,21 @@ class BranchGraph:
             self.add(first, last, np.concatenate((before[::-1], position, after)))
 
     def simplify(self, min_branch: float, radius: float) -> tuple[float, float]:
-        """Remove spurs and small loops, the shortest first; a node that was one only because of them is dissolved.
+        """Remove spurs and small loops, the shortest first, and unite pairs of forks that belong to one crossing.
 
-        A crossing thins to two forks with a short bridge between them: when nothing is left to remove, such forks become one.
+        A spur is a branch with one free end. A node left with fewer than three branches is dissolved. A crossing of two strands
+        is thinned to two forks with a short bridge between them: bridges of less than three radii are contracted last.
 
         Parameters
         ----------
         min_branch
-            m; shorter branches with a free end are spurs.
+            m (px in 2-D); shorter spurs are removed.
         radius
-            m, of the object.
+            radius of the object, m (px in 2-D). Loops of less than 12 radii perimeter are taken for holes in the surface.
 
         Returns
         -------
-        spur_length, loop_length : m, of the branches removed.
+        spur_length, loop_length : m (px in 2-D), total length of the spurs and of the loops removed.
         """
         removed = {"spur": 0.0, "loop": 0.0}
         for node in list(self.positions):
@@ -147,12 +178,12 @@ class BranchGraph:
 
 
 def build_graph(skeleton: Skeleton) -> tuple[BranchGraph, list[Floats]]:
-    """Return the graph of a skeleton, a node in the middle of each cluster of junction voxels, and its loops without any node.
+    """Build the graph of a skeleton, with one node in the middle of each cluster of junction voxels.
 
     Returns
     -------
-    graph : positions and points in m (px in 2-D).
-    loops : each (P, D) m, closed; the first point is not repeated.
+    graph : branches and nodes, positions in m (px in 2-D).
+    loops : the closed loops without any junction, each (P, D) m (px in 2-D); the first point is not repeated.
     """
     coords: Ints = skeleton.coords
     if coords.shape[1] == 2:

@@ -1,4 +1,4 @@
-"""Trace the contours around the skeletons of an image, as the paper does."""
+"""Trace the contours around the skeletons of an image, as Keipour et al. (RA-L 2022) do."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ contour inside a loop around the corner of a junction."""
 
 
 def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], int]:
-    """Return the contour around each piece of a 2-D skeleton, from a tip and back to it, by Suzuki and Abe's border following.
+    """Trace the contour around each piece of a 2-D skeleton, by Suzuki and Abe's border following.
 
-    Spurs are removed first: thinning leaves lines into the corners of an end, and the paper wants one line per branch
-    (section III-B). A contour inside a loop has no tip and starts at a junction.
+    This is the method of Keipour et al. (RA-L 2022). A contour runs from a tip along one side of the skeleton and back along
+    the other. Spurs are removed first: thinning leaves lines into the corners of an end, and the method wants one line per
+    branch (section III-B). A contour inside a loop has no tip and starts at a junction.
 
     Parameters
     ----------
     skeleton
-        in 2-D, not empty.
+        2-D and not empty.
     min_branch
         px; shorter branches with a free end are spurs.
 
     Returns
     -------
-    paths : one per contour, the last point the first again.
-    removed : number of pixels in spurs.
+    paths : one polyline per contour, points in px, the last point equal to the first.
+    removed : number of pixels removed with the spurs.
 
     Raises
     ------
-    ConfigError : the skeleton is in 3-D.
+    ConfigError : the skeleton is 3-D.
     """
     if skeleton.coords.shape[1] != 2:
         raise ConfigError("traverse.method is contours, which there are in 2-D only: use graph", code="config-mode")

@@ -9,19 +9,19 @@ from ...types import Path
 
 @dataclass(frozen=True)
 class Traversal:
-    """The paths of one frame, and the lengths of skeleton, m (px in 2-D), that were left out of them.
+    """The polylines along the skeleton of one frame, and the lengths of skeleton, m (px in 2-D), left out of them.
 
     Attributes
     ----------
     paths
-        ordered paths between tips and junctions; closed loops as closed paths.
+        one polyline per branch between tips and junctions; a loop is a closed polyline.
     spur_length
-        of branches with a free end, shorter than `traverse.min_branch`. With the method `contours` it is the number of their
-        pixels.
+        length of the spurs removed: branches with a free end, shorter than `traverse.min_branch`. With the method `contours` it
+        is the number of their pixels.
     loop_length
-        of loops around holes in the surface, and of the longer one of two branches around such a hole.
+        length of the small loops removed, which run around holes in the surface.
     trimmed_length
-        of the ends of branches, cut off at tips and where strands touch at junctions.
+        length cut off the ends of branches: at tips, and where strands touch at junctions.
     """
 
     paths: list[Path]

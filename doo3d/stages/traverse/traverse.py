@@ -1,7 +1,7 @@
 """Turn the skeleton into ordered paths.
 
-The paper follows each skeleton along its contour and says (section III-C) that the step can be skipped where ordered points
-are had by other means; in 3-D there is no contour, and the graph of the skeleton gives each branch once.
+Keipour et al. (RA-L 2022) follow each skeleton along its contour and say (section III-C) that the step can be skipped
+where ordered points are had by other means. In 3-D there is no contour, and the graph of the skeleton gives each branch once.
 """
 
 from __future__ import annotations
@@ -34,11 +34,24 @@ _BranchPoints = list[tuple[Branch, Floats]]
 
 
 def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
-    """Return ordered paths between the tips and junctions of the skeleton, smoothed; closed loops as closed paths.
+    """Turn the skeleton into smooth polylines between its tips and junctions; a loop becomes a closed polyline.
+
+    Parameters
+    ----------
+    skeleton
+        the voxels that thinning left.
+    context
+        what is known of the frame: radius and voxel size.
+    config
+        section `traverse` of the settings.
+
+    Returns
+    -------
+    The polylines, points in m (px in 2-D), and the lengths of skeleton left out of them.
 
     Raises
     ------
-    ConfigError : contours are asked for in 3-D.
+    ConfigError : the method `contours` is set and the skeleton is 3-D.
     """
     if not len(skeleton.coords):
         return Traversal([])

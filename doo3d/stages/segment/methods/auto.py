@@ -24,10 +24,10 @@ CELL_SPACINGS = 2
 
 
 def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
-    """Return the name of the method that fits.
+    """Return the name of the segmentation method that fits the settings and the data.
 
-    That is hsv where ranges are set, background where a reference is; else plane for a broad scene, everything for a thin one,
-    and ridge for an image.
+    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "ridge" for an image, "plane" for a scene
+    of mostly wide surfaces such as a table, and "everything" for one without.
     """
     if config.ranges:
         return "hsv"
@@ -39,7 +39,7 @@ def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
 
 
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
-    """Tell whether most of the data lies on surfaces wider than any object may be, such as a table."""
+    """Tell whether more than half of the data lies on surfaces wider than `max_width`, such as a table."""
     if isinstance(data, Frame):
         return _is_broad_frame(data, config)
     points = data.points[:: max(1, len(data.points) // SAMPLE_POINTS)]

@@ -20,11 +20,28 @@ READ_AS_STORED = cv2.IMREAD_UNCHANGED
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Return (H, W) bool, the pixels nearer than the reference depth, or of another color than the reference image.
+    """Select the pixels that differ from a reference image of the scene without the object.
+
+    With a 16-bit depth reference these are the pixels nearer than it by more than `depth_difference`. With a color reference
+    they are those whose color differs by more than `color_difference`.
+
+    Parameters
+    ----------
+    data
+        a Frame or an Image.
+    config
+        section `segment` of the settings: `reference` (path of the image) and the two differences.
+    seed
+        not used.
+
+    Returns
+    -------
+    (H, W) bool.
 
     Raises
     ------
-    InputError : a cloud, an unreadable reference, one of another size, or a color reference for a frame without color.
+    InputError : the data is a cloud; the reference is unreadable or of another size; or it is in color and the frame has no
+        color.
     """
     if isinstance(data, Cloud):
         raise InputError(

@@ -10,11 +10,18 @@ from ....types import Bools, Cloud, Frame, Image
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Return every pixel of a Frame that has depth, (H, W) bool, or every point of a Cloud, (N,) bool.
+    """Select every pixel of a Frame that has depth, (H, W) bool, or every point of a Cloud, (N,) bool.
+
+    Parameters
+    ----------
+    data
+        a Frame or a Cloud.
+    config, seed
+        not used.
 
     Raises
     ------
-    InputError : an image, all of whose pixels would include the background.
+    InputError : the data is an Image, of which not every pixel can be the object.
     """
     if isinstance(data, Image):
         raise InputError(

@@ -11,9 +11,15 @@ from ....types import Array, Bools, Cloud, Frame, Image
 
 
 def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
-    """Return (H, W) bool, the pixels of (H, W, 3) uint8 RGB inside any of the boxes in OpenCV's 8-bit HSV.
+    """Tell which pixels of a color image lie in at least one of some color ranges: (H, W) bool.
 
-    A box whose low hue is above its high one wraps around through red.
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    ranges
+        boxes in OpenCV's 8-bit HSV (hue 0 to 179, the others 0 to 255), bounds included. A low hue above the high one wraps
+        around through red.
     """
     hsv = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV)
     inside = np.zeros(color.shape[:2], dtype=np.uint8)
@@ -25,7 +31,16 @@ def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Return the pixels (H, W), or points (N,), whose color lies in one of `config.ranges`, as bool.
+    """Select the pixels (H, W) or points (N,) whose color lies in one of the configured ranges: bool.
+
+    Parameters
+    ----------
+    data
+        a Frame, a Cloud or an Image, with color.
+    config
+        section `segment` of the settings: `ranges`.
+    seed
+        not used.
 
     Raises
     ------

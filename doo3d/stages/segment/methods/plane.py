@@ -29,14 +29,24 @@ MAX_FIT_POINTS = 20_000
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Return the pixels (H, W), or points (N,), more than `plane_distance` in front of the dominant plane, as bool.
+    """Select the pixels (H, W), or points of a cloud (N,), in front of the dominant plane: bool.
 
-    They must also stand out of the noise of the plane, by 3.5 deviations. In an image pixels 2 deviations in front are selected
-    too where they touch such pixels (hysteresis threshold), so that the flanks of a thin object are not lost.
+    They lie more than `plane_distance`, and more than 3.5 standard deviations of the plane's noise, on the sensor's side of
+    it. In a Frame pixels 2 deviations in front are selected too where they are connected to such pixels (hysteresis
+    threshold), so that the flanks of a thin object are not lost.
+
+    Parameters
+    ----------
+    data
+        a Frame or a Cloud.
+    config
+        section `segment` of the settings: `plane_distance`.
+    seed
+        seed of the random draws of RANSAC.
 
     Raises
     ------
-    InputError : an image, which has no planes.
+    InputError : the data is an Image, which has no planes.
     """
     if isinstance(data, Image):
         raise InputError(
@@ -57,24 +67,24 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
 
 def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[Floats, float, float]:
-    """Fit the plane with the most points near it, by RANSAC and then least squares on its inliers.
+    """Fit the plane that has the most points near it, by RANSAC and then least squares on its inliers.
 
     Parameters
     ----------
     points
         (N, 3) m, N >= 3.
     distance
-        m, how near an inlier is to the plane.
+        m; a point nearer to the plane than this is an inlier.
     draws
         number of planes tried, each through three random points.
     seed
-        of the random numbers.
+        seed of the random numbers.
 
     Returns
     -------
-    normal : (3,), of length 1.
-    offset : m, with normal @ p = offset on the plane.
-    noise : m, the robust standard deviation of the inliers about the plane (from their median absolute deviation).
+    normal : (3,) unit, of arbitrary sign.
+    offset : m; points p on the plane have normal @ p = offset.
+    noise : m, robust standard deviation of the inliers' distances from the plane (from the median absolute deviation).
     """
     random = np.random.default_rng(seed)
     many = len(points) > RANSAC_SAMPLE_POINTS
@@ -102,23 +112,23 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
 
 
 def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
-    """Return the height above a plane, in metres, positive towards the sensor.
+    """Return the height of each pixel or point above a plane, in m, positive on the sensor's side of it.
 
-    In an image the plane's inverse depth is affine in the pixel, so no point is ever computed. A cloud without a
-    viewpoint has no side towards the sensor: the side that holds more of the points counts as that.
+    For a cloud without a viewpoint the side with more of the points far from the plane counts as the sensor's. For a Frame no
+    points are computed: the plane's inverse depth is affine in the pixel.
 
     Parameters
     ----------
     data
-        the frame or cloud.
+        a Frame or a Cloud.
     normal
-        (3,), of length 1.
+        (3,) unit, in the frame of the data.
     offset
-        m, with normal @ p = offset on the plane.
+        m; points p on the plane have normal @ p = offset.
 
     Returns
     -------
-    height : (H, W) float32 for a Frame, 0 where there is no depth; (N,) for a Cloud.
+    (H, W) float32 for a Frame, 0 where there is no depth; (N,) for a Cloud.
     """
     if isinstance(data, Cloud):
         height = data.points @ normal - offset
@@ -137,7 +147,7 @@ def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Ar
 
 
 def subsample(data: Frame | Cloud) -> Floats:
-    """Return at most about `MAX_FIT_POINTS` of the points, evenly chosen, (N, 3) m."""
+    """Return some points of a Frame or Cloud, (N, 3) m, evenly chosen: about MAX_FIT_POINTS (20,000) if there are more."""
     if isinstance(data, Cloud):
         return data.points[:: max(1, len(data.points) // MAX_FIT_POINTS)]
     stride = max(1, int(np.sqrt(data.depth.size / MAX_FIT_POINTS)))

@@ -1,4 +1,4 @@
-"""Select bright or dark lines by the Sato tubeness filter, as for blood vessels (paper, section III-A)."""
+"""Select bright or dark lines by the Sato tubeness filter, as for blood vessels (Keipour et al., RA-L 2022, section III-A)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,27 @@ PEAK_PERCENTILE = 99.5
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Return (H, W) bool, the pixels where scikit-image's Sato filter answers above Otsu's threshold.
+    """Select bright or dark lines in a color image by scikit-image's Sato tubeness filter and Otsu's threshold.
 
-    Of dark and bright lines those with the stronger answer are selected. An image of more than `FILTER_PIXELS` is scaled down
-    before the filter, so that the same lines are found at any resolution; the answer is enlarged before the threshold, for
-    smooth edges.
+    Of dark and bright lines those with the stronger response are selected. An image of more than half a million pixels is
+    scaled down before the filter, so that the same lines are found at any resolution. The response is enlarged again before
+    the threshold, for smooth edges.
+
+    Parameters
+    ----------
+    data
+        a Frame with color, or an Image.
+    config, seed
+        not used.
+
+    Returns
+    -------
+    (H, W) bool.
 
     Raises
     ------
-    InputError : the data has no image. MissingDependency : scikit-image is not installed.
+    InputError : the data has no color image.
+    MissingDependency : scikit-image is not installed.
     """
     color = None if isinstance(data, Cloud) else data.color
     if color is None:
