@@ -28,7 +28,7 @@ COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "export": (export.export, "Write the chains in OUT in the formats of other programs."),
     "compare": (compare.compare, "Detect in 3-D and in 2-D, and show where the two differ."),
     "evaluate": (evaluate.app, None),
-    "bench": (bench.bench, "Print the milliseconds of each stage."),
+    "bench": (bench.bench, "Print the time of each stage, in ms and in passes over a frame."),
     "presets": (presets.presets, None),
     "config": (config.config, "Print the settings, each explained."),
     "samples": (samples.samples, None),

@@ -32,7 +32,7 @@ ORDER = [
 ]
 INPUTS = "inputs"  # stands beside the method: whoever reads frames may import it
 INPUTS_MAY_IMPORT = {"errors", "types", "config"}
-HEAVY = ["numpy", "cv2", "open3d", "numba", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
+HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 
 
 def modules() -> dict[str, Path]:
@@ -146,4 +146,4 @@ def test_heavy_packages_do_not_load_for_the_help(code):
 def test_opening_a_folder_does_not_load_open3d(capture):
     folder = capture()
     code = f"from doo3d.inputs import open_capture; open_capture({str(folder)!r}).frames[0].load()"
-    assert not loaded(code) & {"open3d", "numba", "trimesh", "fcl"}
+    assert not loaded(code) & {"open3d", "trimesh", "fcl"}

@@ -19,8 +19,9 @@ def bench(
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Print a table of the milliseconds of each stage (median and 95th percentile), in one process and one thread.
+    """Print a table of the time of each stage, in one process and one thread: median and 95th percentile in ms, and yardsticks.
 
+    The yardstick is one pass over a frame on this machine: the conversion of 1280x720 pixels to HSV and a range test.
     Nothing is written. Without INPUT, a rendered frame of 1280x720 is timed.
 
     \b

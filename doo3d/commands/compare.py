@@ -19,7 +19,6 @@ from .arguments import (
     config_of,
 )
 from .exit_codes import NOTHING_DONE, SOME_FAILED
-from .progress import say_compiling
 
 
 def compare(
@@ -64,7 +63,6 @@ def compare(
     from ..compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)
-    say_compiling()
     records = compare_capture(
         *(opened, out, effective, effective_2d),
         force=force,

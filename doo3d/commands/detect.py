@@ -21,7 +21,7 @@ from .arguments import (
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .messages import closing_line
-from .progress import reporting, say_compiling
+from .progress import reporting
 
 
 def detect(
@@ -86,8 +86,6 @@ def detect(
     debugged = debug_frames(opened, debug_frame)
     from ..runs.run import run
 
-    if not quiet:
-        say_compiling()
     names = [entry.name for entry in opened.frames]
     with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
         summary = run(

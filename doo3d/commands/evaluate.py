@@ -12,7 +12,7 @@ from ..errors import InputError
 from .arguments import InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress import counting, say_compiling
+from .progress import counting
 
 if TYPE_CHECKING:
     from ..evaluation.benchmark.cases import Case
@@ -185,7 +185,6 @@ def ablations(
     from ..evaluation.benchmark.cases import scene_cases
 
     chosen = scene_cases(_families(families), range(start, start + seeds), parse_sensor(sensor), parse_size(size))
-    say_compiling()
     with counting(len(chosen)) as report:
         rows = run_ablations(chosen, config, parse_overrides(overrides or []), report)
     typer.echo(format_ablations(rows))
@@ -221,7 +220,6 @@ def _run(
     table, document, pictures, drawn = outputs
     preset, overrides = preset_and_overrides
     config = config_of(preset, overrides)
-    say_compiling()
     with counting(len(cases)) as report:
         rows = evaluate(cases, config, count == "given", MASKS[mask], report)
     for row in rows:

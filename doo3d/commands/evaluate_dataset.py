@@ -12,7 +12,6 @@ import typer
 from ..errors import ConfigError
 from .arguments import Overrides, config_of, save, split
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress import say_compiling
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -141,7 +140,6 @@ def _tubes(request: _Request) -> None:
     seeds = range(start, start + request.get("--seeds", 3))
     sensor, size = parse_sensor(request.get("--sensor", "d435")), parse_size(request.get("--size", "1280x720"))
     cases = tube_cases(request.folder, seeds, sensor, size)
-    say_compiling()
     typer.echo(format_tubes(evaluate_tubes(cases, request.config)))
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .arguments import FrameOption, InputOption, MaskOption, Overrides, Preset, check_new_file, config_of, frame_of, save
-from .progress import say_compiling
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -45,7 +44,6 @@ def explain(
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)
-    say_compiling()
     from ..inspection.explain import explain_stages
 
     _, stages = run_with_stages(frame_ref, effective)

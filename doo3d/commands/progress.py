@@ -16,14 +16,6 @@ if TYPE_CHECKING:
     from ..runs.frame_record import FrameRecord
 
 
-def say_compiling() -> None:
-    """Print a notice on stderr if the numba kernels are not compiled yet, which takes this run some seconds."""
-    from ..kernels import are_compiled
-
-    if not are_compiled():
-        typer.echo("the first run compiles for some seconds ...", err=True)
-
-
 class Reporter:
     """Printer of a run's progress: called with each frame's record, it prints a line, above the progress bar if there is one.
 

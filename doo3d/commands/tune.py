@@ -9,7 +9,6 @@ import typer
 
 from ..errors import InputError
 from .arguments import FrameOption, InputOption, Overrides, check_new_file, config_of, frame_of, save
-from .progress import say_compiling
 
 if TYPE_CHECKING:
     from ..tuning import Tuned
@@ -63,7 +62,6 @@ def tune(
     region = _numbers("--box", box, 4) if box else None
     if picks and region:
         raise InputError("--pick and --box exclude each other: give one", code="options-conflict")
-    say_compiling()
     from ..config.documentation import annotated_yaml
     from ..tuning import tune as propose
     from ..viz.backdrop import backdrop_of

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from .arguments import Results, check_new_file, with_progress
-from .progress import say_compiling
 
 
 def view(
@@ -42,8 +41,6 @@ def view(
 
     names = select_frames(opened, frame)
     recording = RerunRecording(opened, save)
-    if stages:
-        say_compiling()
     for name in with_progress(names):
         recording.log_frame(name, stages)
     if recording.warning:

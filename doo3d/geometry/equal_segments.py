@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.equal_chords import cover_with_chords, lay_equal_chords
+from ..kernels import cover_with_chords, lay_equal_chords
 from ..types import Floats
 from .polyline import arc_length, resample, steps, unit
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels import arcs as kernel
+from .. import kernels
 from ..types import Array, Floats
 
 MAX_DEVIATION_DEG = 20.0
@@ -91,7 +91,7 @@ def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float,
     The arc, or None if the target lies inside its circle.
     """
     start, direction, target = (np.asarray(vector, dtype=float) for vector in (start, direction, target))
-    rows = kernel.arc_towards(start, direction, target, float(radius), opposite)
+    rows = kernels.arc_towards(start, direction, target, float(radius), opposite)
     return Arc.from_row(rows[0]) if len(rows) else None
 
 
@@ -114,7 +114,7 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
     The arc that starts at e1 and the arc that starts at e2. Both point into the gap, and the straight line joins the points where
     they end. Of several such paths the shorter one; None if none of this radius is found.
     """
-    rows = kernel.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
+    rows = kernels.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
     return (Arc.from_row(rows[0]), Arc.from_row(rows[1])) if len(rows) else None
 
 
@@ -137,7 +137,7 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
     -------
     The radius in the unit of the ends; None if the lines are parallel or do not meet ahead of both ends.
     """
-    radius = float(kernel.corner_radius(np.array((e1, d1, e2, d2), dtype=float)))
+    radius = float(kernels.corner_radius(np.array((e1, d1, e2, d2), dtype=float)))
     return radius if radius > 0 else None
 
 
@@ -168,7 +168,7 @@ class GapPath:
         On arcs and line neighbors are at most `spacing` m (px in 2-D) apart. A straight connection is just its two ends; ends
         that touch give one point.
         """
-        points: Floats = kernel.sample_gap(self.rows, float(spacing)) if len(self.rows) else self.ends
+        points: Floats = kernels.sample_gap(self.rows, float(spacing)) if len(self.rows) else self.ends
         return points
 
 
@@ -203,5 +203,5 @@ def gap_path(
         degrees.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
-    touch, rows = kernel.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)
+    touch, rows = kernels.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)
     return GapPath(ends[:1].copy() if touch else ends[:3:2].copy(), rows)

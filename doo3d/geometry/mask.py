@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..kernels.medial_axis import medial_axis
+from ..kernels import medial_axis
 from ..types import Array, Bools, Ints
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from ..kernels import polyline as kernel
+from .. import kernels
 from ..types import Array, Floats
 
 TINY = 1e-12
@@ -17,7 +17,7 @@ def unit(vectors: Array) -> Floats:
     """Return vectors (..., D) scaled to length 1; zero vectors stay zero."""
     vectors = np.asarray(vectors, dtype=float)
     if vectors.ndim <= 2:
-        return np.asarray(kernel.unit(vectors) if vectors.ndim == 1 else kernel.unit_rows(vectors))
+        return np.asarray(kernels.unit(vectors) if vectors.ndim == 1 else kernels.unit_rows(vectors))
     norm = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(norm > 0, norm, 1.0))
 
@@ -33,12 +33,12 @@ def angle(a: Array, b: Array) -> Floats:
 
 def steps(points: Floats, closed: bool = False) -> Floats:
     """Return the distances between consecutive points (P, D): (P - 1,); closed adds the step from the last to the first: (P,)."""
-    return np.asarray(kernel.steps(np.asarray(points, dtype=float), closed))
+    return np.asarray(kernels.steps(np.asarray(points, dtype=float), closed))
 
 
 def arc_length(points: Floats) -> Floats:
     """Return the arc length from the first point of a polyline (P, D) to each point: (P,), the first 0."""
-    return np.asarray(kernel.arc_length(points))
+    return np.asarray(kernels.arc_length(points))
 
 
 def resample(points: Floats, at: Array) -> Floats:
@@ -46,7 +46,7 @@ def resample(points: Floats, at: Array) -> Floats:
 
     Lengths below 0 or beyond the end give the end points.
     """
-    along = kernel.arc_length(points)
+    along = kernels.arc_length(points)
     return np.column_stack([np.interp(at, along, column) for column in points.T])
 
 
@@ -93,7 +93,7 @@ def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats
         return points
     if closed:
         points = np.concatenate((points[-half_width:], points, points[:half_width]))
-    means = np.asarray(kernel.moving_mean(points, half_width))
+    means = np.asarray(kernels.moving_mean(points, half_width))
     return means[half_width:-half_width] if closed else means
 
 

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from ..inputs import FrameData
 
 WARM_UP_RUNS = 3
-"""Runs before the timed ones, for compiling and caches."""
+"""Runs before the timed ones, for caches."""
+
+YARDSTICK_RUNS = 50
+YARDSTICK_SIZE = (720, 1280)
 
 DEFAULT_SCENE = ("crossing", 0)
 """Family and seed of the scene that is rendered without an input."""
@@ -39,6 +42,8 @@ class Timing:
         stage -> (median, 95th percentile) over the runs, ms, in order; the last, "total", is the whole detection.
     peak_mb
         peak memory of the process so far, MB; None if the system does not report it.
+    yardstick
+        ms that one pass over a frame takes on this machine, as `measure_yardstick` returns it.
     """
 
     name: str
@@ -47,13 +52,40 @@ class Timing:
     runs: int
     stages: dict[str, tuple[float, float]]
     peak_mb: float | None
+    yardstick: float = float("nan")
 
     def lines(self) -> list[str]:
         """Return the lines that `doo3d bench` prints for this frame: a heading, a line per stage, the total, the peak memory."""
-        table = [f"{stage:<12}{median:>10.1f}{percentile:>10.1f}" for stage, (median, percentile) in self.stages.items()]
+        width = max(map(len, self.stages))
+        table = [
+            f"{stage:<{width}}{median:>10.1f}{percentile:>10.1f}{median / self.yardstick:>12.1f}"
+            for stage, (median, percentile) in self.stages.items()
+        ]
         head = f"{self.name}: {self.size}, {self.chains} chain{'' if self.chains == 1 else 's'}, {self.runs} runs, one thread"
+        columns = f"{'ms':<{width}}{'median':>10}{'95 %':>10}{'yardsticks':>12}"
+        yardstick = f"yardstick {self.yardstick:.2f} ms: 1280x720 to HSV, and a range test"
         memory = [f"peak memory {self.peak_mb:.0f} MB"] if self.peak_mb is not None else []
-        return [head, f"{'ms':<12}{'median':>10}{'95 %':>10}", *table[:-1], "-" * 32, table[-1], *memory]
+        return [head, columns, *table[:-1], "-" * len(columns), table[-1], yardstick, *memory]
+
+
+def measure_yardstick(runs: int = YARDSTICK_RUNS) -> float:
+    """Return the median time, ms, of converting a random 1280x720 RGB image to HSV and testing a range, in one thread.
+
+    It is what one pass over a frame takes, so that times as multiples of it compare between machines.
+    """
+    import cv2
+    import numpy as np
+
+    image = np.random.default_rng(0).integers(0, 256, (*YARDSTICK_SIZE, 3), dtype=np.uint8)
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    seconds = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        cv2.inRange(cv2.cvtColor(image, cv2.COLOR_RGB2HSV), (20, 50, 50), (120, 255, 255))
+        seconds.append(time.perf_counter() - start)
+    cv2.setNumThreads(threads)
+    return float(np.median(seconds)) * 1000
 
 
 def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing:
@@ -93,7 +125,7 @@ def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing
     else:
         shape = frame.data.depth.shape if isinstance(frame.data, Frame) else frame.data.color.shape
         size = f"{shape[1]}x{shape[0]}"
-    return Timing(name, size, len(detection.chains), runs, stages, peak_memory_mb())
+    return Timing(name, size, len(detection.chains), runs, stages, peak_memory_mb(), measure_yardstick())
 
 
 def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:

@@ -1,36 +1,73 @@
-"""Hot loops, compiled with numba on first use and kept on disk: free functions on plain arrays, no objects.
+"""Hot loops on plain arrays, native; `__init__.pyi` says what each does, with shapes and units."""
 
-The letters of shapes mean the same in all of them:
+from ._native import (
+    arc_length,
+    arc_line_arc,
+    arc_towards,
+    connected_components,
+    corner_radius,
+    count_agreeing_neighbors,
+    cover_with_chords,
+    crossing_numbers,
+    end_tangents,
+    first_clear,
+    is_simple,
+    lateral_sums,
+    lay_equal_chords,
+    match_by_subsets,
+    medial_axis,
+    moving_mean,
+    nearest,
+    neighbor_table,
+    points_near_line,
+    prune_spurs,
+    sample_bilinear,
+    sample_gap,
+    second_best_rise,
+    settle_dominant_pairs,
+    sigma_filter,
+    solve_gap,
+    steps,
+    thin_pixels,
+    thin_voxels,
+    trace_branches,
+    traverse_contour,
+    unit,
+    unit_rows,
+)
 
-N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples along centre lines, J joints, C chains,
-E = 2 C ends of chains (end e is the first, even, or last, odd, of chain e // 2), M voxels, K pixels or voxels of a skeleton,
-B branches, (H, W) rows and columns of an image. Lengths are in the unit of the coordinates: metres in 3-D, pixels in 2-D.
-"""
-
-from __future__ import annotations
-
-from pathlib import Path
-
-
-def are_compiled() -> bool:
-    """Return whether the kernels were compiled before, so that the next run does not spend seconds on it."""
-    from numba.core.caching import FunctionCache
-
-    from . import arcs, depth_filter, end_tangents, equal_chords, matching, second_best, skeleton_graph, thinning
-
-    kernels = (
-        arcs.solve_gap,
-        depth_filter.count_agreeing_neighbors,
-        end_tangents.end_tangents,
-        equal_chords.lay_equal_chords,
-        matching.settle_dominant_pairs,
-        second_best.second_best_rise,
-        skeleton_graph.trace_branches,
-        thinning.link_neighbors,
-        thinning.thin_voxels,
-    )
-    folders = [Path(FunctionCache(kernel.py_func).cache_path) for kernel in kernels]
-    return all(
-        any(folder.glob(f"{Path(kernel.py_func.__code__.co_filename).stem}.{kernel.py_func.__name__}-*.nbi"))
-        for folder, kernel in zip(folders, kernels, strict=True)
-    )
+__all__ = [
+    "arc_length",
+    "arc_line_arc",
+    "arc_towards",
+    "connected_components",
+    "corner_radius",
+    "count_agreeing_neighbors",
+    "cover_with_chords",
+    "crossing_numbers",
+    "end_tangents",
+    "first_clear",
+    "is_simple",
+    "lateral_sums",
+    "lay_equal_chords",
+    "match_by_subsets",
+    "medial_axis",
+    "moving_mean",
+    "nearest",
+    "neighbor_table",
+    "points_near_line",
+    "prune_spurs",
+    "sample_bilinear",
+    "sample_gap",
+    "second_best_rise",
+    "settle_dominant_pairs",
+    "sigma_filter",
+    "solve_gap",
+    "steps",
+    "thin_pixels",
+    "thin_voxels",
+    "trace_branches",
+    "traverse_contour",
+    "unit",
+    "unit_rows",
+]

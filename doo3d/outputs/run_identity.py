@@ -18,7 +18,7 @@ from . import MANIFEST
 from .atomic import PREFIX
 
 SCHEMA = "doo3d/manifest/1"
-PACKAGES = ("numpy", "scipy", "numba", "opencv-python-headless", "trimesh", "python-fcl", "open3d", "open3d-cpu")
+PACKAGES = ("numpy", "scipy", "opencv-python-headless", "trimesh", "python-fcl", "open3d", "open3d-cpu")
 """Packages whose versions the manifest records: results may depend on them."""
 
 

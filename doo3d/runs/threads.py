@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
-)
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
 """Environment variables that limit numerical libraries to one thread."""
 
 
 def single_thread() -> None:
-    """Limit OpenMP, BLAS, numba and OpenCV to one thread in this process; call it before numpy and numba are imported."""
+    """Limit OpenMP, BLAS and OpenCV to one thread in this process; call it before numpy is imported."""
     os.environ.update(ONE_THREAD)
     import cv2
 

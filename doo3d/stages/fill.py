@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry.gap_path import GapPath
-from ..kernels.equal_chords import lay_equal_chords
+from ..kernels import lay_equal_chords
 from ..types import Floats, Path
 from . import Assembly, FrameContext
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import FitConfig
 from ..geometry.polyline import steps
-from ..kernels.segment_fitting import traverse_contour
+from ..kernels import traverse_contour
 from ..types import Chain, Floats, Path
 from . import FrameContext
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import zhang_suen
-from ..kernels.thinning import skeletonize
+from ..kernels import neighbor_table, thin_pixels, thin_voxels
 from ..types import Skeleton, VoxelGrid
 
 
@@ -24,6 +23,7 @@ def thin(grid: VoxelGrid) -> Skeleton:
     """
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids)
-    on_skeleton = zhang_suen.thin_pixels(grid.coords) if grid.coords.shape[1] == 2 else skeletonize(grid.coords)
+    planar = grid.coords.shape[1] == 2
+    on_skeleton = thin_pixels(grid.coords) if planar else thin_voxels(neighbor_table(grid.coords))
     kept = np.flatnonzero(on_skeleton)
     return Skeleton(grid.coords[kept], grid.centroids[kept])

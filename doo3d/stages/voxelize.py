@@ -13,8 +13,7 @@ from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing
 from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
-from ..kernels.skeleton_graph import connected_components
-from ..kernels.thinning import neighbor_table
+from ..kernels import connected_components, neighbor_table
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..config import HsvRange
 from ..geometry.mask import median_half_width
-from ..kernels.medial_axis import medial_axis
+from ..kernels import medial_axis
 from ..stages.segment.methods.hsv import in_ranges
 from ..types import Array, Bools
 

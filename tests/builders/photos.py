@@ -7,7 +7,7 @@ import numpy as np
 
 from doo3d.evaluation.photos.datasets import Photo, PhotoRef
 from doo3d.evaluation.photos.score import drawn_pixels
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain
 
 WIDTH, HEIGHT = 200, 150

@@ -20,7 +20,19 @@ def test_stages_and_total(capture):
     parts = sum(median for stage, (median, _) in timing.stages.items() if stage != "total")
     assert parts > 0
     text = "\n".join(timing.lines())
-    for word in ("320x240", "3 runs", "one thread", "median", "95 %", "thin", "total"):
+    total = next(line for line in timing.lines() if line.startswith("total")).split()
+    assert float(total[3]) == pytest.approx(timing.stages["total"][0] / timing.yardstick, abs=0.06)
+    for word in (
+        "320x240",
+        "3 runs",
+        "one thread",
+        "median",
+        "95 %",
+        "yardsticks",
+        "thin",
+        "total",
+        f"yardstick {timing.yardstick:.2f} ms",
+    ):
         assert word in text
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from doo3d.kernels.clearance import first_clear
+from doo3d.kernels import first_clear
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.kernels.depth_filter import count_agreeing_neighbors, sigma_filter
+from doo3d.kernels import count_agreeing_neighbors, sigma_filter
 
 
 def slow_agreement(depth, mask, v, u, half, tolerance):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.geometry.polyline import arc_length, unit
-from doo3d.kernels.end_tangents import end_tangents
+from doo3d.kernels import end_tangents
 
 
 def end_tangent(points, reach):

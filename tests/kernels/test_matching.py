@@ -6,7 +6,8 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from doo3d.kernels.matching import MAX_SUBSET_ENDS, match_by_subsets, maximum_weight_matching, settle_dominant_pairs
+from doo3d.kernels import match_by_subsets, settle_dominant_pairs
+from doo3d.stages.merge.matching import MAX_SUBSET_ENDS, maximum_weight_matching
 
 
 def weights(seed, count, share=1.0):

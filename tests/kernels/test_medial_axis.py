@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.kernels.medial_axis import medial_axis
+from doo3d.kernels import medial_axis
 
 STEPS = {1: 1.0, 2: 1.4, 5: 2.1969}  # squared length of a step on the grid -> px
 OFFSETS = [(v, u) for v in range(-2, 3) for u in range(-2, 3) if v * v + u * u in STEPS]

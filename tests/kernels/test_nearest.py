@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels.nearest import nearest, points_near_line
-from doo3d.kernels.sampling import sample_bilinear
+from doo3d.kernels import nearest, points_near_line, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from doo3d import kernels as lines
 from doo3d.geometry.polyline import resample
-from doo3d.kernels import polyline as lines
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from builders.blobs import blob, coords_of
 
-from doo3d.kernels.skeleton_graph import connected_components, prune_spurs, trace_branches
-from doo3d.kernels.thinning import neighbor_table, skeletonize
+from doo3d.kernels import connected_components, neighbor_table, prune_spurs, thin_voxels, trace_branches
 
 FREE, LOOP = -1, -2
+
+
+def skeletonize(coords):
+    """Which of the voxels (M, 3) are the curve skeleton: (M,) bool."""
+    return thin_voxels(neighbor_table(coords))
 
 
 def table_of(voxels):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from skimage.measure import euler_number, label
 
-from doo3d.kernels.zhang_suen import thin_pixels
+from doo3d.kernels import thin_pixels
 
 ROUND = [(-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)]
 

@@ -8,8 +8,7 @@ from builders.drawn_masks import helix, surface
 from scipy.spatial import cKDTree
 
 from doo3d.config import VoxelizeConfig
-from doo3d.kernels.skeleton_graph import connected_components
-from doo3d.kernels.thinning import neighbor_table
+from doo3d.kernels import connected_components, neighbor_table
 from doo3d.stages.thin import thin
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, VoxelGrid

@@ -9,8 +9,7 @@ from builders.errors import refuses
 from scipy.ndimage import binary_closing
 
 from doo3d.config import SegmentConfig, VoxelizeConfig
-from doo3d.kernels.skeleton_graph import connected_components
-from doo3d.kernels.thinning import neighbor_table
+from doo3d.kernels import connected_components, neighbor_table
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import MAX_VOXELS, occluding_edge_pixels, voxelize
 from doo3d.types import Foreground

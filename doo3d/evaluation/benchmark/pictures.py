@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from ...kernels.equal_chords import lay_equal_chords
+from ...kernels import lay_equal_chords
 from ...outputs.atomic import write_bytes
 from ...types import Array, Chain, Detection, Floats, Frame
 from ...viz import draw

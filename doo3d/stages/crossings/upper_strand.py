@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.projection import Projection
-from ...kernels.sampling import sample_bilinear
+from ...kernels import sample_bilinear
 from ...types import Array, Floats, Foreground
 from .overlap import CrossingStrands, Lookup, color_order, depth_order, sample_strands
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import MergeConfig
-from ...kernels.matching import maximum_weight_matching
 from ...types import Floats
 from .costs import FORCED_COST_FACTOR
 from .ends import End, Pair, ends_of
+from .matching import maximum_weight_matching
 
 GapCosts = Callable[[Sequence[Pair]], list[float]]
 """Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...kernels.second_best import second_best_rise
+from ...kernels import second_best_rise
 from ...types import Floats, Ints
 from .assignment import Link
 

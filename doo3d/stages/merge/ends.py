@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...kernels.end_tangents import end_tangents
+from ...kernels import end_tangents
 from ...types import Bools, Chain, Floats
 
 

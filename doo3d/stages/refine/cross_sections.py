@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import perpendicular, unit
-from ...kernels.nearest import nearest
+from ...kernels import nearest
 from ...types import Array, Floats, Ints
 
 MAX_SURFACE_POINTS = 10_000

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import unit
-from ...kernels.nearest import nearest, points_near_line
+from ...kernels import nearest, points_near_line
 from ...types import Bools, Floats, Ints, Path
 from ...visibility import PointVisibility, Visibility
 from .cross_sections import thinned

@@ -10,7 +10,7 @@ import numpy as np
 from ...config import RefineConfig
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
-from ...kernels.nearest import nearest
+from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis, infer_viewpoint

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import unit
-from ...kernels.nearest import lateral_sums, nearest
+from ...kernels import lateral_sums, nearest
 from ...types import Array, Camera, Floats, Ints
 from .cross_sections import SectionAxes, window_sum
 

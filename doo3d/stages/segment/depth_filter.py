@@ -9,7 +9,7 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...geometry.mask import bounding_box
-from ...kernels.depth_filter import count_agreeing_neighbors, sigma_filter
+from ...kernels import count_agreeing_neighbors, sigma_filter
 from ...types import Array, Bools, Floats, Frame, Ints
 
 OUTLIER_WINDOW_PX = 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.sparse_grid import cloud_spacing, voxelize_points
-from ...kernels.thinning import neighbor_table
+from ...kernels import neighbor_table
 from ...types import Bools, Floats
 
 NEIGHBORHOOD_CELL_SPACINGS = 2.0

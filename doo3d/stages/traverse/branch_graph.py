@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...geometry.polyline import steps
-from ...kernels.skeleton_graph import trace_branches
-from ...kernels.thinning import neighbor_table
+from ...kernels import neighbor_table, trace_branches
 from ...types import Floats, Ints, Skeleton
 
 FREE_END = -1

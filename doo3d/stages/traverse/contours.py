@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...errors import ConfigError
-from ...kernels.skeleton_graph import crossing_numbers, prune_spurs
+from ...kernels import crossing_numbers, prune_spurs
 from ...types import Floats, Ints, Path, Skeleton
 
 TIP_REACH_PX, JUNCTION_REACH_PX = 1.0, 2.0

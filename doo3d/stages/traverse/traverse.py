@@ -10,7 +10,7 @@ import numpy as np
 
 from ...config import TraverseConfig
 from ...geometry.polyline import arc_length, moving_mean, resample, steps
-from ...kernels.clearance import first_clear
+from ...kernels import first_clear
 from ...types import Floats, Path, Skeleton
 from .. import FrameContext
 from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, build_graph

@@ -22,7 +22,7 @@ from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain, Crossing, Detection, SegmentRef
 
 SMALL = (640, 480)

@@ -15,7 +15,7 @@ from doo3d.evaluation.benchmark.rows import Row, summary, worst
 from doo3d.evaluation.benchmark.tables import csv_text, json_text
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Camera, Chain, Cloud, Detection, Frame
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=320.0, cy=240.0, width=640, height=480)

@@ -11,7 +11,7 @@ from builders.photos import save
 from doo3d.evaluation.benchmark.cases import capture_cases
 from doo3d.evaluation.benchmark.stored_results import result_rows
 from doo3d.evaluation.truth_file import read_truth
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.outputs.detection_json import dumps
 from doo3d.outputs.run_reader import read_detection
 from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef

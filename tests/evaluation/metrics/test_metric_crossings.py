@@ -10,7 +10,7 @@ import pytest
 from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain, Crossing, SegmentRef
 
 RADIUS, STEP = 0.004, 0.01

@@ -8,7 +8,7 @@ import pytest
 from doo3d.evaluation.metrics.nodes import node_error
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain, Connection
 
 RADIUS = 0.004

@@ -11,7 +11,7 @@ from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.rendering.rays import RayCaster
 from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain, Crossing, SegmentRef
 
 STEP = 0.005

@@ -13,7 +13,7 @@ from builders.drawn_masks import CAMERA, depth_of, frame_of, line, surface
 import doo3d
 from doo3d.config import CrossingsConfig
 from doo3d.geometry.equal_segments import equal_ring
-from doo3d.kernels.equal_chords import lay_equal_chords
+from doo3d.kernels import lay_equal_chords
 from doo3d.stages.crossings.crossings import find_crossings
 from doo3d.stages.refine import decide_viewpoint
 from doo3d.types import Chain, Foreground, Path

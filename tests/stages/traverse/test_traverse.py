@@ -9,11 +9,18 @@ from scipy.spatial import cKDTree
 
 from doo3d.config import TraverseConfig
 from doo3d.geometry.polyline import densify, steps
-from doo3d.kernels.thinning import skeletonize
+from doo3d.kernels import neighbor_table, thin_voxels
 from doo3d.stages.traverse import traverse
 from doo3d.types import Skeleton
 
 SIZE, RADIUS = 0.003, 0.005
+
+
+def skeletonize(coords):
+    """Which of the voxels (M, 3) are the curve skeleton: (M,) bool."""
+    return thin_voxels(neighbor_table(coords))
+
+
 RING = 0.08
 CONTEXT = context_of(radius=RADIUS, voxel=SIZE)
 

@@ -1,0 +1,117 @@
+// Arrays at the border between Python and the kernels.
+//
+// Inputs are checked by nanobind: data type, number of axes, and C order of two axes and more; `noconvert()` in the bindings makes a
+// wrong one a TypeError and never a copy. Results own their memory and hand it to NumPy without a copy.
+//
+// Letters of shapes: N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples, J joints, C chains, E = 2 C ends
+// of chains, M voxels, K pixels or voxels of a skeleton, B branches, (H, W) rows and columns of an image.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+using Index = std::int64_t;
+
+// inputs
+template <class T>
+using Vector = nb::ndarray<const T, nb::ndim<1>, nb::device::cpu>;  // of any stride, such as a column
+template <class T>
+using Matrix = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+template <class T>
+using StridedMatrix = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // of any layout, read by (row, column)
+template <class T>
+using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+// results
+template <class T>
+using VectorResult = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
+template <class T>
+using MatrixResult = nb::ndarray<nb::numpy, T, nb::ndim<2>, nb::c_contig>;
+
+template <class T>
+T* release(std::vector<T>&& values, nb::capsule& owner) {
+    auto* kept = new std::vector<T>(std::move(values));
+    owner = nb::capsule(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return kept->data();
+}
+
+// Hand a vector to NumPy as an array (size,).
+template <class T>
+VectorResult<T> to_numpy(std::vector<T>&& values) {
+    const std::size_t size = values.size();
+    nb::capsule owner;
+    T* data = release(std::move(values), owner);
+    return VectorResult<T>(data, {size}, owner);
+}
+
+// Hand a vector to NumPy as an array (rows, columns), in C order.
+template <class T>
+MatrixResult<T> to_numpy(std::vector<T>&& values, std::size_t rows, std::size_t columns) {
+    nb::capsule owner;
+    T* data = release(std::move(values), owner);
+    return MatrixResult<T>(data, {rows, columns}, owner);
+}
+
+// Hand a vector of flags to NumPy as bool (size,).
+inline VectorResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags) {
+    auto* kept = new bool[flags.size() ? flags.size() : 1];
+    for (std::size_t i = 0; i < flags.size(); ++i) kept[i] = flags[i] != 0;
+    nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
+    return VectorResult<bool>(kept, {flags.size()}, owner);
+}
+
+// Return the rows of a matrix of any layout one after the other.
+template <class T>
+std::vector<T> dense(const StridedMatrix<T>& matrix) {
+    const std::size_t rows = matrix.shape(0), columns = matrix.shape(1);
+    std::vector<T> values(rows * columns);
+    for (std::size_t i = 0; i < rows; ++i) {
+        for (std::size_t j = 0; j < columns; ++j) values[i * columns + j] = matrix(i, j);
+    }
+    return values;
+}
+
+// Refuse arrays whose shapes do not fit each other.
+inline void require(bool condition, const char* sentence) {
+    if (!condition) throw nb::value_error(sentence);
+}
+
+// Return the points of a polyline one after the other; refuse none, and coordinates that are not finite.
+inline std::vector<double> finite_points(const StridedMatrix<double>& points) {
+    require(points.shape(0) > 0 && points.shape(1) > 0, "points are empty, expected at least one");
+    std::vector<double> values = dense(points);
+    for (const double value : values) require(std::isfinite(value), "a coordinate is not finite");
+    return values;
+}
+
+// Python's min and max: of equal values the first.
+template <class T>
+T least(T a, T b) {
+    return b < a ? b : a;
+}
+template <class T>
+T most(T a, T b) {
+    return b > a ? b : a;
+}
+
+// Return the squared distance between two points of `dim` coordinates.
+inline double squared_distance(const double* a, const double* b, Index dim) {
+    double sum = 0.0;
+    for (Index d = 0; d < dim; ++d) {
+        const double step = a[d] - b[d];
+        sum += step * step;
+    }
+    return sum;
+}

@@ -1,0 +1,247 @@
+// Skeletons as graphs: connected components, branches between junctions, and spurs.
+#include "thinning.h"
+
+#include <algorithm>
+
+namespace {
+
+// Instead of a junction's number: the branch ends at a tip; the branch is a closed loop without a junction.
+constexpr Index FREE = -1, LOOP = -2;
+
+// Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere. A flood fill by a stack.
+std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted) {
+    std::vector<Index> label(table.size(), -1), stack;
+    Index components = 0;
+    for (Index seed = 0; seed < table.size(); ++seed) {
+        if (!wanted[seed] || label[seed] >= 0) continue;
+        label[seed] = components;
+        stack.assign(1, seed);
+        while (!stack.empty()) {
+            const std::int32_t* row = table.row(stack.back());
+            stack.pop_back();
+            for (int n = 0; n < NEIGHBORS; ++n) {
+                const Index j = row[n];
+                if (j >= 0 && wanted[j] && label[j] < 0) {
+                    label[j] = components;
+                    stack.push_back(j);
+                }
+            }
+        }
+        ++components;
+    }
+    return label;
+}
+
+auto connected_components(Matrix<std::int32_t> table) {
+    const NeighborTable neighbors(table);
+    return to_numpy(label_components(neighbors, std::vector<std::uint8_t>(neighbors.size(), 1)));
+}
+
+// The branches of a skeleton between its junctions.
+//
+// A voxel with more than two neighbors is a junction voxel; junction voxels that touch are one junction. Every other voxel has
+// at most two neighbors, so it belongs to exactly one branch, and a branch is followed by stepping to the one neighbor that was
+// not visited yet. The order of the starts makes that complete: first from every junction voxel into each of its neighbors,
+// which gives all branches with a junction; then from the tips, which gives the branches with two free ends; what is left are
+// closed loops. A branch that comes back to the junction it left ends beside a voxel of it, which the first step must not take
+// for the end.
+class Branches {
+public:
+    explicit Branches(const NeighborTable& table) : bounds{0}, table_(table), degree_(table.size()), visited_(table.size()) {
+        std::vector<std::uint8_t> crowded(table.size());
+        for (Index i = 0; i < table.size(); ++i) {
+            for (int n = 0; n < NEIGHBORS; ++n) degree_[i] += table.row(i)[n] >= 0;
+            crowded[i] = degree_[i] > 2;
+        }
+        junction = label_components(table, crowded);
+        for (Index i = 0; i < table.size(); ++i) visited_[i] = junction[i] >= 0;
+        trace_from_junctions();
+        trace_between_tips();
+        trace_loops();
+    }
+
+    std::vector<Index> junction, order, bounds, nodes;
+
+private:
+    void trace_from_junctions() {
+        for (Index s = 0; s < table_.size(); ++s) {
+            if (junction[s] < 0) continue;
+            for (int n = 0; n < NEIGHBORS; ++n) {
+                const Index first = table_.row(s)[n];
+                if (first < 0 || visited_[first]) continue;
+                Index end = follow(first, s, junction[s]);
+                if (end < 0 && degree_[order.back()] == 2) end = junction[s];  // it came back to the voxel that it left
+                close(junction[s], end);
+            }
+        }
+    }
+
+    void trace_between_tips() {
+        for (Index s = 0; s < table_.size(); ++s) {
+            if (!visited_[s] && degree_[s] <= 1) close(FREE, follow(s, s, FREE));
+        }
+    }
+
+    void trace_loops() {
+        for (Index s = 0; s < table_.size(); ++s) {
+            if (visited_[s]) continue;
+            follow(s, s, FREE);
+            close(LOOP, LOOP);
+        }
+    }
+
+    // Append the voxels of a branch to `order`; return the junction at its end, FREE for none.
+    Index follow(Index voxel, Index previous, Index leaving) {
+        for (;;) {
+            visited_[voxel] = 1;
+            order.push_back(voxel);
+            Index following = -1, end = FREE;
+            for (int n = 0; n < NEIGHBORS; ++n) {
+                const Index j = table_.row(voxel)[n];
+                if (j < 0) continue;
+                if (!visited_[j]) {
+                    following = j;
+                } else if (junction[j] >= 0 && j != previous && junction[j] != leaving) {
+                    end = junction[j];
+                }
+            }
+            if (following < 0 || end >= 0) return end;
+            previous = voxel;
+            voxel = following;
+            leaving = FREE;
+        }
+    }
+
+    void close(Index start, Index end) {
+        nodes.push_back(start);
+        nodes.push_back(end);
+        bounds.push_back(Index(order.size()));
+    }
+
+    const NeighborTable& table_;
+    std::vector<Index> degree_;
+    std::vector<std::uint8_t> visited_;
+};
+
+auto trace_branches(Matrix<std::int32_t> table) {
+    const NeighborTable neighbors(table);
+    Branches branches(neighbors);
+    const Index count = Index(branches.bounds.size()) - 1;
+    return std::make_tuple(to_numpy(std::move(branches.junction)), to_numpy(std::move(branches.order)),
+                           to_numpy(std::move(branches.bounds)), to_numpy(std::move(branches.nodes), count, 2));
+}
+
+// A 2-D skeleton as an image, 1 on the skeleton, whose outermost rows and columns are 0.
+class LineImage {
+public:
+    LineImage(std::uint8_t* data, Index height, Index width) : data_(data), height_(height), width_(width) {
+        constexpr int rows[8] = {-1, -1, -1, 0, 1, 1, 1, 0}, columns[8] = {-1, 0, 1, 1, 1, 0, -1, -1};
+        for (int k = 0; k < 8; ++k) ring_[k] = rows[k] * width + columns[k];
+    }
+
+    void check(const Vector<Index>& rows, const Vector<Index>& columns) const {
+        require(rows.shape(0) == columns.shape(0), "rows and columns have different lengths");
+        for (std::size_t k = 0; k < rows.shape(0); ++k) {
+            require(rows(k) > 0 && rows(k) < height_ - 1 && columns(k) > 0 && columns(k) < width_ - 1,
+                    "a pixel lies in the outermost rows or columns of the image");
+        }
+        for (Index u = 0; u < width_; ++u) require(!data_[u] && !data_[(height_ - 1) * width_ + u], "the outermost rows are not 0");
+        for (Index v = 0; v < height_; ++v) require(!data_[v * width_] && !data_[v * width_ + width_ - 1], "the outermost columns are not 0");
+    }
+
+    Index at(Index row, Index column) const { return row * width_ + column; }
+    bool on(Index pixel) const { return data_[pixel] != 0; }
+    void set(Index pixel, bool on) { data_[pixel] = on; }
+    Index neighbor(Index pixel, int direction) const { return pixel + ring_[direction]; }
+
+    // Count the 0-1 transitions around a pixel: 1 at a tip, 2 along a line, 3 and more at a junction.
+    Index crossing_number(Index pixel) const {
+        Index count = 0;
+        bool before = on(neighbor(pixel, 7));
+        for (int k = 0; k < 8; ++k) {
+            const bool after = on(neighbor(pixel, k));
+            count += after && !before;
+            before = after;
+        }
+        return count;
+    }
+
+    // Return the direction of a neighbor on the skeleton, those that share a side first; -1 for none. Odd ones share a side.
+    int neighbor_direction(Index pixel) const {
+        for (const int direction : {1, 3, 5, 7, 2, 4, 6, 0}) {
+            if (on(neighbor(pixel, direction))) return direction;
+        }
+        return -1;
+    }
+
+private:
+    std::uint8_t* data_;
+    Index height_, width_;
+    Index ring_[8];
+};
+
+auto crossing_numbers(Matrix<std::uint8_t> image, Vector<Index> rows, Vector<Index> columns) {
+    const LineImage lines(const_cast<std::uint8_t*>(image.data()), image.shape(0), image.shape(1));
+    lines.check(rows, columns);
+    std::vector<Index> count(rows.shape(0));
+    for (std::size_t k = 0; k < count.size(); ++k) {
+        const Index pixel = lines.at(rows(k), columns(k));
+        if (lines.on(pixel)) count[k] = lines.crossing_number(pixel);
+    }
+    return to_numpy(std::move(count));
+}
+
+// Walk along the skeleton from a tip until a junction, or until `limit` px; the image is as before afterwards.
+//
+// Fills the trail with the pixels walked over, without the junction. Returns the length in px, and whether a junction was reached.
+std::pair<double, bool> walk_from_tip(LineImage& image, Index pixel, double limit, std::vector<Index>& trail) {
+    trail.clear();
+    double length = 0.0;
+    bool meets = false;
+    while (length < limit && !meets) {
+        trail.push_back(pixel);
+        image.set(pixel, false);
+        const int direction = image.neighbor_direction(pixel);
+        if (direction < 0) break;
+        length += direction % 2 ? 1.0 : std::sqrt(2.0);
+        const Index before = pixel;
+        pixel = image.neighbor(pixel, direction);
+        image.set(before, true);
+        meets = image.crossing_number(pixel) > 2;
+        image.set(before, false);
+    }
+    for (const Index walked : trail) image.set(walked, true);
+    return {length, meets};
+}
+
+// Removing a spur may turn its junction into a part of a longer line, so the search begins anew after each.
+void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu> image, Vector<Index> rows, Vector<Index> columns,
+                 double min_length) {
+    LineImage lines(image.data(), image.shape(0), image.shape(1));
+    lines.check(rows, columns);
+    std::vector<Index> trail, spur;
+    for (;;) {
+        double shortest = min_length;
+        spur.clear();
+        for (std::size_t start = 0; start < rows.shape(0); ++start) {
+            const Index pixel = lines.at(rows(start), columns(start));
+            if (!lines.on(pixel) || lines.crossing_number(pixel) != 1) continue;
+            const auto [length, meets] = walk_from_tip(lines, pixel, shortest, trail);
+            if (meets && length < shortest) {
+                shortest = length;
+                spur = trail;
+            }
+        }
+        if (spur.empty()) return;
+        for (const Index pixel : spur) lines.set(pixel, false);
+    }
+}
+
+}  // namespace
+
+void bind_skeleton_graph(nb::module_& m) {
+    m.def("connected_components", &connected_components, "table"_a.noconvert());
+    m.def("trace_branches", &trace_branches, "table"_a.noconvert());
+    m.def("crossing_numbers", &crossing_numbers, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert());
+    m.def("prune_spurs", &prune_spurs, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert(), "min_length"_a);
+}

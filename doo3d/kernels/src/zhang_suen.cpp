@@ -1,0 +1,103 @@
+// Zhang-Suen thinning of a mask to lines one pixel wide, with every deletion checked again.
+//
+// The two sub-iterations are those of the paper (Zhang and Suen, CACM 27, 1984). The original deletes in parallel and can lose small
+// blobs and leave lines two pixels wide; with the check at each deletion connected stays connected, and holes stay holes.
+//
+// A neighborhood is a bit set: bit k is the neighbor P(k + 2) of the paper, clockwise from above.
+#include "arrays.h"
+
+#include <algorithm>
+
+#include <array>
+
+namespace {
+
+constexpr int RING_ROWS[8] = {-1, -1, 0, 1, 1, 1, 0, -1}, RING_COLUMNS[8] = {0, 1, 1, 1, 0, -1, -1, -1};
+
+// The rules for the 256 neighborhoods: deletable in the first and in the second sub-iteration; simple and no end.
+//
+// Simple: exactly one 8-connected piece of the object among the neighbors, and one 4-connected piece of background
+// that touches a side (the Yokoi number is 1).
+struct Rules {
+    std::array<std::array<bool, 256>, 2> deletable{};
+    std::array<bool, 256> simple{};
+
+    Rules() {
+        for (int code = 0; code < 256; ++code) {
+            auto bit = [code](int k) { return code >> (k % 8) & 1; };
+            int count = 0, rises = 0, yokoi = 0;
+            for (int k = 0; k < 8; ++k) {
+                count += bit(k);
+                rises += !bit(k) && bit(k + 1);
+            }
+            for (int k = 0; k < 8; k += 2) yokoi += (1 - bit(k)) * (1 - (1 - bit(k + 1)) * (1 - bit(k + 2)));
+            const bool base = count >= 2 && count <= 6 && rises == 1;
+            const int p2 = bit(0), p4 = bit(2), p6 = bit(4), p8 = bit(6);
+            deletable[0][code] = base && !(p2 && p4 && p6) && !(p4 && p6 && p8);
+            deletable[1][code] = base && !(p2 && p4 && p8) && !(p2 && p6 && p8);
+            simple[code] = yokoi == 1 && count > 1;
+        }
+    }
+};
+
+const Rules RULES;
+
+// Every pixel of the box has a code, its neighborhood, which every deletion updates. A sub-iteration collects the pixels with a
+// deletable code and then deletes them. A deleted pixel has the code 0, and so has one without neighbors, which stays; a
+// pixel never loses its last neighbor. The two sub-iterations repeat until none deletes; a last pass takes the corners of staircases.
+auto thin_pixels(StridedMatrix<Index> coords) {
+    const Index count = coords.shape(0);
+    require(coords.shape(1) == 2, "coords are not (N, 2)");
+    Index height = 1, width = 1;
+    for (Index i = 0; i < count; ++i) {
+        require(coords(i, 0) >= 1 && coords(i, 1) >= 1, "coords are not 1 or more");
+        height = std::max(height, coords(i, 0) + 2);
+        width = std::max(width, coords(i, 1) + 2);
+    }
+    require(double(height) * double(width) < 2e9, "the box of the pixels is too large");
+    Index offsets[8];
+    for (int k = 0; k < 8; ++k) offsets[k] = RING_ROWS[k] * width + RING_COLUMNS[k];
+    std::vector<Index> pixels(count);
+    std::vector<std::uint8_t> codes(height * width);
+    for (Index i = 0; i < count; ++i) {
+        pixels[i] = coords(i, 0) * width + coords(i, 1);
+        require(i == 0 || pixels[i - 1] < pixels[i], "coords are not in lexicographic order");
+        for (int k = 0; k < 8; ++k) codes[pixels[i] - offsets[k]] |= std::uint8_t(1 << k);
+    }
+    std::vector<std::uint8_t> kept(count);
+    for (Index i = 0; i < count; ++i) kept[i] = codes[pixels[i]] == 0;
+
+    // Delete the pixels that still are simple, one after the other; tell whether there was one.
+    auto remove = [&](const std::vector<Index>& chosen) {
+        bool changed = false;
+        for (const Index pixel : chosen) {
+            if (!RULES.simple[codes[pixel]]) continue;
+            codes[pixel] = 0;
+            changed = true;
+            for (int k = 0; k < 8; ++k) codes[pixel - offsets[k]] &= std::uint8_t(~(1 << k));
+        }
+        return changed;
+    };
+    std::vector<Index> active(pixels), chosen;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const auto& deletable : RULES.deletable) {
+            chosen.clear();
+            std::size_t left = 0;
+            for (const Index pixel : active) {
+                const std::uint8_t code = codes[pixel];
+                if (code) active[left++] = pixel;
+                if (deletable[code]) chosen.push_back(pixel);
+            }
+            active.resize(left);
+            changed |= remove(chosen);
+        }
+    }
+    remove(active);
+    for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
+    return to_numpy_bool(kept);
+}
+
+}  // namespace
+
+void bind_zhang_suen(nb::module_& m) { m.def("thin_pixels", &thin_pixels, "coords"_a.noconvert()); }
