@@ -23,7 +23,11 @@ MARGIN_RADII = 1.2
 
 
 class PointVisibility(IntEnum):
-    """What the depth image says about one position in space, compared with the reading at the pixel it projects to."""
+    """What the depth image says about one position in space, compared with the reading at the pixel it projects to.
+
+    OUTSIDE the image; NO_DEPTH reading there; MASKED, the same in the object's mask; SURFACE of the object; HIDDEN by
+    something nearer; FREE space, since the reading is farther.
+    """
 
     OUTSIDE = 0
     """The position is not in the image."""
@@ -87,7 +91,7 @@ class Visibility:
         return Visibility(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
-        """Return the PointVisibility of each position, (N,) int.
+        """Return the PointVisibility of each position, (N,) int: OUTSIDE, NO_DEPTH, MASKED, SURFACE, HIDDEN or FREE.
 
         Parameters
         ----------

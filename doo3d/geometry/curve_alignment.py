@@ -40,6 +40,8 @@ class AlignmentCosts:
 class Candidates:
     """Candidate positions on curves for the points of a path: (C,) arrays, sorted by the index of the point.
 
+    All lengths are in one unit, that of the curves.
+
     Attributes
     ----------
     point
@@ -136,7 +138,7 @@ def nearest_samples(
     limits
         (P,) or (N, P), the greatest distance that counts.
     half_window
-        number of samples on either side of a minimum none of which may be nearer.
+        number of samples on either side that must not be nearer than a sample that counts as minimum.
     mode
         "wrap" for a closed curve, "nearest" for an open one.
 

@@ -27,9 +27,10 @@ def extrapolated(axis: Floats, shift: float) -> Floats:
 def sagitta_compensated(points: Floats, length: float) -> Floats:
     """Return a curve (P, D) bulged outwards at its bends.
 
-    Chords laid on the result lie about the given curve; chords laid on the curve itself would lie inside its bends. Each point
-    moves away from the center of its bend by the mean distance of a chord of `length` from its arc: length^2 / 12 times the
-    curvature, two thirds of the sagitta length^2 / 8R. Bends of a radius below two segments are moved by less, ends not at all.
+    Chords laid on the result lie about the given curve; chords laid on the curve itself would lie inside its bends. Each
+    point moves away from the center of its bend by length^2 / 12 times the curvature. That is the mean distance of a chord of
+    `length` from its arc, two thirds of the sagitta length^2 / 8R. Bends of a radius below two segments are moved by less,
+    ends not at all.
     """
     spacing = float(np.median(steps(points)))
     bend = np.zeros_like(points)

@@ -112,7 +112,7 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
     Returns
     -------
     The arc that starts at e1 and the arc that starts at e2. Both point into the gap, and the straight line joins the points where
-    they end. Of several such paths the shorter one; None if none of this radius is found.
+    they end. Of two such paths the shorter one is taken. None if no path of this radius is found.
     """
     rows = kernels.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
     return (Arc.from_row(rows[0]), Arc.from_row(rows[1])) if len(rows) else None
@@ -122,9 +122,9 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
     """Return the radius of the largest circle that rounds the corner of two end lines.
 
     The circle touches both lines between their end and the corner where the lines meet ahead of the ends. The tangents from
-    the corner to a circle are equally long, so the end nearer to the corner limits the circle: it is r tan(turn / 2) from the
-    corner, where turn is the angle between the two lines' directions along the path. Skew lines have their corner where they
-    are closest.
+    the corner to a circle are equally long, so the end nearer to the corner limits the circle. A circle of radius r touches
+    the lines r tan(turn / 2) from the corner, where turn is the angle by which the path turns there. Skew lines have their
+    corner where they are closest.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def gap_path(
         radius of the arcs if it is free, m (px in 2-D). None takes the largest, up to half the gap, with which the straight line
         deviates from the direct connection of the ends by at most `max_deviation`.
     max_deviation
-        degrees.
+        degrees between the straight line and the direct connection of the ends.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
     touch, rows = kernels.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)

@@ -45,7 +45,7 @@ class FrameContext:
         return self.grid.size
 
     def seen_from(self, foreground: Foreground) -> FrameContext:
-        """Return the same context with another foreground: one whose viewpoint (position of the sensor) is decided."""
+        """Return a copy of the context with another foreground, whose viewpoint (position of the sensor) has been decided."""
         return replace(self, foreground=foreground)
 
 

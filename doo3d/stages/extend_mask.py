@@ -108,8 +108,9 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
 def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
     """Follow a strand in the image beyond the last joint of its chain, by the colors across it.
 
-    A stretch of up to MAX_HIDDEN_RADII (8) radii that looks different, such as another strand on top, is skipped. The path ends
-    where it runs into the mask, at the border of the image, after `max_length`, or where the strand is not seen to continue.
+    A stretch of up to MAX_HIDDEN_RADII (8) radii that looks different, such as another strand on top, is skipped. The path
+    ends where it runs into the mask, at the border of the image, after `config.max_length` radii, or where the strand is not
+    seen to continue.
 
     Parameters
     ----------

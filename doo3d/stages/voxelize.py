@@ -82,8 +82,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
 def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
     """Tell which pixels lie in the core of their strand, the part of the mask around the strand's middle.
 
-    Compared are a pixel's distance from the edge of the mask and the largest such distance within about `radius` of the
-    pixel. The pixel is in the core if its distance is at least `core_fraction` of the largest, or at most `margin` less than
+    A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of it.
+    The pixel is in the core if its distance is at least `core_fraction` of the largest, or at most `margin` less than
     the largest. Strands side by side have background between them, if only one pixel of it, so their cores are clearly apart.
 
     Parameters
@@ -118,9 +118,9 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
     """Find the pixels of a mask beside an occluding edge: on a strand just where it passes beneath another.
 
-    There the surface is farther away than the nearest surface within half of the object's radius. The step exceeds
-    `min_step`, the depth noise, and the slope of the surface on either side, since a strand that runs away from the camera
-    slopes all along.
+    There the surface is farther away than the nearest surface within half of the object's radius. The step is larger
+    than the sum of `min_step`, three standard deviations of the depth noise, and the slope of the surface on either side, since
+    a strand that runs away from the camera slopes all along.
 
     Parameters
     ----------

@@ -24,7 +24,8 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
     """Find every place where two strands, of one chain or of two, cross in the view, and tell which is on top.
 
     The view is the camera's. A cloud is viewed from its viewpoint or, if that is unknown, from above along its z axis. In 2-D
-    only color tells which strand is upper; where it does not, the first one is taken, with confidence 0.
+    only color tells which strand is upper; where it does not, the strand that comes first in `chains` is taken, with
+    confidence 0.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
 
     Returns
     -------
-    The crossings, in the order of the chains and along them.
+    The crossings, sorted by the first of the two strands, in the order of the chains and along them.
     """
     if not chains:
         return ()

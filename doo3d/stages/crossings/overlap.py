@@ -42,6 +42,8 @@ Lookup = Callable[[Floats], Floats]
 class CrossingStrands:
     """The two strands at each of C crossings, with S samples along each strand, outside their overlap in the view.
 
+    The second axis of the arrays, of length 2, is the strand: the first or the second of the crossing.
+
     Attributes
     ----------
     middle
@@ -153,11 +155,10 @@ def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius
 
     Returns
     -------
-    in_front : (C,), how much nearer the first strand's surface is than the second's: positive if the first is in front. NaN if
-        either strand's surface could not be extrapolated.
+    in_front : (C,), how much nearer the first strand's surface is than the second's: positive if the first is in front.
+        In the unit of `depth`; NaN if either strand's surface could not be extrapolated.
     mismatch : (C,), how much better the first strand's surface agrees with the one in the overlap: positive if the first is
-        upper.
-        NaN without a reading in the overlap.
+        upper. In the unit of `depth`; NaN without a reading in the overlap.
     """
     beyond, inside = sample_overlap(strands, SURFACE_OFFSETS)
     measured = _medians(surface(beyond))

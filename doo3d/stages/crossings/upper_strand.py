@@ -47,7 +47,25 @@ CLOUD_SEARCH_HALF_WIDTHS = 20.0
 def upper_strand_log_odds(
     intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
 ) -> Floats:
-    """Return the log odds (C,) that the first strand of each crossing is the upper; radius : (C, 2) of the strands."""
+    """Return the log odds that the first strand of each crossing is the upper one, by depth and color.
+
+    Parameters
+    ----------
+    intersections
+        C intersections of the chains in the view.
+    chains
+        the joints of all chains as (u, v, distance): position in the view and distance from the viewpoint.
+    radius
+        (C, 2) m (px in 2-D), radius of the two strands.
+    view
+        the projection of points to the view.
+    foreground
+        the object's points, with depth, mask and color if there are any.
+
+    Returns
+    -------
+    (C,) log odds, positive if the first strand is probably upper; 0 if nothing tells.
+    """
     depth = chains.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2]
     strands = sample_strands(intersections, chains, radius * view.scale(depth))
     log_odds = np.zeros(len(depth))

@@ -90,8 +90,8 @@ class ChainGroups:
 def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
     """Choose which chain ends to connect, by the configured strategy.
 
-    If a number of chains is wanted and more are left, further connections are then forced, which may cost up to three times the
-    usual limit.
+    If a number of chains is wanted and more are left, further connections are then forced, which may cost up to three times
+    `max_cost`.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
 
 
 def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
-    """Return the connections that form one ring of chains; None if the connections form no ring.
+    """Return those of the connections that close a ring of chains (the first ring found); None if there is no ring.
 
     Parameters
     ----------

@@ -15,8 +15,8 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
     """Return the confidence of each connection, 0 to 1.
 
     It is the rise of the least total cost if the connection is not made, divided by `max_cost`. Without a connection each of
-    its two ends stays free, which costs half of `max_cost`, or is connected to another end. The end that this takes a partner
-    from then stays free or finds another one. Up to three connections are exchanged in that way.
+    its two ends stays free, which costs half of `max_cost`, or is connected to another end. If that other end
+    was connected itself, its former partner stays free or is connected elsewhere. Up to three connections change in that way.
 
     Parameters
     ----------
@@ -28,6 +28,10 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
         cost of leaving both ends of a connection free. If infinite, a little over twice the largest finite cost is used.
     allow_rings
         True if an alternative may connect the two ends of one chain.
+
+    Returns
+    -------
+    One confidence per connection, in the order of the links.
     """
     if not np.isfinite(max_cost):
         max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1

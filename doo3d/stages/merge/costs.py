@@ -74,8 +74,8 @@ def euclidean(points: Floats) -> Floats:
 def direction(tangents: Floats) -> Floats:
     """Return the angle by which the direction changes between the two ends of each pair.
 
-    Equation 2 of Keipour et al. (RA-L 2022). The angle is 0 if the tangents point straight against each other, as the ends of
-    one straight line do.
+    Equation 2 of Keipour et al. (RA-L 2022). The angle is 0 if the tangents point straight against each other, as at a gap in
+    a straight line.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def curvature(points: Floats, tangents: Floats) -> Floats:
 
 
 def count_in(ends: Bools) -> Floats:
-    """Return how many of the two ends of each pair are marked, (E, E): 0, 1 or 2, from marks (E,) bool."""
+    """Return for each pair of ends how many of the two are marked in `ends` (E,) bool: (E, E), 0, 1 or 2."""
     return ends[:, None].astype(float) + ends[None]
 
 

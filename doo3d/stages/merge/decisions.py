@@ -23,7 +23,7 @@ class Candidate:
     Attributes
     ----------
     ends
-        the two ends, the lower first. Chains are numbered as in `Pruned.chains`.
+        the two ends, the lower first. Chain numbers are indices in the list of chains that pruning left.
     points
         (2, D) m (px in 2-D), the positions of the two ends.
     terms
@@ -55,7 +55,7 @@ class MergeDecision:
     chosen
         the two ends that were connected.
     runner_up
-        the cheapest other pair with one of the two ends, by the cost of the straight connection; None if no other is allowed.
+        the cheapest other pair that includes one of the two ends, compared by their straight connections; None if there is none.
     confidence
         confidence of the connection, 0 to 1.
     kept

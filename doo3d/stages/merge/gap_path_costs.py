@@ -77,7 +77,7 @@ class GapPaths:
         return self._paths[start, end]
 
     def costs(self, pairs: Sequence[Pair]) -> list[float]:
-        """Return the cost of each pair's gap path, in cost units: that for free and that for unknown space added."""
+        """Return the cost of each pair's gap path in cost units, for free and unknown space together."""
         if not (self.config.free_space_weight or self.config.unknown_weight):
             return [0.0] * len(pairs)
         if missing := [pair for pair in pairs if pair not in self._costs]:

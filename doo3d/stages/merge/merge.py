@@ -19,11 +19,10 @@ from .gap_path_costs import GapPaths
 def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
-    The method is that of Keipour et al. (RA-L 2022), section III-F, with further costs.
-
-    Ends are connected at the lowest total cost (equation 5) until no pair is cheap enough or the wanted number of chains is
-    left. Where a camera is known, the part of a gap path in free space costs extra. Of the objects, longest first, the wanted
-    number is kept; if no number is set, those of at least `min_length` radii.
+    The method is that of Keipour et al. (RA-L 2022), section III-F, with further costs. Ends are connected at the lowest
+    total cost (equation 5) until no pair is cheap enough or the wanted number of chains is left. Where a camera is known, the
+    part of a gap path in free space costs extra. Of the objects, longest first, the wanted number is kept; if no number is
+    set, those of at least `min_length` radii.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ class Route:
 
     @property
     def gaps(self) -> list[tuple[End, End]]:
-        """The two ends at each gap: where one chain is left, and where the next is entered."""
+        """The two ends at each gap, in order: the end at which one chain is left, and the end at which the next is entered."""
         following = [*self.entries[1:], *(self.entries[:1] if self.closed else ())]
         return [(entry.other, end) for entry, end in zip(self.entries, following, strict=False)]
 

@@ -145,7 +145,7 @@ class CrossSections:
 
 
 def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: Floats) -> CrossSections:
-    """Sort surface points into the cross-sections of the samples they are nearest to.
+    """Assign each surface point to the cross-section of the nearest sample.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
 
     The radius r follows from the variance of the lateral offsets: r^2 / 3 for points spread evenly over the width, as in a
     depth image, and r^2 / 2 for points spread evenly over the surface, as after a voxel filter. The kurtosis of the offsets,
-    1.8 or 1.5, tells which, or how far between.
+    1.8 or 1.5, tells which of the two it is, or how far the points lie between them.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
 
 
 def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spacing: float) -> SurfaceAhead:
-    """Find the surface points along the tangent at a free end, up to the first empty stretch of a radius.
+    """Find the surface points along the tangent at a free end, up to the first stretch of a radius without points.
 
     Surface that is nearer to another part of any path does not count.
 
@@ -161,7 +161,8 @@ class _Fragment:
 def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibility: Visibility | None) -> list[Path]:
     """Attach visible fragments of the object to the free ends of paths, across hidden gaps.
 
-    A fragment is a piece of surface ahead of an end, too short for a chain of its own. The pair of end and fragment that are
+    A fragment is a piece of surface ahead of an end, too short for a chain of its own. A gap is hidden if the camera saw
+    something nearer in front of it. The pair of end and fragment that are
     nearest to each other is joined first. An end takes at most one fragment.
 
     Parameters

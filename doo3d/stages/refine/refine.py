@@ -36,7 +36,7 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
     Parameters
     ----------
     paths
-        polylines on the seen surface, one per object, m (in 2-D in the mask, px).
+        polylines on the seen surface (in 2-D in the mask), one per object, m (px in 2-D).
     context
         what is known of the frame.
 
@@ -56,8 +56,8 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
     """Return the context with the viewpoint (position of the sensor) of a cloud decided.
 
-    A viewpoint that is given stays. Otherwise it is the origin if the points look like half shells seen from there, or stays
-    unknown.
+    A viewpoint that is given stays. Otherwise it is the origin if the points look like half shells (the half of a cylinder that
+    one camera sees) seen from there. If they do not, it stays unknown.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     samples
         samples on the axes of all objects, with radii; None if there are no objects.
     paths
-        the polyline of each object, which knows its gaps and connections.
+        the polyline of each object, whose gaps and connections are transferred to the chain.
     context
         what is known of the frame.
     config

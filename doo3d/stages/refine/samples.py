@@ -24,7 +24,7 @@ MIN_SAMPLES = 4
 class Samples:
     """S samples along all paths of a frame, at which the axis and the radius of the object are estimated.
 
-    The samples of one path follow each other, path by path.
+    They are listed path by path, and in order along each path.
 
     Attributes
     ----------

@@ -104,8 +104,8 @@ def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -
 def on_lattice(pixels: Array) -> Array:
     """Subsample pixels (N, 2) evenly to about MAX_MASK_PIXELS (20,000).
 
-    The pixels kept lie on a lattice that is nearly as fine in every direction. Of each row one pixel in `step` is taken,
-    shifted from row to row by about the golden section of `step`. Areas therefore keep their share of the pixels.
+    The pixels kept lie on a lattice that is nearly as fine in every direction. In each row every k-th
+    pixel is taken, shifted from row to row by about the golden section of k. Areas therefore keep their share of the pixels.
     """
     step = -(-len(pixels) // MAX_MASK_PIXELS)
     if step <= 1:

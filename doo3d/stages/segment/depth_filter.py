@@ -58,8 +58,9 @@ class Readings(NamedTuple):
 def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentConfig) -> tuple[Readings, float, int]:
     """Drop the outliers among the depth readings of a mask, and average the noise of the others away.
 
-    A reading is kept if at least 7 of the 24 neighbors around it, or half of those that have a reading, differ by little
-    enough. Means are over these neighbors, or by a sigma filter in a larger window if the noise demands it.
+    A reading is kept if at least 7 of the 24 neighbors around it, or half of those that have a reading, agree with it. They
+    agree if they differ by less than the slope below, per pixel of distance. The noise is averaged away over the neighbors that
+    agree or, if it is large, by a sigma filter in a larger window.
 
     Parameters
     ----------

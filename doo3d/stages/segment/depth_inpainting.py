@@ -62,7 +62,7 @@ def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_s
     min_hole
         px; a hole must have pixels farther than this from any reading, otherwise it is left alone.
     max_slope
-        m per pixel.
+        m per pixel, the largest depth step between neighboring pixels of one surface.
 
     Returns
     -------

@@ -89,11 +89,11 @@ def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Boo
 
 
 def remove_small_components(mask: Bools, min_pixels: int) -> Bools:
-    """Return the mask (H, W) without components of fewer than `min_pixels` pixels, and with smaller holes closed.
+    """Return the mask (H, W) without components, and with closed holes, of fewer than `min_pixels` pixels.
 
     Components are 8-connected and count with their holes filled; holes are 4-connected. Sizes follow from the contours (Suzuki
-    and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, and has a - b /
-    2 + 1 inside it.
+    and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, and
+    has a - b / 2 + 1 inside it.
     """
     if min_pixels <= 1 or not mask.any():
         return mask

@@ -52,8 +52,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     Raises
     ------
     InputError : the mask is empty or of another size; it has no depth; the depth is out of all proportion (wrong unit); a cloud
-        has
-        fewer than two different points; the method does not fit the data.
+        has fewer than two different points; the method does not fit the data.
     """
     if config.method == MASK and mask is None and not (isinstance(data, Cloud) and data.segmented):
         raise InputError(

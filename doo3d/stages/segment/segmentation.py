@@ -17,9 +17,8 @@ EXTENDED = "extended"
 class Segmentation:
     """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
-    Of a frame or image, `selected - removed_small + closed_holes - removed_wide` pixels are in the mask. The number of points is
-    that of the mask's pixels in 2-D, less `without_depth + outliers - inpainted` in 3-D. Of a cloud, the number of points is
-    `selected - outliers`.
+    Pixels in the mask: selected - removed_small + closed_holes - removed_wide. Points in 2-D: one per pixel of the mask.
+    Points in 3-D: without_depth + outliers - inpainted fewer than that. Points of a cloud: selected - outliers.
 
     Attributes
     ----------

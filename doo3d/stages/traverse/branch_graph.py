@@ -26,7 +26,7 @@ JUNCTION_MERGE_DISTANCE_RADII = 3.0
 
 @dataclass(eq=False)
 class Branch:
-    """A line of the skeleton between two nodes (junctions), or from a node to a free end.
+    """A line of the skeleton between two ends, each a node (junction) or a free end (tip).
 
     Attributes
     ----------
