@@ -1,7 +1,7 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
-void bind_arcs(nb::module_&);
+void bind_gap_path(nb::module_&);
 void bind_clearance(nb::module_&);
 void bind_depth_filter(nb::module_&);
 void bind_end_tangents(nb::module_&);
@@ -18,7 +18,7 @@ void bind_thinning(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
-    bind_arcs(m);
+    bind_gap_path(m);
     bind_clearance(m);
     bind_depth_filter(m);
     bind_end_tangents(m);

@@ -93,7 +93,7 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     return replace(foreground, viewpoint=origin) if half_shell else foreground
 
 
-def estimate_axis(samples: Samples, foreground: Foreground) -> Samples:
+def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Samples:
     """Move samples from the seen surface to the axis of the object, and estimate the radius at each; one iteration.
 
     The axis is measured in the mask and the depth, in the masks of all views, or in the points alone, whichever there are. Each

@@ -13,7 +13,7 @@ from ...geometry.polyline import arc_length
 from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
-from .axis_and_radius import estimate_axis, infer_viewpoint
+from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
 from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
@@ -94,7 +94,7 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
         return None
     samples = sample_paths(paths, context.radius, context.segment_length)
     for _ in range(config.iterations):
-        samples = estimate_axis(samples, context.foreground)
+        samples = estimate_axis_and_radius(samples, context.foreground)
     return samples
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders.drawn_masks import line, surface
 
-from doo3d.stages.refine.axis_and_radius import depth_noise, estimate_axis
+from doo3d.stages.refine.axis_and_radius import depth_noise, estimate_axis_and_radius
 from doo3d.stages.refine.samples import Samples, sample_paths
 from doo3d.types import Foreground, Path
 
@@ -46,7 +46,7 @@ def test_estimation_changes_no_samples_it_is_given():
     axis = line([-0.1, 0, 0.5], [0.1, 0, 0.5])
     given = sample_paths([Path(axis - (0, 0, RADIUS))], RADIUS, 0.01)
     before = {name: np.copy(getattr(given, name)) for name in ("positions", "radius", "radii", "filled", "path")}
-    moved = estimate_axis(given, Foreground(surface(axis, RADIUS)))
+    moved = estimate_axis_and_radius(given, Foreground(surface(axis, RADIUS)))
     assert np.abs(moved.positions - given.positions).max() > RADIUS / 2
     for name, values in before.items():
         np.testing.assert_array_equal(getattr(given, name), values)

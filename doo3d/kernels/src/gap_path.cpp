@@ -342,7 +342,7 @@ auto sample_gap(Matrix<double> arcs, double spacing) {
 
 }  // namespace
 
-void bind_arcs(nb::module_& m) {
+void bind_gap_path(nb::module_& m) {
     m.def("arc_towards", &arc_towards, "start"_a.noconvert(), "direction"_a.noconvert(), "target"_a.noconvert(), "radius"_a,
           "opposite"_a);
     m.def("arc_line_arc", &arc_line_arc, "ends"_a.noconvert(), "radius"_a, "inside"_a);
