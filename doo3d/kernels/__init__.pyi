@@ -160,6 +160,23 @@ def first_clear(points: Floats, others: Floats, clearance: float) -> int:
     int, 0 to P - 1
     """
 
+def hysteresis(image: Array, low: float, high: float) -> Bools:
+    """Select the pixels above a low threshold that are connected to a pixel above a high one.
+
+    Pixels are neighbors along rows, columns and diagonals. Not-a-number is above nothing.
+
+    Parameters
+    ----------
+    image
+        (H, W) float32
+    low, high
+        in the unit of the image, rounded to float32; low <= high
+
+    Returns
+    -------
+    (H, W) bool
+    """
+
 def is_simple(bits: int) -> bool:
     """Tell whether a voxel can be deleted without a change of the topology.
 

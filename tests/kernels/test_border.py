@@ -27,6 +27,7 @@ CALLS = {
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "first_clear": (POINTS, POINTS, 0.1),
+    "hysteresis": (np.ones((3, 3), np.float32), 0.5, 0.8),
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
     "lay_equal_chords": (POINTS, 0.01),

@@ -1,11 +1,12 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
-void bind_gap_path(nb::module_&);
 void bind_clearance(nb::module_&);
 void bind_depth_filter(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
+void bind_gap_path(nb::module_&);
+void bind_hysteresis(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
 void bind_nearest(nb::module_&);
@@ -18,11 +19,12 @@ void bind_thinning(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
-    bind_gap_path(m);
     bind_clearance(m);
     bind_depth_filter(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
+    bind_gap_path(m);
+    bind_hysteresis(m);
     bind_matching(m);
     bind_medial_axis(m);
     bind_nearest(m);

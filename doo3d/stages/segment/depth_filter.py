@@ -79,7 +79,10 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
     slope : m per pixel, the largest depth step between neighboring readings that still counts as one surface.
     outliers : number of readings dropped, of those within the range of depths.
     """
-    v, u = np.nonzero(mask & (frame.depth >= config.min_depth) & (frame.depth <= config.max_depth))
+    v, u = np.divmod(np.flatnonzero(mask), frame.camera.width)
+    depth = frame.depth[v, u]
+    in_range = (depth >= config.min_depth) & (depth <= config.max_depth)
+    v, u = v[in_range], u[in_range]
     noise = depth_noise(frame.depth, mask)
     slope = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * noise)
     agreeing, neighbors, mean = count_agreeing_neighbors(frame.depth, mask, v, u, OUTLIER_WINDOW_PX, slope)

@@ -39,6 +39,8 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
     usable = mask & (depth <= 0)
     usable[v, u] = True
     holes, inpainted = inpaint_depth(usable, readings.pixels, readings.filtered, INPAINT_MIN_HOLE_PX, max_slope)
+    if not len(holes):
+        return readings
     pixels = np.concatenate((readings.pixels, holes))
     order = np.lexsort((pixels[:, 0], pixels[:, 1]))
     return Readings(pixels[order], np.append(readings.depth, inpainted)[order], np.append(readings.filtered, inpainted)[order])

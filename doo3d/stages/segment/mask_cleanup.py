@@ -39,27 +39,33 @@ class CleanedMask(NamedTuple):
     removed_wide: int
 
 
-def clean_mask(mask: Bools, scale: Array | None, config: SegmentConfig) -> CleanedMask:
+def clean_mask(
+    mask: Bools, config: SegmentConfig, may_have_wide: bool, depth: Array | None = None, focal: float = 1.0
+) -> CleanedMask:
     """Remove small components and wide regions from a mask, and close its small holes.
 
     Parameters
     ----------
     mask
         (H, W) bool.
-    scale
-        (H, W), width of a pixel in m (1 in 2-D), 0 = unknown; None leaves wide regions in.
     config
         section `segment` of the settings: `min_component`, `max_width`, `max_width_ratio`.
+    may_have_wide
+        whether to remove wide regions; a mask that the caller gives has none.
+    depth
+        (H, W) m, 0 = unknown; None measures widths in pixels.
+    focal
+        focal length in px.
     """
     solid = remove_small_components(mask, config.min_component)
     selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
     both = selected if solid is mask else int(np.count_nonzero(mask & solid))
-    kept = remove_wide_regions(solid, scale, config) if scale is not None and after else solid
+    kept = remove_wide_regions(solid, config, depth, focal) if may_have_wide and after else solid
     wide = 0 if kept is solid else after - int(np.count_nonzero(kept))
     return CleanedMask(kept, selected, selected - both, after - both, wide)
 
 
-def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Bools:
+def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None = None, focal: float = 1.0) -> Bools:
     """Return the mask without regions that are wide in every direction, such as a gripper.
 
     A region is wide if its width exceeds `max_width`, or `max_width_ratio` times the median width of the mask along its medial
@@ -69,13 +75,16 @@ def remove_wide_regions(mask: Bools, scale: Array, config: SegmentConfig) -> Boo
     ----------
     mask
         (H, W) bool, not empty.
-    scale
-        (H, W), width of a pixel in m (1 in 2-D), 0 = unknown.
     config
         section `segment` of the settings.
+    depth
+        (H, W) m, 0 = unknown; None measures widths in pixels.
+    focal
+        focal length in px.
     """
     box = bounding_box(mask)
-    part, scale = mask[box], scale[box]
+    part = mask[box]
+    scale = np.ones(part.shape) if depth is None else depth[box] / focal
     distance = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     usual = ridge_radius(distance, scale)
     limit = min(config.max_width / 2, config.max_width_ratio * usual) if usual else config.max_width / 2

@@ -94,8 +94,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if mask is None:
         _check_depth(frame, config)
     method, selected = _select(frame, config, mask, seed, frame.depth.shape)
-    scale = frame.depth / frame.camera.fx if method not in (MASK, "everything") else None
-    cleaned = clean_mask(selected, scale, config)
+    may_have_wide = method not in (MASK, "everything")
+    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     _check_depth(frame, config, cleaned.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, config)
@@ -123,7 +123,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     method, selected = _select(image, config, mask, seed, shape)
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
-    cleaned = clean_mask(selected, np.ones(shape) if mask is None else None, config)
+    cleaned = clean_mask(selected, config, mask is None)
     pixels = mask_pixels(cleaned.mask)
     note = RIDGE_NOTE if method == "ridge" and config.method == "auto" else ""
     if not cleaned.mask.any():
@@ -193,7 +193,9 @@ def _check_depth(frame: Frame, config: SegmentConfig, mask: Bools | None = None)
     part, depth = ("frame", frame.depth) if mask is None else ("object", frame.depth[mask])
     if not depth.size:
         return
-    readings = depth[depth > 0]
+    step = max(1, int(np.sqrt(depth.size / DEPTH_CHECK_READINGS))) if mask is None else 1
+    some = depth[::step, ::step] if step > 1 else depth
+    readings = some[some > 0] if (some > 0).any() else depth[depth > 0]
     if not readings.size:
         raise InputError(
             f"no depth at any of the {depth.size} pixels of the {part}: is the depth aligned to the mask, and in metres?",

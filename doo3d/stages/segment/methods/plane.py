@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from ....config import SegmentConfig
 from ....errors import InputError
+from ....kernels import hysteresis
 from ....types import Array, Bools, Cloud, Floats, Frame, Image
 
 RANSAC_SAMPLE_POINTS = 2000
@@ -57,13 +57,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
     normal, offset, noise = fit_plane(points, config.plane_distance, RANSAC_DRAWS, seed)
     height = height_above_plane(data, normal, offset)
-    seeds = np.asarray(height > max(config.plane_distance, SEED_DEVIATIONS * noise))
-    if isinstance(data, Cloud):
-        return seeds
-    _, label = cv2.connectedComponents((height > max(config.plane_distance, GROW_DEVIATIONS * noise)).astype(np.uint8))
-    has_seed = np.zeros(int(label.max()) + 1, dtype=bool)
-    has_seed[label[seeds]] = True
-    return np.asarray(has_seed[label])
+    low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
+    return np.asarray(height > high) if isinstance(data, Cloud) else hysteresis(height, low, high)
 
 
 def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[Floats, float, float]:
