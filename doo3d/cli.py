@@ -37,14 +37,19 @@ COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
 
 
 class CommandGroup(TyperGroup):
-    """The group of all commands, in the order of COMMANDS; prints errors of doo3d as one sentence with their code."""
+    """The group of all commands, in the order of COMMANDS; it prints an error of doo3d as one sentence with its code."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of the commands in the order in which the help lists them."""
+        """Return the names of the commands in the order in which the help lists them.
+
+        ctx : click's context; not used.
+        """
         return list(COMMANDS)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command given in the shell; on a DooError, print it on stderr and exit with code 2, without a traceback.
+        """Run the command given in the shell, and return what it returns.
+
+        On a DooError, print its message and code on stderr without a traceback, and exit with code 2.
 
         ctx : click's context, with the parsed arguments.
         """
@@ -104,5 +109,5 @@ def doo3d(
 
 
 def main() -> None:
-    """Run the command `doo3d` with the arguments of this process, and exit with the code of the command."""
+    """Run the command `doo3d` with the arguments of this process, then exit the process with the exit code of the command."""
     app(prog_name="doo3d")

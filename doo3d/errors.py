@@ -48,7 +48,7 @@ def _rebuild(kind: type[DooError], message: str, code: str) -> DooError:
 
 
 def describe_error(error: Exception) -> str:
-    """Return one sentence about an exception.
+    """Return one sentence about an exception, for the user.
 
     For a DooError that is its message. Any other exception is a fault in doo3d: the sentence has the exception's type, the file
     and line in doo3d where it was raised, and its message.
@@ -74,7 +74,7 @@ def unread_code(error: OSError) -> str:
 def invalid_code(kinds: Iterable[str]) -> str:
     """Return the error code for values that pydantic refused: "key-unknown", "value-out-of-bounds" or "value-invalid".
 
-    kinds : pydantic's types of the errors, such as "extra_forbidden"; the first decides.
+    kinds : the types of pydantic's errors (`ValidationError.errors()[i]["type"]`), such as "extra_forbidden"; the first decides.
     """
     first = next(iter(kinds), "")
     if first == "extra_forbidden":

@@ -35,13 +35,13 @@ class Stages:
     Attributes
     ----------
     segmentation
-        the foreground, and how many pixels or points were dropped and why.
+        the foreground (the object's pixels or points), and how many pixels or points were dropped and why.
     context
         foreground, voxel grid, visibility and segment length, as the later stages get them.
     skeleton
         the voxels that thinning left.
     traversal
-        the polylines along the skeleton, and the lengths of skeleton left out of them.
+        the polylines along the skeleton, and how much of the skeleton's length is in none of them.
     fitted
         chains of equal segments along these polylines.
     pruned
@@ -89,7 +89,7 @@ class _Clock:
 
 
 def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None = None) -> Stages:
-    """Run the whole method on one frame and keep what every stage made.
+    """Run the whole method on one frame and return what every stage made.
 
     Parameters
     ----------
@@ -98,8 +98,13 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     config
         the settings of all stages.
     mask
-        (H, W) bool for a Frame or an Image, (N,) bool for a Cloud: the caller's own segmentation. None segments as the config
-        says.
+        the caller's own segmentation, True on the object: (H, W) bool for a Frame or an Image, (N,) bool for the N points of a
+        Cloud (`data.points`, without dropped rows). None segments as the config says.
+
+    Returns
+    -------
+    The product of every stage. If `extend_mask` extended the mask, the later stages ran again, and their last products are
+    returned.
 
     Raises
     ------
@@ -121,7 +126,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
 
 
 def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
-    """Run the stages from voxelization to crossings and keep what every stage made.
+    """Run the stages from voxelization to crossings and return what every stage made.
 
     Parameters
     ----------
@@ -130,7 +135,11 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     config
         the settings of all stages.
     clock
-        adds the seconds of each stage to those it already holds.
+        stopwatch of the frame; the seconds of each stage are added to those it already holds.
+
+    Returns
+    -------
+    The product of every stage, including the given segmentation.
     """
     foreground = segmentation.foreground
     grid = voxelize(foreground, config.voxelize)
@@ -171,12 +180,13 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     config
         the settings; None for the preset "default".
     mask
-        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+        the caller's own segmentation, True on the object, instead of the config's: (H, W) bool for a Frame or an image, (N,)
+        bool for a Cloud made of N points, counting those with NaN. None segments as the config says.
 
     Returns
     -------
     Detection with the chains, longest first. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in
-    the frame of the cloud; in 2-D in px.
+    the frame of the cloud; in 2-D in px. If nothing is found, there are no chains, and `notes` say where the object was lost.
 
     Raises
     ------
@@ -199,7 +209,7 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
 def run_with_stages(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Frame | Cloud | Image, Stages]:
-    """Convert the data to the mode of the config, run the whole method, and keep what every stage made.
+    """Convert the data to the mode of the config, run the whole method, and return what every stage made.
 
     Parameters
     ----------
@@ -208,11 +218,12 @@ def run_with_stages(
     config
         the settings.
     mask
-        (H, W) bool for a Frame or an image, (N,) bool for a Cloud: the caller's own segmentation, instead of the config's.
+        the caller's own segmentation, True on the object, instead of the config's: (H, W) bool for a Frame or an image, (N,)
+        bool for a Cloud made of N points, counting those with NaN. None segments as the config says.
 
     Returns
     -------
-    data : an Image in 2-D; the Frame or Cloud in 3-D.
+    data : the data that the stages worked on: an Image in 2-D; the Frame or Cloud in 3-D.
     stages : the product of every stage.
 
     Raises
@@ -228,7 +239,13 @@ def run_with_stages(
 def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame | Cloud | Image:
     """Convert the data to the form that the mode of the config needs: an Image in 2-D, a Frame or a Cloud in 3-D.
 
-    An array (H, W, 3) uint8 RGB becomes an Image. In 2-D a Frame is reduced to its color image.
+    Parameters
+    ----------
+    data
+        a Frame, a Cloud, an Image, or an array (H, W, 3) uint8 RGB, which counts as an Image. In 2-D a Frame is reduced to its
+        color image.
+    config
+        the settings; only `mode` is used.
 
     Raises
     ------

@@ -23,10 +23,14 @@ MARGIN_RADII = 1.2
 
 
 class PointVisibility(IntEnum):
-    """What the depth image says about one position in space, compared with the reading at the pixel it projects to.
+    """What the depth image says about a position in space, compared with the reading at the pixel where the position projects to.
 
-    OUTSIDE the image; NO_DEPTH reading there; MASKED, the same in the object's mask; SURFACE of the object; HIDDEN by
-    something nearer; FREE space, since the reading is farther.
+    - OUTSIDE: the position projects outside the image.
+    - NO_DEPTH: its pixel has no reading and is outside the object's mask.
+    - MASKED: its pixel has no reading, but is in the object's mask.
+    - SURFACE: the reading is of the object, at about the depth of the position.
+    - HIDDEN: something in front of the position, or at about its depth but of something else, hides it.
+    - FREE: the reading is farther than the position, so that the camera saw through it.
     """
 
     OUTSIDE = 0
@@ -46,9 +50,10 @@ class PointVisibility(IntEnum):
 
 @dataclass(frozen=True)
 class Visibility:
-    """What one camera saw, for asking whether a position in space is seen, hidden or free.
+    """What one camera saw, to ask of any position in space whether it is seen, hidden or free.
 
-    In 2-D there is only a mask: positions are pixels, the object is seen inside the mask, and everything outside counts as free.
+    In 2-D there is only a mask: positions are pixels (u, v), the object is seen inside the mask, and everything outside counts
+    as free.
 
     Attributes
     ----------
@@ -72,7 +77,9 @@ class Visibility:
 
     @staticmethod
     def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Visibility | None:
-        """Return the visibility in the frame of a foreground; None for a cloud without camera views.
+        """Return the visibility in the frame that a foreground was segmented from; None for a cloud without camera views.
+
+        For a cloud fused from camera views it is a MultiViewVisibility.
 
         Parameters
         ----------
@@ -91,12 +98,17 @@ class Visibility:
         return Visibility(foreground.depth, foreground.mask, foreground.camera, margin, config.own_object_counts_as_free)
 
     def classify(self, points: Floats) -> Ints:
-        """Return the PointVisibility of each position, (N,) int: OUTSIDE, NO_DEPTH, MASKED, SURFACE, HIDDEN or FREE.
+        """Return the PointVisibility of each position: OUTSIDE, NO_DEPTH, MASKED, SURFACE, HIDDEN or FREE.
 
         Parameters
         ----------
         points
             (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D.
+
+        Returns
+        -------
+        (N,) int64, values of PointVisibility. Positions behind the camera or with NaN are OUTSIDE. In 2-D a position in the
+        image is SURFACE in the mask, and FREE elsewhere.
         """
         pixels = self.camera.project(points) if self.camera is not None else points
         height, width = self.mask.shape
@@ -116,35 +128,44 @@ class Visibility:
         return result
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which chain ends would be outside the image if they went straight on by `reach`: (E,) bool.
+        """Tell which chain ends would be outside the image if they went straight on by `reach`.
 
         Parameters
         ----------
         ends
-            (E, D) m (px in 2-D), positions of the ends.
+            (E, D) m (px in 2-D), positions of E ends.
         directions
             (E, D) unit vectors, pointing out of the chains.
         reach
             m (px in 2-D), length by which the ends are extrapolated.
+
+        Returns
+        -------
+        (E,) bool
         """
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-        """Tell which chain ends are in plain view, so that nothing can hide a continuation: (E,) bool.
+        """Tell which chain ends are in plain view, so that nothing can hide a continuation.
 
-        An end is exposed if, going straight ahead, free space comes before any occluder. In 2-D, and for a fused cloud, there
-        is no single depth image to tell, and no end is exposed.
+        An end is exposed if, on its straight continuation, a position in free space comes before any position that an occluder
+        hides.
 
         Parameters
         ----------
         ends
-            (E, D) m in the camera's optical frame, positions of the ends.
+            (E, D) m in the camera's optical frame, positions of E ends.
         directions
             (E, D) unit vectors, pointing out of the chains.
         radius
-            radius of the object, m. An occluder is at least OCCLUDER_MARGIN_RADII (0.6) radii nearer to the camera.
+            radius of the object, m. An occluder is at least OCCLUDER_MARGIN_RADII (0.6) radii nearer to the camera than the
+            position.
         reach
             m, how far ahead of the end to look.
+
+        Returns
+        -------
+        (E,) bool; all False in 2-D and for a fused cloud, which have no single depth image.
         """
         if self.depth is None or self.camera is None:
             return np.zeros(len(ends), dtype=bool)
@@ -158,22 +179,26 @@ class Visibility:
         return np.asarray(first_free < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ahead.shape[1]))
 
     def is_masked_without_depth(self, points: Floats) -> Bools:
-        """Tell which points (N, 3) m project to a pixel of the object's mask that has no depth reading: (N,) bool."""
+        """Tell which points project to a pixel of the object's mask that has no depth reading.
+
+        points : (N, 3) m in the camera's optical frame (of a fused cloud: in its frame). Returns (N,) bool; all False in 2-D.
+        """
         return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
     def free_and_unknown_lengths(self, paths: Sequence[Floats]) -> Floats:
-        """Return the length of each polyline in free space, and its length where there is no depth reading.
+        """Return how much of each polyline runs through free space, and how much through places without a depth reading.
 
-        A stretch outside the image counts as free: the path could turn back from there anywhere.
+        A stretch outside the image counts as free: the path could turn back from there anywhere. A step counts by its midpoint.
 
         Parameters
         ----------
         paths
-            K polylines, each (P, D) m (px in 2-D).
+            K >= 1 polylines, each (P, D) of P points, m (px in 2-D).
 
         Returns
         -------
-        (K, 2) m (px in 2-D): first column in free space or outside the image, second column without a reading.
+        (K, 2) m (px in 2-D): first column the length in free space or outside the image, second column the length without a
+        reading.
         """
         points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
         classes = self.classify((points[1:] + points[:-1]) / 2)
@@ -192,14 +217,14 @@ class MultiViewVisibility(Visibility):
     Attributes
     ----------
     each
-        for each view the visibility in its own camera frame and the pose (4, 4), camera-to-cloud: p_cloud = pose @ p_camera, m.
+        for each view, the visibility in its own camera frame, and the pose (4, 4), camera to cloud: p_cloud = pose @ p_camera, m.
     """
 
     each: tuple[tuple[Visibility, Floats], ...] = ()
 
     @staticmethod
     def of_views(views: Sequence[CameraView], margin: float, own_object_counts_as_free: bool) -> MultiViewVisibility:
-        """Return the joint visibility in all views of a fused cloud.
+        """Return the joint visibility in all views of a fused cloud, for positions in the frame of the cloud.
 
         Parameters
         ----------
@@ -216,10 +241,19 @@ class MultiViewVisibility(Visibility):
         return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, own_object_counts_as_free, each)
 
     def classify(self, points: Floats) -> Ints:
-        """Return the PointVisibility (N,) int of points (N, 3) m in the frame of the cloud.
+        """Return the PointVisibility of each position, from all views together.
 
-        A point is FREE if more views saw through it than saw the object there. Otherwise the first of SURFACE, MASKED, HIDDEN and
-        NO_DEPTH that it has in any view; OUTSIDE if no view shows it.
+        A position is FREE if more views saw through it than saw the object there. Otherwise it is the first of SURFACE, MASKED,
+        HIDDEN and NO_DEPTH that it is in any view; OUTSIDE if it is in no view's image.
+
+        Parameters
+        ----------
+        points
+            (N, 3) m in the frame of the cloud.
+
+        Returns
+        -------
+        (N,) int64, values of PointVisibility.
         """
         classes = self._in_each_view(points)
         result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
@@ -230,14 +264,19 @@ class MultiViewVisibility(Visibility):
         return result
 
     def contradicted_by_views(self, points: Floats) -> Bools:
-        """Tell which points are probably empty space: (N,) bool.
+        """Tell which points are probably empty space, although they are in the cloud.
 
-        True if at least one view saw through the point, and at least as many as saw the object there.
+        A point is probably empty if at least one view saw through it, and at least as many views saw through it as saw the
+        object there.
 
         Parameters
         ----------
         points
             (N, 3) m in the frame of the cloud.
+
+        Returns
+        -------
+        (N,) bool, True for a point that is probably empty space.
         """
         free, object_seen = _votes(self._in_each_view(points))
         return np.asarray((free > 0) & (free >= object_seen))

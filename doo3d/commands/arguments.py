@@ -59,7 +59,7 @@ T = TypeVar("T")
 def config_of(name: str, overrides: list[str] | None) -> Config:
     """Return the configuration of a command: a preset or a YAML file, changed by the values of --set.
 
-    name : a preset, such as "default", or the path of a YAML file. overrides : texts such as "merge.chains=2"; None for none.
+    `name` is a preset, such as "default", or the path of a YAML file; `overrides` are texts such as "merge.chains=2", or None.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def config_of(name: str, overrides: list[str] | None) -> Config:
 
 
 def split(names: str | None) -> list[str] | None:
-    """Return the names in a comma-separated list, without spaces around them; None if `names` is None."""
+    """Return the names in a comma-separated text as a list, without blanks around them; None if `names` is None."""
     return None if names is None else [name.strip() for name in names.split(",")]
 
 
@@ -83,10 +83,10 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
     capture
         the capture to search.
     wanted
-        name of the frame, or its number from 0, negative from the end (-1 is the last); None selects the first. A name takes
-        precedence over a number.
+        name of the frame, or its number: 0 is the first, -1 the last. A name takes precedence over a number. None selects the
+        first frame.
     option
-        the option that `wanted` was given with, for the error message.
+        the command-line option that `wanted` was given with, named in the error.
 
     Raises
     ------
@@ -106,13 +106,11 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
 
 
 def check_new_file(path: Path, force: bool) -> None:
-    """Check that a file may be written at `path`; nothing is written.
-
-    force : whether an existing file may be replaced.
+    """Check that a new file may be written at `path`; nothing is written.
 
     Raises
     ------
-    InputError : `path` is a folder, or a file that exists and `force` is off, or lies in a folder that does not exist.
+    InputError : `path` is a folder, its folder does not exist, or the file exists and `force` is false.
     """
     if path.is_dir():
         raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
@@ -123,7 +121,7 @@ def check_new_file(path: Path, force: bool) -> None:
 
 
 def save(path: Path, content: str | bytes) -> None:
-    """Write a file, replacing an existing one; text is encoded as UTF-8.
+    """Write a text (as UTF-8) or bytes to the file `path`, replacing an existing file.
 
     Raises
     ------
@@ -138,7 +136,10 @@ def save(path: Path, content: str | bytes) -> None:
 
 
 def with_progress(items: Sequence[T]) -> Iterable[T]:
-    """Return the items to iterate over, with a progress bar on stderr if stderr is a terminal and there are two items or more."""
+    """Return an iterable over `items` that shows a progress bar while it is iterated.
+
+    The bar is on stderr. Without a terminal, or for fewer than two items, `items` is returned as it is.
+    """
     if len(items) < 2 or not sys.stderr.isatty():
         return items
     from rich.console import Console

@@ -19,10 +19,10 @@ def bench(
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Print a table of the time of each stage, in one process and one thread: median and 95th percentile in ms, and yardsticks.
+    """Print the time of each stage of the detection, in one process and one thread: median and 95th percentile in ms.
 
-    The yardstick is one pass over a frame on this machine: the conversion of 1280x720 pixels to HSV and a range test.
-    Nothing is written. Without INPUT, a rendered frame of 1280x720 is timed.
+    To compare machines, each median is also given in yardsticks; a yardstick is the time that this machine needs to convert
+    1280x720 pixels to HSV and test their ranges. Without INPUT, a rendered frame of 1280x720 is timed. No file is written.
 
     \b
     Example:

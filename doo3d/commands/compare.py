@@ -40,8 +40,8 @@ def compare(
 ) -> None:
     """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
 
-    The results agree if the 3-D chains, projected into the image, lie within 2 px of the 2-D chains (or within half the width
-    of these if that is more) and are in the same order. A wanted number of chains (merge.chains) counts for both.
+    The results of a frame agree if the 3-D chains, projected into the image, run along the 2-D chains and are at most 2 px away,
+    or half the width of the 2-D chain if that is more. A number of chains set by merge.chains applies to both modes.
 
     Prints a line per frame, and writes a picture per frame (<frame>.png) and comparison.json to OUT.
 

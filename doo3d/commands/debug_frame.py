@@ -27,9 +27,9 @@ DebugFrameOption = Annotated[
 
 
 def debug_frames(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
-    """Return the frames whose names or numbers were given with `--debug-frame`, in that order; none if `wanted` is None.
+    """Return the frames given with `--debug-frame`, in the order of `wanted`; an empty list if `wanted` is None.
 
-    A number counts from 0, or, if negative, from the end.
+    `wanted` are names or numbers of frames; 0 is the first frame, -1 the last.
 
     Raises
     ------
@@ -39,9 +39,9 @@ def debug_frames(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
 
 
 def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> None:
-    """Run the stages of some frames again and write the product of each stage, per frame into OUT/stages/<frame>.
+    """Detect again in the frames `entries` and write the product of each stage, into the folder `out`/stages/<frame>.
 
-    A line per frame is printed, with the number of files and the folder.
+    For each frame a line with the number of files and the folder is printed.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> No
 
 
 def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
-    """Run all stages of one frame, and write the product of each as PLY and PNG, and the explanation as JSON and text.
+    """Detect in one frame and write the product of each stage as PLY and PNG, and the explanation as JSON and text.
 
     Parameters
     ----------

@@ -55,8 +55,8 @@ def detect(
 ) -> None:
     """Find the chains in every frame of INPUT and write them to OUT.
 
-    Writes OUT/<frame>.json (the chains) and OUT/<frame>.png (a picture) per frame, OUT/config.yaml and OUT/manifest.json. A line
-    per frame is printed. Interrupted runs resume: repeat the same command.
+    Writes OUT/<frame>.json (the chains) and OUT/<frame>.png (a picture) per frame, OUT/config.yaml and OUT/manifest.json. Prints
+    a line per frame. Interrupted runs resume: repeat the same command.
 
     \b
     Examples:

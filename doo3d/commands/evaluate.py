@@ -59,9 +59,9 @@ def scenes(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Render scenes with known truth, detect in them and score.
+    """Render scenes with known cables, detect in them, and compare the chains with the truth.
 
-    Prints a table of scores per family of scenes.
+    Prints a table with a line of scores per family of scenes.
 
     \b
     Examples:
@@ -90,7 +90,7 @@ def samples(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Detect in all captures and clouds below FOLDER that have a truth file, and score.
+    """Detect in all captures and clouds below FOLDER that have a truth file, and compare the chains with the truth.
 
     Prints a table of scores.
 
@@ -119,7 +119,7 @@ def capture(
     pictures: Pictures = None,
     worst: Worst = 1,
 ) -> None:
-    """Detect in the frames of INPUT that the truth file names, and score.
+    """Detect in the frames of INPUT that the truth file names, and compare the chains with the truth.
 
     Prints a table of scores. A frame that cannot be read counts as wrong.
 
@@ -148,7 +148,7 @@ def results(
     table: Csv = None,
     document: Json = None,
 ) -> None:
-    """Score the results of an earlier doo3d detect against a truth file.
+    """Compare the results that doo3d detect wrote to OUT with a truth file.
 
     Prints a table of scores.
 
@@ -171,9 +171,9 @@ def ablations(
     config: Preset = "default",
     overrides: Overrides = None,
 ) -> None:
-    """Score hard rendered scenes with one part of the method turned off at a time.
+    """Detect in hard rendered scenes with one part of the method turned off at a time, and compare with the truth.
 
-    Prints a table of scores, a line per part.
+    Prints a table with a line of scores per part that was turned off.
 
     \b
     Example:

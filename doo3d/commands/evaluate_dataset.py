@@ -30,6 +30,7 @@ class _Request:
     options: dict[str, Any] = field(default_factory=dict)
 
     def get(self, option: str, default: Any = None) -> Any:
+        """Return the value of an option such as "--masks"; `default` if the user did not give the option."""
         return self.options.get(option, default)
 
 
@@ -72,13 +73,14 @@ def dataset(
 
     Prints a table of scores.
 
-    mbest: photographs of one to three cables; FOLDER holds S1, S2, S3 with images/ and labels/ each. cset: photographs of
-    cables before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their scores are
-    DICE coefficients against the labels: drawn, of the chains drawn with their own width; labelled, of the mask with each pixel
-    assigned to the nearest chain; ordered, the same, but pixels that the right chain covers are assigned to that chain.
+    mbest: photographs of one to three cables; FOLDER holds S1, S2, S3 with images/ and labels/ each. cset: photographs of cables
+    before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their three scores are DICE
+    coefficients, 0 to 1, between the labelled pixels of a cable and the pixels of the chain matched with it. They differ in the
+    pixels of a chain. drawn: those that it covers when drawn with its own width. labelled: those of the mask that are nearer to
+    it than to any other chain. ordered: as labelled, and a pixel that the matched chain covers when drawn belongs to that chain.
 
-    tubes: configurations of entangled tubes (text files of straight cylinders), rendered with their mask and number given;
-    each tube is scored by itself.
+    tubes: configurations of entangled tubes (text files of straight cylinders). They are rendered, and the detection is given
+    their mask and number. Each tube is scored by itself.
 
     \b
     Examples:

@@ -16,7 +16,7 @@ def check_choice(option: str, value: str, choices: Collection[str]) -> str:
     Parameters
     ----------
     option
-        name of the option, such as "--count", for the error message.
+        name of the option, such as "--count", named in the error.
     value
         the value given by the user.
     choices
@@ -32,7 +32,9 @@ def check_choice(option: str, value: str, choices: Collection[str]) -> str:
 
 
 def parse_sensor(name: str) -> str:
-    """Return the renderer's key of a depth camera named in the shell: "d435", "d455", "zivid", or "none" for "perfect".
+    """Return the renderer's name of the depth camera given with --sensor.
+
+    It is the given name, "d435", "d455" or "zivid", or "none" if the given name is "perfect".
 
     Raises
     ------

@@ -30,7 +30,9 @@ def explain(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE if it exists.")] = False,
 ) -> None:
-    """Print what each stage made of a frame and what it dropped, and the cost of each connection beside the next best one.
+    """Print what each stage made of a frame and what it dropped, and why chain ends were joined.
+
+    For each two chain ends that were joined, the cost of the join and the cost of the best alternative are printed.
 
     \b
     Examples:
@@ -56,12 +58,12 @@ def explain(
 
 
 def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
-    """Read a frame and run detection on it.
+    """Read a frame, detect in it, and return the products of all stages.
 
     Returns
     -------
-    data : the frame's data as the method used them: a Frame, a Cloud or an Image.
-    stages : the product of every stage, such as mask, skeleton and chains.
+    data : the frame's data as the detection used it: a Frame, a Cloud or an Image.
+    stages : the product of every stage, such as the mask, the skeleton and the chains.
 
     Raises
     ------
@@ -74,7 +76,11 @@ def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
 
 
 def lines(explanation: Explanation) -> Iterator[str]:
-    """Yield the lines that `doo3d explain` prints: what each stage made and dropped, then each connection with its costs."""
+    """Yield the lines that `doo3d explain` prints.
+
+    They tell what each stage made and dropped, then for each join of two chain ends its cost, its confidence, and the cost of the
+    best alternative.
+    """
     for account in explanation.accounts:
         yield f"{account.stage:<9} {account.made}"
         for sentence in account.dropped:

@@ -81,7 +81,8 @@ def info(
 def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]:
     """Return the lines that `doo3d info` prints: the capture's path, then a label and a text per line.
 
-    Labels without content are left out. `format_description` is the format in a few words.
+    Labels without content are left out. `format_description` is the attribute `what` of the format's class; its words before a
+    colon or bracket are printed.
     """
     readable = summary.readable
     cameras = {frame.camera for frame in readable if frame.camera is not None}

@@ -21,15 +21,15 @@ def frame_line(
     name
         name of the frame.
     lengths, radii
-        of the chains, m (px in 2-D).
+        length and radius of each chain, m (px in 2-D).
     occluded
-        fraction of all segments that are occluded, 0 to 1; None without chains.
+        fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     units
-        "m", or "px" in 2-D.
+        unit of `lengths` and `radii`: "m", or "px" in 2-D.
     seconds
-        s, time for the frame.
+        time that the frame took, s.
     column
-        number of characters to which the name is padded.
+        number of characters to which the name is padded with blanks.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     parts = [name.ljust(column), count]
@@ -45,7 +45,7 @@ def frame_line(
 def failure_line(name: str, error: str, column: int = 0) -> str:
     """Return the line printed for a failed frame, such as "000012   failed: depth/000012.png is cut off".
 
-    error : the reason, a sentence. column : number of characters to which the name is padded.
+    `name` is the frame's name, padded with blanks to `column` characters; `error` is the reason of the failure.
     """
     return f"{name.ljust(column)}   failed: {error}"
 
@@ -56,11 +56,11 @@ def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
     Parameters
     ----------
     frames, failed
-        numbers of all frames and of those that failed.
+        number of all frames, and number of frames that failed.
     chains
         number of chains in all frames.
     out
-        folder of the results.
+        folder of the results, as text.
     """
     number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
     return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"

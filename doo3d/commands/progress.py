@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 class Reporter:
-    """Printer of a run's progress: called with each frame's record, it prints a line, above the progress bar if there is one.
+    """Printer of a run's progress: call it with the FrameRecord of each finished frame to print a line for the frame.
+
+    With a progress bar, the line is printed above the bar, and the bar advances by one frame.
 
     Parameters
     ----------
@@ -28,7 +30,7 @@ class Reporter:
     quiet
         whether to print errors only.
     bar
-        the progress bar; None without a terminal.
+        the progress bar; None if there is none.
     """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
@@ -36,7 +38,10 @@ class Reporter:
         self._bar = bar
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Print on stderr how many frames an earlier run has finished, and start the progress bar after these."""
+        """Print on stderr how many frames an earlier run has finished, and count these frames as done in the progress bar.
+
+        `records` are the records of these frames.
+        """
         if not self.quiet:
             rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
             frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
@@ -62,9 +67,9 @@ class Reporter:
 
 @contextmanager
 def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
-    """Provide the Reporter of a run for the duration of a `with` block.
+    """Yield the Reporter of a run for the duration of a `with` block.
 
-    It has a progress bar if stderr is a terminal, there are two frames or more, and `quiet` is off.
+    The Reporter has a progress bar if stderr is a terminal, there are two frames or more, and `quiet` is false.
 
     Parameters
     ----------
@@ -89,12 +94,14 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
 
 
 class Bar:
-    """A progress bar on stderr with frames per second, time left, and numbers of chains and failures; redrawn after each frame.
+    """A progress bar with frames per second, time left, and the numbers of chains and of failed frames.
+
+    It is redrawn after each frame.
 
     Parameters
     ----------
     progress
-        rich's display of the bar.
+        the display of the package rich that shows the bar.
     total
         number of frames.
     """
@@ -105,19 +112,22 @@ class Bar:
         self._chains = self._failed = 0
 
     def start(self, records: Sequence[FrameRecord]) -> None:
-        """Count the frames that an earlier run finished as done; the frames per second shown are those of this run alone."""
+        """Start the bar of a resumed run; `records` are the records of the frames that an earlier run finished.
+
+        These frames count as done, but not in the frames per second, which are those of this run alone.
+        """
         self._count(records)
         self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed)
 
     def print_above(self, text: str, err: bool = False) -> None:
-        """Print a text above the bar: on stderr if `err`, else on stdout."""
+        """Print a text above the bar: on stderr if `err` is true, else on stdout."""
         if err or sys.stdout.isatty():
             self._progress.console.print(text, markup=False, highlight=False, soft_wrap=True)
         else:
             typer.echo(text)
 
     def advance(self, record: FrameRecord) -> None:
-        """Count one more finished frame, with the chains and the failure in its record, and redraw the bar."""
+        """Count one more finished frame, with the chains or the failure that its record states, and redraw the bar."""
         self._count([record])
         speed = self._progress.tasks[self._task].speed
         rate = f"{speed:.1f} frames/s" if speed else ""
@@ -130,10 +140,10 @@ class Bar:
 
 @contextmanager
 def counting(total: int) -> Iterator[Callable[[Row], None]]:
-    """Provide a function for the duration of a `with` block; calling it with a finished row of an evaluation advances a bar.
+    """Yield a function that advances a progress bar by one row of an evaluation, for the duration of a `with` block.
 
-    The bar is drawn on stderr, with the number of correct frames so far. Without a terminal, or for a single row, the function
-    does nothing. `total` is the number of rows.
+    Call the function with each finished Row, the result of one frame. The bar is on stderr and shows the number of correct frames
+    so far. `total` is the number of rows. Without a terminal, or if `total` is below 2, the function does nothing.
     """
     if total < 2 or not sys.stderr.isatty():
         yield lambda row: None

@@ -20,7 +20,7 @@ def report(
 ) -> None:
     """Write a run as one HTML page: figures, plots, pictures, and the chains of each frame in 3-D.
 
-    The page is self-contained and opens without a network. The number of frames and the size of the page are printed.
+    The page is a single file that opens without a network. Prints the number of frames and the size of the page.
 
     \b
     Example:

@@ -11,7 +11,7 @@ import typer
 def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Output folder; made if missing.")]) -> None:
     """Render the sample captures and clouds into FOLDER.
 
-    Each has its known truth beside it. The paths of the captures, clouds, bags and photographs written are printed.
+    Beside each capture and cloud is a file with the true shape of its cables. Prints the paths of what was written.
     """
     from ..evaluation.sample_captures import write_samples
 

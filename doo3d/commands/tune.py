@@ -38,8 +38,8 @@ def tune(
 ) -> None:
     """Propose color ranges, voxel size and segment length for the object in INPUT.
 
-    Writes them as a configuration, with a picture of the segmentation beside it, and prints them with their reasons. Without
-    --pick and --box, the object is the longest thin one with a color of its own.
+    Writes these values as a configuration, with a picture of the segmentation beside it, and prints the values with their
+    reasons. Without --pick and --box, the object is taken to be the longest thin object with a color that nothing else has.
 
     \b
     Examples:
@@ -81,7 +81,11 @@ def tune(
 
 
 def summary(tuned: Tuned) -> list[str]:
-    """Return the lines that `doo3d tune` prints: the object's width, recall and precision, the proposed values, and advice."""
+    """Return the lines that `doo3d tune` prints.
+
+    They state the object's width, the recall and precision of the segmentation, the proposed values with their reasons, and
+    advice.
+    """
     config, reasons = tuned.config, tuned.reasons
     width = f"{tuned.width_px:.1f} px wide" + (f", {1000 * tuned.width_m:.1f} mm" if tuned.width_m is not None else "")
     lines = [("object", width)]

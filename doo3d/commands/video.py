@@ -25,7 +25,7 @@ def video(
 ) -> None:
     """Write the pictures of a run as an MP4 video.
 
-    Its number of frames, frame rate and size are printed.
+    Prints the number of frames, the frame rate and the size of the video.
 
     \b
     Example:

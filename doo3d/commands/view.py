@@ -25,7 +25,7 @@ def view(
 ) -> None:
     """Show a run in the Rerun viewer: images, clouds, chains, stage products and merge costs on a timeline.
 
-    With --save, writes a recording of the same instead of opening the viewer.
+    With --save, writes all this into a file for the viewer instead of opening the viewer.
 
     \b
     Examples:

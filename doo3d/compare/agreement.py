@@ -26,7 +26,7 @@ MIN_TOLERANCE_PX = 2.0
 
 @dataclass(frozen=True)
 class Difference:
-    """A place in the image where the chains of the two modes differ.
+    """A place in the image where the chains of the 3-D and of the 2-D mode differ.
 
     Attributes
     ----------
@@ -35,9 +35,10 @@ class Difference:
     what
         the difference in words, such as "3-D chain 1 runs 7.2 px from the nearest 2-D chain".
     distance
-        px from the other mode's nearest chain, infinite if it has none; None where the chains continue in different ways.
+        distance in px from the nearest chain of the other mode, infinite if the other mode has no chain; None if the difference
+        is not a distance, but that the chains continue in different ways.
     tolerance
-        px, the distance that is allowed at `at`.
+        distance in px that is allowed at `at`.
     """
 
     at: tuple[float, float]
@@ -46,22 +47,25 @@ class Difference:
     tolerance: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the difference as a dict for `comparison.json`: at [x, y], what, distance and tolerance, px."""
+        """Return the difference as a dict for `comparison.json`: at [x, y] px, what, distance (px or None), tolerance (px)."""
         return {"at": list(self.at), "what": self.what, "distance": self.distance, "tolerance": self.tolerance}
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The chains that both modes found in one frame, in the image, and where they differ.
+    """The chains that the 3-D and the 2-D mode found in one frame, in the image, and the places where they differ.
 
     Attributes
     ----------
-    lines_3d, lines_2d
-        the joints of each 3-D chain, projected into the image, and of each 2-D chain, (N + 1, 2) px.
+    lines_3d
+        (N + 1, 2) px for each 3-D chain of N segments: its joints projected into the image, without those behind the camera.
+    lines_2d
+        (N + 1, 2) px for each 2-D chain of N segments: its joints.
     max_distance, rms_distance
-        px, greatest and root mean square distance of the 3-D chains' points from the 2-D chains; NaN if a mode has no chain.
+        greatest and root mean square distance in px of points along the 3-D chains from the 2-D chains; NaN if a mode has no
+        chain.
     tolerance
-        px, the distance allowed at the point of greatest distance.
+        distance in px that is allowed at the point of greatest distance.
     differences
         the places where the modes differ; empty if they agree.
     """
@@ -77,15 +81,15 @@ class Comparison:
     def agrees(self) -> bool:
         """Whether both modes found the same chains.
 
-        They lie within the tolerance of each other and continue in the same way at crossings and gaps.
+        The chains then lie within the tolerance of each other, and continue in the same way at crossings and gaps.
         """
         return not self.differences
 
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as a dict for `comparison.json`.
 
-        It holds agrees, chains_3d and chains_2d (numbers of chains), largest, rms and tolerance (px) and places (a dict for each
-        difference).
+        Its keys are agrees (bool), chains_3d and chains_2d (numbers of chains), largest, rms and tolerance (`max_distance`,
+        `rms_distance` and `tolerance`, px), and places (a dict for each difference).
         """
         return {
             "agrees": self.agrees,
@@ -99,20 +103,21 @@ class Comparison:
 
 
 def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None = None) -> Comparison:
-    """Detect in a frame in both modes, from the same mask, and compare the chains in the image.
+    """Detect in a frame in the 3-D and in the 2-D mode, from the same mask, and compare the chains in the image.
 
     Parameters
     ----------
     frame
-        with depth; without color, the 2-D mode is given a black image beside the mask.
+        a frame with depth; without color, the 2-D mode is given a black image beside the mask.
     config, config_2d
-        the configs of the 3-D mode and of the 2-D mode.
+        the configurations of the 3-D mode and of the 2-D mode.
     mask
         (H, W) bool, the pixels of the objects; None for the mask that the 3-D mode finds.
 
     Returns
     -------
-    The chains of both modes in the image, and the places where they differ.
+    Comparison
+        the chains of both modes in the image, and the places where they differ.
 
     Raises
     ------
@@ -132,22 +137,23 @@ def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None 
 def compare_chains(chains_3d: Sequence[Chain], camera: Camera, chains_2d: Sequence[Chain]) -> Comparison:
     """Compare the 3-D chains of a frame with its 2-D chains, in the image.
 
-    Each 3-D chain is projected into the image and must follow a 2-D chain within the tolerance, and each 2-D chain a 3-D one.
-    The tolerance is 2 px or half the width of the 2-D chain, whichever is more. Open chains may differ by one segment in
+    Each 3-D chain, projected into the image, must follow a 2-D chain within the tolerance, and each 2-D chain must follow a 3-D
+    chain. The tolerance is 2 px, or half the width of the 2-D chain if that is more. Open chains may differ by one segment in
     length at each end, since every chain is a whole number of segments long.
 
     Parameters
     ----------
     chains_3d
-        joints in m, in the camera's optical frame.
+        the 3-D chains, joints in m, in the camera's optical frame.
     camera
         the intrinsics of the image.
     chains_2d
-        joints in px, in the same image.
+        the 2-D chains, joints in px, in the same image.
 
     Returns
     -------
-    The lines of both modes, their distances in px, and the places where they differ.
+    Comparison
+        the chains of both modes in the image, their distances in px, and the places where they differ.
     """
     projected = [_project(chain, camera) for chain in chains_3d]
     lines_3d = [

@@ -25,7 +25,7 @@ SLACK_TOLERANCES = 2.0
 
 @dataclass(frozen=True)
 class Line:
-    """A chain in the image as M points about 2 px apart.
+    """A chain in the image as M points at most 2 px apart.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Line:
     half_width
         (M,) px, half the object's width at each point; 0 if unknown.
     closed
-        whether the line is a ring: its last point repeats the first.
+        whether the line is a ring; its last point then repeats the first.
     """
 
     points: Floats
@@ -59,9 +59,10 @@ class LineAlignment:
     line
         (M,) int, index of the other line that the position is on; -1 if the point has no position.
     arc
-        (M,) px, length along that other line from its first point; NaN if the point has no position.
+        (M,) px, length along the other line from its first point to the position; NaN if the point has no position.
     jumps
-        pairs (i, j) of indices of points that follow each other along this line but not along one of the others.
+        (i, j) for each place where the positions jump: indices of points that follow each other along this line, but whose
+        positions do not follow each other along another line.
     """
 
     distance: Floats
@@ -72,12 +73,12 @@ class LineAlignment:
 
 
 def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> Line:
-    """Resample a polyline in the image at even spacing of at most 2 px.
+    """Return a polyline in the image as evenly spaced points, at most 2 px apart.
 
     Parameters
     ----------
     joints
-        (N + 1, 2) px; a ring repeats its first joint at the end.
+        (N + 1, 2) px, the points of a polyline of N segments; a ring repeats its first joint at the end.
     half_width
         (N + 1,) px, half the object's width at each joint; 0 if unknown.
     closed
@@ -85,7 +86,8 @@ def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> L
 
     Returns
     -------
-    The line with its arc lengths and half-widths interpolated; the joints as they are if there are fewer than two.
+    Line
+        the points, with arc lengths and interpolated half widths; the joints as they are if there are fewer than two.
     """
     if len(joints) < 2:
         return Line(joints, np.zeros(len(joints)), half_width, closed)
@@ -96,25 +98,28 @@ def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> L
 
 
 def align_line(line: Line, others: Sequence[Line], extension: float, min_tolerance: float) -> LineAlignment:
-    """Find a position on the other lines for each point of a line, and the jumps between them.
-
-    The positions are chosen together, at least total cost (Viterbi), so that they follow each other along the other lines,
-    forwards or backwards.
+    """Find a position on the other lines for each point of a line, and the places where these positions jump.
 
     Parameters
     ----------
     line
-        the line whose points get positions.
+        the line whose M points get positions.
     others
         the lines that the positions are on.
     extension
-        px by which each open line in `others` is extended straight on at both ends.
+        length in px by which each open line in `others` is extended straight at both ends.
     min_tolerance
         px; a point may be this far from its position, or half the width of either line if that is more.
 
     Returns
     -------
-    Distance, tolerance, line index and arc length for each point of `line`, and the jumps.
+    LineAlignment
+        distance, tolerance, line index and arc length for each point of `line`, and the jumps.
+
+    Notes
+    -----
+    The positions of all points are chosen together, at the least total cost (Viterbi), so that they follow each other along the
+    other lines, forwards or backwards.
     """
     path = _with_second_round(line, CLOSED_OVERLAP_FACTOR * extension) if line.closed else line
     curves = [

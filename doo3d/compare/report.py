@@ -34,9 +34,9 @@ class Record:
     name
         the frame's name.
     comparison
-        None if the frame failed.
+        the comparison; None if the frame failed.
     error, code
-        the error's sentence and its code, such as "mode-needs-image"; None if the frame was compared.
+        message and machine-readable code of the error, such as "mode-needs-image"; None if the frame was compared.
     """
 
     name: str
@@ -46,14 +46,15 @@ class Record:
 
     @property
     def agrees(self) -> bool:
-        """Whether the frame was compared and both modes agree; False if it failed."""
+        """Whether the 3-D and the 2-D mode agree in the frame; False if the frame failed."""
         return self.comparison is not None and self.comparison.agrees
 
     def lines(self, column: int = 0) -> list[str]:
-        """Return the lines to print for this frame.
+        """Return the lines of text to print for this frame.
 
-        The first line holds the frame's name, padded to `column` characters, agree or differ, the numbers of chains and the
-        distances in px; or the error. A line for each of the first 6 differences follows, and one that counts the rest.
+        The first line holds the frame's name, padded to `column` characters, then "agree" or "differ", the numbers of chains and
+        the distances in px, or else the error. A line for each of the first 6 differences follows, and a line with the number of
+        the others.
         """
         if self.comparison is None:
             return [f"{self.name:<{column}}   failed: {self.error} [{self.code}]"]
@@ -79,7 +80,7 @@ def compare_capture(
     force: bool = False,
     report: Callable[[Record], None] = lambda record: None,
 ) -> list[Record]:
-    """Compare both modes in every frame of a capture; write a picture of each and `comparison.json`.
+    """Compare the 3-D and the 2-D mode in every frame of a capture; write a picture of each frame and `comparison.json`.
 
     Parameters
     ----------
@@ -88,9 +89,9 @@ def compare_capture(
     out
         the folder for `<frame>.png` and `comparison.json`; it is made when the first file is written.
     config, config_2d
-        the configs of the 3-D mode and of the 2-D mode.
+        the configurations of the 3-D mode and of the 2-D mode.
     force
-        write into `out` even if it holds other files than an earlier comparison.
+        True writes into `out` even if it holds other files than an earlier comparison.
     report
         called with each frame's record as soon as the frame is done.
 

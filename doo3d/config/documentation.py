@@ -24,11 +24,11 @@ class Setting(NamedTuple):
     Attributes
     ----------
     section
-        name of its section; None for a setting outside of sections (mode, seed).
+        name of the setting's section; None for a setting outside of sections (mode, seed).
     name
         name within the section.
     field
-        pydantic's description of it: default, type, bounds, help text.
+        pydantic's description of the setting: default, type, bounds, help text.
     """
 
     section: str | None
@@ -37,11 +37,11 @@ class Setting(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Dotted key, such as "merge.chains"."""
+        """Dotted key of the setting, such as "merge.chains"; just its name outside of sections."""
         return f"{self.section}.{self.name}" if self.section else self.name
 
     def value_in(self, config: Config) -> Any:
-        """Return the value that a configuration has for this setting."""
+        """Return the value that this setting has in a configuration."""
         return getattr(getattr(config, self.section) if self.section else config, self.name)
 
 
@@ -60,16 +60,17 @@ def all_settings() -> list[Setting]:
 def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, expert: bool = False) -> str:
     """Return a configuration as commented YAML text, the content of a file for `load_config`.
 
-    Each setting stands below its help text. Settings left out have their defaults, so that `load_config` gives the same Config.
+    The help text of each setting is a comment above it. Settings left out have their defaults, so that `load_config` gives the
+    same Config.
 
     Parameters
     ----------
     config
         the configuration.
     reasons
-        dotted key -> reason for the value, in a sentence that is added to the comment of that setting.
+        dotted key -> reason for the value, a sentence that is added to the comment of that setting.
     expert
-        whether to include all expert settings. Otherwise, only those that have a reason or differ from their defaults.
+        True includes all expert settings; False only those that have a reason or differ from their defaults.
     """
     reasons = reasons or {}
     shown = [

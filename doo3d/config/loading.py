@@ -48,7 +48,8 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
     Parameters
     ----------
     name
-        name of a preset, such as "default" or "image", or path of a YAML file, which ends in .yaml or .yml.
+        name of a preset, such as "default" or "image", or path of a YAML file, which ends in .yaml or .yml. Settings that the
+        file leaves out have their defaults.
     overrides
         dotted key -> value, such as {"merge.chains": 2}; they take precedence over the file.
 
@@ -70,9 +71,10 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
 
 
 def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
-    """Parse texts such as "merge.chains=2" into dotted keys and values, such as {"merge.chains": 2}.
+    """Parse texts such as "merge.chains=2" into dotted keys and values, such as {"merge.chains": 2}, for `load_config`.
 
-    Values are read as YAML, so that "null", "true", numbers and lists have their types. Keys are not checked here.
+    Values are read as YAML, so that "null", "true", numbers and lists have their types. Keys are not checked here. Of two texts
+    with one key the later counts.
 
     Raises
     ------
@@ -93,7 +95,8 @@ def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
 def known_keys(model: type[BaseModel] = Config, prefix: str = "") -> list[str]:
     """Return every dotted key of the configuration, in order: "merge" for a section, "merge.chains" for a setting.
 
-    model : the pydantic model whose fields to list. prefix : text put before each key, such as "merge.".
+    model : the pydantic model whose fields to list; the whole Config by default. prefix : text put before each key, such as
+    "merge.".
     """
     keys: list[str] = []
     for name, item in model.model_fields.items():

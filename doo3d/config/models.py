@@ -21,7 +21,7 @@ EXPERT = "expert"
 
 
 def expert(default: Any, description: str, **bounds: Any) -> Any:
-    """Return a pydantic field marked as an expert setting.
+    """Return a pydantic field marked as an expert setting, to be assigned in a model's class body.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ Hsv = tuple[int, int, int]
 
 
 class HsvRange(Section):
-    """A box of colors in OpenCV's 8-bit HSV; its lower and upper corners are included.
+    """A range of colors in OpenCV's 8-bit HSV: all colors between two corners, which are included, in hue, saturation and value.
 
-    If the hue of `low` is above that of `high`, the box holds the hues from `low` through red (179, then 0) to `high`.
+    If the hue of `low` is above that of `high`, the hues run from `low` through red (179, then 0) to `high`.
     """
 
     low: Hsv = Field(
@@ -251,14 +251,14 @@ class PruneConfig(Section):
 
 
 class Bending(NamedTuple):
-    """What a stiffness stands for: the three settings about bending in the section `merge`.
+    """The three settings of the section `merge` about how the object bends, as one stiffness sets them.
 
     Attributes
     ----------
     direction_weight
-        cost per radian of the angle between the directions of two ends.
+        cost units per radian of the angle between the directions of two ends.
     curvature_weight
-        cost per radian of the angle by which an end must bend toward the other end.
+        cost units per radian of the angle by which an end must bend toward the other end.
     curvature_persistence
         fraction of its curvature that an end is expected to keep across a gap, 0 to 1.
     """
@@ -383,7 +383,7 @@ class MergeConfig(Section):
 
     @property
     def bending(self) -> Bending:
-        """The weights and the persistence in effect: each as set, or else the value that `stiffness` stands for."""
+        """The weights and the persistence in effect: each as it is set, or else as `stiffness` sets it."""
         own = (self.direction_weight, self.curvature_weight, self.curvature_persistence)
         return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))
 

@@ -23,14 +23,14 @@ COMPRESSED_DEPTH_HEADER = bytes(12)
 def write_bag(capture: Path, path: Path) -> Path:
     """Write the first frame of a capture as a ROS 2 bag, and return the bag's path.
 
-    The bag holds a CameraInfo, a color image (JPEG) and a depth image (compressedDepth), one message each.
+    The bag holds one message each of CameraInfo, color image (JPEG) and depth image (compressedDepth), at a time of 1 s.
 
     Parameters
     ----------
     capture
         folder with color/000000.jpg, depth/000000.png (uint16) and camera_intrinsic.json.
     path
-        the bag: a folder with an MCAP file; an existing one is replaced.
+        folder of the bag, in which an MCAP file is written; an existing folder is replaced.
 
     Raises
     ------

@@ -71,7 +71,7 @@ TABLE_MARGIN_PX, TABLE_STRIDE_PX = 40, 3
 
 
 def write_samples(folder: str | Path) -> list[Path]:
-    """Render all samples and write them below a folder; the same bytes every time.
+    """Render all samples and write them below a folder; the files have the same bytes every time.
 
     - A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
       `<name>/truth.json`.
@@ -82,7 +82,8 @@ def write_samples(folder: str | Path) -> list[Path]:
 
     Returns
     -------
-    The folders of the captures, the files of the clouds, the bags and the folder of the photographs.
+    The paths of what was written: the folders of the captures, the files of the clouds, the bags, and the folder of the
+    photographs.
 
     Raises
     ------
@@ -139,9 +140,9 @@ def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
 
 
 def write_intrinsics(path: Path, camera: Camera) -> None:
-    """Write the camera's intrinsics to a JSON file, as Open3D's recorder does.
+    """Write the camera's intrinsics to a JSON file in the format of Open3D's recorder.
 
-    It holds width, height, the 3 x 3 intrinsic matrix in px, column by column, and the depth scale (1000 units per metre).
+    The file holds width, height, the 3 x 3 intrinsic matrix in px (column by column), and the depth scale (1000 units per metre).
 
     Parameters
     ----------
@@ -187,12 +188,12 @@ def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array
     rendered
         the frame and its mask.
     with_table
-        False: all pixels of the cables. True: every third pixel in x and y of the rectangle round the cables, with a margin of
-        40 px.
+        False gives all pixels of the cables. True gives every third pixel in x and y of the rectangle round the cables, with a
+        margin of 40 px.
 
     Returns
     -------
-    points : (N, 3) float32 m, in the camera's optical frame; pixels without depth are left out.
+    points : (N, 3) float32 m, N points in the camera's optical frame; pixels without depth are left out.
     colors : (N, 3) uint8 RGB.
     """
     chosen = rendered.mask
@@ -208,19 +209,19 @@ def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array
 
 
 def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
-    """Return the scene in the optical frame of a camera that moved on a circle round it.
+    """Return the scene in the optical frame of a camera that moved on a circle round the scene.
 
-    The circle's axis is parallel to the image's y axis. It passes through the point of the optical axis at the cables' mean
-    depth, and the camera keeps looking at this point.
+    The center of the circle is the point on the optical axis at the cables' mean depth; the circle's axis is parallel to the
+    image's y axis. The camera keeps looking at the center.
 
     Parameters
     ----------
     scene
-        in the optical frame of its own camera.
+        the scene, in the optical frame of its own camera.
     angle
         degrees; a positive angle moves the camera to its right.
     name
-        of the returned scene.
+        name of the returned scene.
     """
     middle = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0)
     middle[:2] = 0

@@ -70,13 +70,13 @@ def _to_dict(truth: Truth) -> dict[str, Any]:
 def read_truth(path: str | Path) -> dict[str, tuple[Truth, ...]]:
     """Read a truth file: name of the frame -> its true cables, m, in the camera's optical frame.
 
-    The file is one of `write_truth` or written by hand. A cable needs `axis` and `radius`; by default it is open, seen all along,
-    and of a default color. An axis with points more than 1.5 mm apart, or unevenly spaced, is resampled every 1 mm along straight
-    lines.
+    The file (JSON) is written by `write_truth` or by hand. A cable needs `axis` and `radius`; without the other fields, it is
+    open, seen all along, and of a default color. An axis is resampled every 1 mm along straight lines if its points are more than
+    1.5 mm apart or unevenly spaced.
 
     Raises
     ------
-    InputError : the file is missing, not JSON or not of this schema, or a cable is invalid.
+    InputError : the file is missing, not JSON or not of the schema doo3d/truth/1, or a cable is invalid.
     """
     values = read_object(path, (SCHEMA,), "a truth file")
     frames = values.get("frames")

@@ -16,17 +16,17 @@ from ..viz.palette import Rgb, chain_color
 
 
 class Export(BaseModel):
-    """An export format. Each subclass is one format; its pydantic fields are the options that a user can set.
+    """The base class of export formats: each subclass is one format, and its pydantic fields are the options a user can set.
 
     Attributes
     ----------
     summary
         one line that describes the format in lists.
     suffixes
-        the file suffixes that the format accepts, such as (".usda", ".usdc"); the first is the default. Empty if it writes a
-        folder.
+        the file suffixes that the format accepts, such as (".usda", ".usdc"); the first is the default. Empty if the format
+        writes a folder.
     file_per
-        what one file holds: the whole capture, one frame, or one chain.
+        what one file holds: "capture" (all frames), "frame" (one frame) or "chain" (one chain of one frame).
     supports_2d
         whether 2-D results, in pixels, can be exported too.
     """
@@ -40,7 +40,7 @@ class Export(BaseModel):
 
     @property
     def suffix(self) -> str:
-        """The suffix, such as ".ply", of the files that doo3d names itself, one per frame or chain in a folder."""
+        """The suffix, such as ".ply", of files written into a folder, whose names doo3d chooses."""
         return self.suffixes[0]
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
@@ -49,10 +49,10 @@ class Export(BaseModel):
         Parameters
         ----------
         frames
-            the detections for this file. If `file_per` is "capture", all frames in order; if "frame", one detection;
-            if "chain", one detection with one chain, or with none if the frame has none.
+            the detections that the file holds. If `file_per` is "capture", all frames in order; if "frame", a single detection;
+            if "chain", a single detection with one chain, or without chains if the frame has none.
         path
-            the file to write, which does not exist yet; its folder does.
+            the file to write; it must not exist yet, its folder must.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Export(BaseModel):
 
 
 class RadiusExport(Export):
-    """An export format that needs the radius of the chains. The option `radius` replaces the detected one."""
+    """The base class of export formats that need the radius of the chains; the option `radius` replaces the detected radius."""
 
     radius: float | None = Field(None, gt=0, description="radius of all chains, m (px in 2-D); default: each chain's own")
 
@@ -88,8 +88,8 @@ class RadiusExport(Export):
     def radii_of(self, chain: Chain) -> Floats:
         """Return the radius at each of the N + 1 joints of a chain, (N + 1,) m (px in 2-D).
 
-        If the option `radius` is set, it applies to all joints. Otherwise a joint without a measured radius gets the radius of
-        the whole chain.
+        If the option `radius` is set, it applies to all joints. Otherwise each joint has its own measured radius, or the radius
+        of the whole chain if none was measured there.
 
         Raises
         ------
@@ -104,19 +104,19 @@ class RadiusExport(Export):
 
 
 def labels(detection: Detection) -> list[int]:
-    """Return a number for each chain, in the order of `detection.chains`, for the names in files ("chain0").
+    """Return the number of each chain, in the order of `detection.chains`, for names in exported files such as "chain0".
 
-    The numbers are the chains' ids, which tracking keeps from frame to frame. If any id is missing or occurs twice, they are
-    0, 1, 2, ... instead.
+    The numbers are the chains' ids, which tracking keeps from frame to frame. If any id is missing or occurs twice, the numbers
+    are 0, 1, 2, ... instead.
     """
     ids = [chain.id for chain in detection.chains if chain.id is not None]
     return ids if len(set(ids)) == len(detection.chains) else list(range(len(detection.chains)))
 
 
 def colors(label: int) -> tuple[Rgb, Rgb]:
-    """Return two RGB colors, 0 to 255, for the chain with this number: of its visible segments and, paler, of its occluded ones.
+    """Return the colors of the visible and of the occluded segments of chain number `label`.
 
-    The first is the chain's color in all pictures of doo3d.
+    Each color is (red, green, blue), 0 to 255. The first is the chain's color in all pictures of doo3d, the second is paler.
     """
     visible = chain_color(label)
     red, green, blue = ((2 * part + 3 * 255) // 5 for part in visible)
@@ -124,10 +124,10 @@ def colors(label: int) -> tuple[Rgb, Rgb]:
 
 
 def times(frames: Sequence[Detection], rate: float) -> list[float]:
-    """Return the time of each frame in s, as many as there are frames.
+    """Return the time of each frame, s.
 
-    The times are the frames' timestamps. If any frame has none, they are 0, 1 / rate, 2 / rate, ... instead, with `rate` in
-    frames per second.
+    The times are the frames' timestamps. If any frame has no timestamp, the times are 0, 1 / rate, 2 / rate, ... instead, with
+    `rate` in frames per second.
     """
     stamps = [frame.timestamp for frame in frames if frame.timestamp is not None]
     return stamps if len(stamps) == len(frames) else [i / rate for i in range(len(frames))]
@@ -136,7 +136,7 @@ def times(frames: Sequence[Detection], rate: float) -> list[float]:
 def is_z_up(detection: Detection) -> bool:
     """Return whether the z axis of the detection's coordinates is taken to point up.
 
-    False for a camera's coordinates (x right, y down, z forward), where up is -y if the camera is level. True for all others: a
-    world, or a cloud in coordinates of its own.
+    False for a camera's coordinates (x right, y down, z forward), where up is -y if the camera is level. True for the coordinates
+    of a world or of a cloud.
     """
     return detection.coordinates != "camera"

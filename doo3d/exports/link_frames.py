@@ -15,14 +15,14 @@ def link_frames(joints: Floats) -> Floats:
     Parameters
     ----------
     joints
-        (N + 1, 3) m, the joints in order; a segment leads from each joint to the next.
+        (N + 1, 3) m, the joints in order; segment k of the N segments leads from joint k to joint k + 1.
 
     Returns
     -------
     (N, 3, 3) float64
-        rotations from a segment's own coordinates to those of the joints: p_joints = R @ p_segment. The third column, the
-        segment's z axis, is its unit direction. Each rotation is the previous one turned by the smallest angle that aligns the
-        z axes; the first is the identity turned in the same way.
+        a rotation R for each segment, from the segment's own coordinates to those of the joints: p_joints = R @ p_segment. The
+        third column of R, the segment's z axis, is its unit direction from joint k to joint k + 1. Each R is that of the previous
+        segment turned by the smallest angle that aligns the z axes; the first is the identity turned in the same way.
     """
     frames = []
     frame = np.eye(3)
@@ -33,17 +33,18 @@ def link_frames(joints: Floats) -> Floats:
 
 
 def relative_rotations(frames: Floats) -> Rotation:
-    """Return the rotation of each segment relative to the previous one.
+    """Return the rotation of each segment of a chain relative to the previous segment.
 
     Parameters
     ----------
     frames
-        (N, 3, 3), the orientation of each segment: R in p_joints = R @ p_segment.
+        (N, 3, 3), the orientation of each of N segments, as returned by `link_frames`.
 
     Returns
     -------
     Rotation
-        N rotations, from the coordinates of segment k to those of segment k - 1; of segment 0, to the coordinates of the joints.
+        N rotations (scipy). Rotation k maps from the coordinates of segment k to those of segment k - 1; rotation 0 maps from the
+        coordinates of segment 0 to those of the joints.
     """
     previous = np.concatenate((np.eye(3)[None], frames[:-1]))
     return Rotation.from_matrix(previous.transpose(0, 2, 1) @ frames)

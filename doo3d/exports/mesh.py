@@ -35,16 +35,16 @@ class _Mesh(RadiusExport):
     sides: int = Field(16, ge=3, le=256, description="number of sides of each cylinder; their edges lie on the surface")
 
     def parts(self, detection: Detection) -> Iterator[tuple[str, Any]]:
-        """Yield (name, trimesh.Trimesh) for the visible and for the occluded segments of each chain.
+        """Yield up to two meshes per chain, as (name, trimesh.Trimesh): the visible and the occluded segments.
 
-        The names are `chain0` and `chain0_occluded`, with the chain's number; a part without segments is left out. Each segment
-        is a closed cylinder of the chain's radius, in metres and in the coordinates of the detection; its color is at the
-        vertices.
+        The names are `chain0` and `chain0_occluded` for the chain with the number 0; a mesh without segments is left out. Each
+        segment is a closed cylinder with the radius of the whole chain. Vertices are in m, in the coordinates of the detection,
+        and have a color.
 
         Raises
         ------
         InputError
-            the radius of a chain is unknown.
+            the radius of a chain is unknown and the option `radius` is not set.
         MissingDependency
             trimesh is not installed.
         """
@@ -65,28 +65,39 @@ class _Mesh(RadiusExport):
 
 
 class Ply(_Mesh):
-    """PLY: one mesh of all chains. Vertices have the color of their chain, paler at occluded segments."""
+    """Export format PLY: one mesh of all chains of a frame; vertices have their chain's color, paler at occluded segments."""
 
     summary: ClassVar[str] = "mesh of all cylinders, colored"
     suffixes: ClassVar[tuple[str, ...]] = (".ply",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the mesh of one frame as binary PLY with float32 coordinates, m; without chains, a valid PLY with no vertex."""
+        """Write one mesh of all chains of the frame `frames[0]` as binary PLY.
+
+        Vertices are float32, in m, in the coordinates of the detection. Without chains, the file is a valid PLY without vertices.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
+        MissingDependency
+            trimesh is not installed.
+        """
         meshes = [mesh for _, mesh in self.parts(frames[0])]
         combined = require("trimesh").util.concatenate(meshes) if meshes else None
         path.write_bytes(combined.export(file_type="ply", vertex_normal=False) if combined else EMPTY_PLY.encode("ascii"))
 
 
 class Obj(_Mesh):
-    """Wavefront OBJ: an object `chain0` of the visible segments of each chain, and `chain0_occluded` of its occluded ones."""
+    """Export format OBJ (Wavefront): per chain an object `chain0` (its visible segments) and `chain0_occluded` (the others)."""
 
     summary: ClassVar[str] = "mesh, an object per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".obj",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the meshes of one frame as text, with a line `v x y z r g b` per vertex.
+        """Write the chains of the frame `frames[0]` as OBJ text, with up to two objects per chain.
 
-        Coordinates are in m with 9 decimals, colors are 0 to 1.
+        Each vertex is a line `v x y z r g b`: position in m with 9 decimals, in the coordinates of the detection, and color, 0 to
+        1. InputError is raised if the radius of a chain is unknown and the option `radius` is not set.
         """
         lines, first = ["# doo3d, metres"], 1
         for name, mesh in self.parts(frames[0]):
@@ -99,16 +110,17 @@ class Obj(_Mesh):
 
 
 class Glb(_Mesh):
-    """Binary glTF: a node `chain0` of the visible segments of each chain, and `chain0_occluded` of its occluded ones."""
+    """Export format binary glTF: per chain a node `chain0` (its visible segments) and `chain0_occluded` (the occluded ones)."""
 
     summary: ClassVar[str] = "glTF mesh, a node per chain, occluded segments separate"
     suffixes: ClassVar[tuple[str, ...]] = (".glb",)
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the meshes of one frame, m.
+        """Write the chains of the frame `frames[0]` as a binary glTF file (.glb), with up to two meshes per chain.
 
-        The vertices keep the coordinates of the detection. A rotation in each node turns them to the axes of glTF (x right, y
-        up, z towards the viewer). A camera's coordinates are taken as x right, y down, z forward; all others as z up.
+        Vertices are in m, in the coordinates of the detection. Each mesh's node has a rotation that turns the vertices to glTF's
+        axes (x right, y up, z towards the viewer): from x right, y down, z forward if the coordinates are a camera's, otherwise
+        from z up. InputError is raised if the radius of a chain is unknown and the option `radius` is not set.
         """
         scene = require("trimesh").Scene()
         transform = Z_UP if is_z_up(frames[0]) else CAMERA_UP

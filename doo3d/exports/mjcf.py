@@ -22,10 +22,10 @@ CONTACT_FREE_RADII = 3.0  # along the chain: closer capsules touch at every bend
 
 
 class Mjcf(RadiusExport):
-    """MuJoCo model (MJCF) for MuJoCo 3 and 4: one body with a capsule per segment, joined by ball joints.
+    """Export format MJCF, for MuJoCo 3 and 4: each segment is a body with a capsule, and ball joints connect the bodies.
 
-    It uses neither plugins nor composite bodies. The origin of a body is at one end of its segment, and its z axis points to
-    the other.
+    The model uses neither plugins nor composite bodies. The origin of a body is at one end of its segment, and the body's z axis
+    points to the other end.
     """
 
     summary: ClassVar[str] = "MuJoCo: capsules with ball joints"
@@ -46,12 +46,13 @@ class Mjcf(RadiusExport):
     timestep: float = Field(0.002, gt=0, description="time step, s")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write one frame as an MJCF model in XML, with a tree of nested bodies per chain.
+        """Write the chains of the frame `frames[0]` as an MJCF model (XML), in m, with a tree of nested bodies per chain.
 
         Raises
         ------
         InputError
-            the radius of a chain is unknown, or `ground` is set without gravity.
+            the radius of a chain is unknown and the option `radius` is not set, or the option `ground` is set and gravity is
+            zero.
         """
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 

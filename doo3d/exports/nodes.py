@@ -28,7 +28,10 @@ DATA binary
 
 
 class Nodes(Export):
-    """Evenly spaced points of one chain, from its first joint to its last: (M, 3) m, with M the option `count`."""
+    """Export format with one file per chain: M evenly spaced points from its first to its last joint; M is the option `count`.
+
+    The file is an NPY, PCD or JSON file with M rows x, y, z, in m, in the coordinates of the detection.
+    """
 
     summary: ClassVar[str] = "evenly spaced points of a chain, the initial state of trackers (TrackDLO, CDCPD)"
     suffixes: ClassVar[tuple[str, ...]] = (".npy", ".pcd", ".json")
@@ -41,14 +44,15 @@ class Nodes(Export):
 
     @property
     def suffix(self) -> str:
-        """The suffix of the files that doo3d itself names, from the option `file`: ".npy", ".pcd" or ".json"."""
+        """The suffix of files written into a folder, from the option `file`: ".npy", ".pcd" or ".json"."""
         return f".{self.file}"
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the points of one chain in the format that the suffix of `path` names.
+        """Write M points of the first chain of `frames[0]`, in m; the suffix of `path` chooses the file format.
 
-        `.npy` is an (M, 3) float64 array, `.pcd` is binary with float32 coordinates, and `.json` has "nodes" (M lists [x, y,
-        z]) and "edges" ([k, k + 1], indices of consecutive nodes). For a frame without chains, M is 0.
+        `.npy` is an (M, 3) float64 array. `.pcd` is a binary point cloud with float32 coordinates. `.json` is an object with
+        "nodes" (M lists [x, y, z]) and "edges" (M - 1 lists [k, k + 1] of indices of consecutive nodes). Without chains, the file
+        has no points.
         """
         points = frames[0].chains[0].nodes(self.count) if frames[0].chains else np.zeros((0, 3))
         {".npy": _npy, ".pcd": _pcd, ".json": _json}[path.suffix.lower()](path, points)

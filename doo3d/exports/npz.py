@@ -13,9 +13,10 @@ from .base import Export
 
 
 class Npz(Export):
-    """NumPy file of all frames of a capture, without loss of precision.
+    """Export format NPZ: one NumPy file of arrays with all frames of a capture, without loss of precision.
 
-    Each quantity, such as the joints, is one array over all chains of all frames. Offsets tell which rows belong to which chain.
+    Each quantity, such as the joints, is one array over all chains of all frames. Arrays of offsets tell which rows belong to
+    which chain; `arrays` lists all arrays.
     """
 
     summary: ClassVar[str] = "NumPy arrays of the whole capture, exact"
@@ -24,22 +25,30 @@ class Npz(Export):
     supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the arrays of all frames as compressed NPZ; the same results give the same bytes."""
+        """Write the arrays of all frames, as returned by `arrays`, as compressed NPZ; the same results give the same bytes."""
         with path.open("xb") as file:
             np.savez_compressed(file, **arrays(frames))
 
 
 def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
-    """Return the arrays of the NPZ file by name, for F frames with C chains, J joints and S segments in all.
+    """Return the arrays of the NPZ file, for F frames with C chains, J joints and S segments in all frames together.
 
     Returns
     -------
     dict
-        "schema" and "units" ("m" or "px") are scalars. Per frame, (F,): "frames" (names), "stamps" (s, NaN if unknown),
-        "coordinates". "chain_offsets" (F + 1,): frame f has the chains chain_offsets[f] to chain_offsets[f + 1] - 1.
-        "joint_offsets" and "segment_offsets" (C + 1,): the same for the joints and segments of each chain. Per joint: "joints"
-        (J, 3 or 2), "radii" (J,). Per segment: "occluded" (S,) bool. Per chain, (C,): "ids" (-1 if unknown), "radius",
-        "segment_length", "closed", "confidence".
+        name -> array:
+
+        - "schema", "units" : scalars; the units are "m", or "px" if all frames are 2-D.
+        - "frames", "stamps", "coordinates" : (F,) name, time (s, NaN if unknown) and coordinate system of each frame, which is
+          "camera", "cloud", "image" or "world".
+        - "chain_offsets" : (F + 1,) int64; frame f has the chains chain_offsets[f] to chain_offsets[f + 1] - 1.
+        - "joint_offsets" : (C + 1,) int64; chain c has the joints joint_offsets[c] to joint_offsets[c + 1] - 1.
+        - "segment_offsets" : (C + 1,) int64; chain c has the segments segment_offsets[c] to segment_offsets[c + 1] - 1.
+        - "joints" : (J, 3), or (J, 2) in 2-D, position of each joint, in "units".
+        - "radii" : (J,) radius at each joint, in "units"; NaN if unknown.
+        - "occluded" : (S,) bool, true for each occluded segment.
+        - "ids" : (C,) int64, id of each chain, -1 if unknown.
+        - "radius", "segment_length", "closed", "confidence" : (C,) values of each chain; lengths are in "units".
     """
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3

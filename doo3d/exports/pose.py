@@ -22,14 +22,15 @@ def read_pose(pose: PoseLike) -> Floats:
     Parameters
     ----------
     pose
-        either 4x4 numbers, row by row, or the seven numbers x y z qx qy qz qw (m and a unit quaternion). They may be given as
-        an array or list, as a text "x,y,z,qx,qy,qz,qw", or as the path of a text or NPY file with the numbers.
+        either the 16 numbers of a 4x4 matrix, row by row, or the seven numbers x y z qx qy qz qw (position in m and unit
+        quaternion). They are given as an array or list, as a text with commas such as "0,0,1.2,1,0,0,0", or as the path of a text
+        or NPY file.
 
     Returns
     -------
     (4, 4) float64
-        the pose T with p_out = T @ (p_in, 1), m; for a camera's pose in the world, p_in is in the camera's coordinates and p_out
-        in the world's. The rotation is made exactly orthonormal.
+        the pose T with (p_out, 1) = T @ (p_in, 1), m. For the pose of a camera in the world, p_in is in the camera's coordinates
+        and p_out in the world's. The rotation is made exactly orthonormal.
 
     Raises
     ------
@@ -47,15 +48,16 @@ def read_pose(pose: PoseLike) -> Floats:
 def transformed(detection: Detection, pose: Floats) -> Detection:
     """Return a copy of a 3-D detection in the world's coordinates.
 
-    The joints of the chains and the points of the crossings are moved; lengths, radii and all else stay.
+    The joints of the chains and the points of the crossings are transformed and `coordinates` is "world"; lengths, radii and
+    everything else are unchanged.
 
     Parameters
     ----------
     detection
-        3-D, for example in the camera's coordinates.
+        a 3-D detection, for example in the camera's coordinates.
     pose
-        (4, 4) matrix, m, from the detection's coordinates to the world's: p_world = pose @ (p, 1). Its rotation must be
-        orthonormal.
+        (4, 4) matrix, m, from the detection's coordinates to the world's: (p_world, 1) = pose @ (p, 1). Its rotation must be
+        orthonormal, as `read_pose` makes it.
 
     Raises
     ------

@@ -26,12 +26,14 @@ FORMATS: dict[str, str | type[Export]] = {
 
 
 def export_class(name: str) -> type[Export]:
-    """Return the class of an export format, not yet with options; its module is imported on first use.
+    """Return the class of an export format; calling the class with options gives the format to write with.
+
+    The module of the format is imported on first use.
 
     Parameters
     ----------
     name
-        of the format, such as "mjcf"; the keys of FORMATS in this module.
+        name of the format, such as "mjcf": a key of FORMATS in this module.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def export_of(name: str, options: dict[str, Any]) -> Export:
     Parameters
     ----------
     name
-        of the format, such as "mjcf"; the keys of FORMATS in this module.
+        name of the format, such as "mjcf": a key of FORMATS in this module.
     options
         option name -> value; options not given keep their defaults.
 

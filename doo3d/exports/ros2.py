@@ -21,9 +21,9 @@ Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link frame has z alo
 
 
 class Ros2(RadiusExport):
-    """ROS 2 bag: for each frame, a nav_msgs/Path per chain and a visualization_msgs/MarkerArray of all chains.
+    """Export format ROS 2 bag: for each frame, a nav_msgs/Path per chain and a visualization_msgs/MarkerArray of all chains.
 
-    The topics are /doo3d/chain0 (with the chain's number) and /doo3d/markers.
+    The topics are /doo3d/chain0 for the chain with the number 0, and so on, and /doo3d/markers.
     """
 
     summary: ClassVar[str] = "ROS 2 bag: nav_msgs/Path per chain, visualization_msgs/MarkerArray"
@@ -35,9 +35,17 @@ class Ros2(RadiusExport):
     rate: float = Field(30.0, gt=0, description="frames per second of a capture without timestamps")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write all frames as a bag: the folder `path` with the data and metadata.yaml.
+        """Write all frames as a bag: the folder `path`, with the data and metadata.yaml.
 
-        The time of a message is the frame's timestamp; in a capture without timestamps, frames are 1 / `rate` s apart, from 0.
+        The time of a message is the frame's timestamp. If any frame has none, the times are 0, 1 / rate, 2 / rate, ... s, with
+        the option `rate`.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
+        MissingDependency
+            the package rosbags is not installed.
         """
         bags, stores = require("rosbags.rosbag2", "bags"), require("rosbags.typesys", "bags")
         store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
@@ -85,8 +93,8 @@ class _MessageFactory:
     def path(self, chain: Chain) -> Any:
         """Return a nav_msgs/Path with a pose at each joint of a chain.
 
-        The x axis of a pose points along the segment that starts at the joint; at the last joint, along the segment that ends
-        there.
+        The x axis of a pose points along the segment that starts at the joint. At the last joint, where none starts, it points
+        along the last segment.
         """
         quaternions = Rotation.from_matrix(link_frames(chain.joints) @ Z_TO_X).as_quat()
         stamped = self.types["geometry_msgs/msg/PoseStamped"]
@@ -106,11 +114,11 @@ class _MessageFactory:
         action
             ADD (0), or DELETE_ALL (3) to clear earlier markers.
         namespace
-            of the marker: "seen" or "occluded".
+            namespace of the marker: "seen" or "occluded".
         width
-            of the lines, m.
+            width of the lines, m.
         color
-            RGB, 0 to 255.
+            (red, green, blue), 0 to 255.
         points
             (2 L, 3) m, the start and the end of each of L line segments.
         """

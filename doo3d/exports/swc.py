@@ -15,9 +15,10 @@ VISIBLE, OCCLUDED = 0, 5  # types of a point: 0 is "undefined", 5 and above are 
 
 
 class Swc(RadiusExport):
-    """SWC, the text format of neuron skeletons: one tree per chain, from the first joint (parent -1) to the last.
+    """Export format SWC, the text format of neuron skeletons: each chain is a tree without branches, one line per joint.
 
-    A joint at the end of an occluded segment has type 5, all others have type 0.
+    The parent of a joint is the joint before it, -1 for the first joint of a chain. A joint has type 5 if the segment between it
+    and its parent is occluded, otherwise type 0.
     """
 
     summary: ClassVar[str] = "skeleton: n type x y z radius parent"
@@ -27,9 +28,15 @@ class Swc(RadiusExport):
     scale: float = Field(1.0, gt=0, description="factor of coordinates and radii; 1e6 gives micrometres, usual for neurons")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write one frame as text, one line "n type x y z radius parent" per joint.
+        """Write the chains of the frame `frames[0]` as text, with a line "n type x y z radius parent" per joint.
 
-        Coordinates and radii are in m (px in 2-D) times the option `scale`, in full precision; in 2-D, z is 0.
+        `n` numbers the joints of the file from 1. Coordinates and radii are in m (px in 2-D) times the option `scale`, in full
+        precision; in 2-D, z is 0.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
         """
         detection = frames[0]
         unit = "m" if detection.mode == "3d" else "px"

@@ -14,7 +14,7 @@ COLUMNS = ["frame", "timestamp", "chain", "id", "closed", "segment_length", "cha
 
 
 class Csv(Export):
-    """CSV table of all frames of a capture, one row per joint. Numbers are in full precision: reading them back is exact."""
+    """Export format CSV: one table of all frames of a capture, a row per joint, with numbers in full precision."""
 
     summary: ClassVar[str] = "table of the whole capture, a row per joint"
     suffixes: ClassVar[tuple[str, ...]] = (".csv",)
@@ -22,10 +22,12 @@ class Csv(Export):
     supports_2d: ClassVar[bool] = True
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the table of all frames, with a header line.
+        """Write the table of all frames, with a header line and a row per joint.
 
-        Unknown values are empty fields. `occluded` (0 or 1) describes the segment that starts at the joint; it is empty at the
-        last joint.
+        The columns are: frame (name), timestamp (s), chain (number in its frame, from 0), id, closed (0 or 1), segment_length,
+        chain_radius, joint (number in its chain, from 0), x, y, z (no z in 2-D), radius (at the joint), occluded (0 or 1, of the
+        segment that starts at the joint). Lengths are in m, or px in 2-D. An unknown timestamp or id is an empty field, an
+        unknown radius is "nan", and `occluded` is empty at the last joint of a chain.
         """
         axes = "xy" if frames and all(frame.mode == "2d" for frame in frames) else "xyz"
         with path.open("x", newline="", encoding="utf-8") as file:

@@ -23,9 +23,10 @@ TINY_MASS, TINY_INERTIA = 1e-6, 1e-12  # kg, kg m²: of the links between a ball
 
 
 class Urdf(RadiusExport):
-    """URDF robot: one cylinder link per segment, joined by two or three revolute joints in place of each ball joint.
+    """Export format URDF: one robot in which each segment is a link with a cylinder.
 
-    The root link is at the origin of the coordinates. All joints at 0 give the detected shape.
+    Two neighbouring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
+    "origin" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
     """
 
     summary: ClassVar[str] = "URDF: cylinders, a ball joint is two or three revolute joints"
@@ -37,7 +38,13 @@ class Urdf(RadiusExport):
     base: Literal["fixed", "floating"] = Field("fixed", description="joint of the first segment with the root link")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write all chains of one frame as one robot in XML."""
+        """Write all chains of the frame `frames[0]` as one robot in XML, in m.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
+        """
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:

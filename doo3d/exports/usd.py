@@ -15,10 +15,10 @@ from .base import RadiusExport, colors, is_z_up, labels, times
 
 
 class Usd(RadiusExport):
-    """OpenUSD scene: one linear UsdGeom.BasisCurves per chain, animated over the frames of a capture.
+    """Export format OpenUSD: a scene with one linear UsdGeom.BasisCurves per chain, animated over the frames of a capture.
 
-    All curves are below the Xform /doo3d. It turns a camera's coordinates (y down, z forward) to y up; other coordinates are
-    written as z up.
+    All curves are below the Xform /doo3d, in m. If the coordinates are a camera's (y down, z forward), this Xform turns them to y
+    up; otherwise the scene is z up.
     """
 
     summary: ClassVar[str] = "OpenUSD curves, animated over the capture"
@@ -30,7 +30,15 @@ class Usd(RadiusExport):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write all frames as one scene; the suffix of `path` chooses text (.usda) or binary (.usdc, .usd).
 
-        Several frames become time samples, at (timestamp - first timestamp) x `rate`. A single frame becomes values without time.
+        With several frames, each is a time sample at the time code (t - t_first) * rate, where t is the frame's timestamp in s,
+        or its number / rate if any frame has no timestamp. A single frame is written without time.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
+        MissingDependency
+            OpenUSD (usd-core) is not installed.
         """
         pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", "Sdf", "Vt")}
         stage = pxr["Usd"].Stage.CreateNew(str(path))

@@ -37,17 +37,17 @@ def export(
     Parameters
     ----------
     results
-        one detection, several in order, the opened results of a run, or the folder of a run.
+        the chains to write: one Detection, several in order, the Results of a run from `open_results`, or the folder of a run.
     to
         name of the format, such as "mjcf"; `doo3d export --list` prints all with their options.
     path
-        for formats with one file per capture, the file (for ros2, the folder). For all others a folder, in which files are
-        named after frames; if there is a single file to write, `path` may also be that file.
+        for formats with one file per capture, the file (for ros2, the folder). For all other formats a folder, in which the files
+        are named after the frames; if there is a single file to write, `path` may also be that file.
     frames
         names of the frames to export; None for all.
     pose
-        camera-to-world pose, to export in world coordinates (p_world = pose @ p_camera, m): 4x4 numbers, or x y z qx qy qz qw, or
-        a file with either. None leaves the coordinates as they are.
+        pose of the camera in the world (p_world = pose @ p_camera, m), to export in world coordinates: a 4x4 matrix, the numbers
+        x y z qx qy qz qw, or the path of a file with either. None leaves the coordinates as they are.
     force
         replace existing files; otherwise they are an error.
     **options
@@ -56,7 +56,7 @@ def export(
     Returns
     -------
     tuple of Path
-        the files written (for ros2, the folder). If one cannot be made, none is written.
+        the files written (for ros2, the folder). If one of the files cannot be made, none is written.
 
     Raises
     ------
@@ -88,15 +88,20 @@ def export(
 def default_path(results: Path, to: str) -> Path:
     """Return the path that `doo3d export` writes to if none is given.
 
-    It is beside the folder of the results, say `out`: the file `out.npz` for a format with one file per capture, otherwise a
-    folder such as `out_mjcf`.
+    The path is beside the folder of the results. If that is `out`, it is a file such as `out.npz` for a format with one file per
+    capture, otherwise a folder such as `out_mjcf`.
 
     Parameters
     ----------
     results
-        of a run.
+        folder of the results of a run.
     to
         name of the format, such as "mjcf".
+
+    Raises
+    ------
+    ConfigError
+        there is no format of this name.
     """
     kind, folder = export_class(to), results.resolve()
     one_file = kind.file_per == "capture" and kind.suffixes

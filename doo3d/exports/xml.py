@@ -15,23 +15,24 @@ def escape(text: str) -> str:
 
 
 def numbers(values: Any) -> str:
-    """Return a number as text in full precision; of a sequence, its numbers separated by spaces."""
+    """Return a number, or the numbers of a (nested) sequence separated by spaces, as text in full precision."""
     if isinstance(values, Iterable):
         return " ".join(map(numbers, values))
     return repr(float(values)) if isinstance(values, float | np.floating) else str(int(values))
 
 
 def tag(element: str, close: bool = True, /, **attributes: Any) -> str:
-    """Return an XML tag as text: `<element key="value"/>`.
+    """Return an XML tag with its attributes as text, such as `<joint name="a" pos="0 0 1"/>`.
 
     Parameters
     ----------
     element
         name of the element.
     close
-        False for an opening tag without the slash, to be closed by the caller with `</element>`.
+        true for an empty element `<element .../>`; false for an opening tag `<element ...>`, which the caller closes with
+        `</element>`.
     **attributes
-        key -> value: a text, a number or a sequence of numbers, which are separated by spaces.
+        attributes of the tag; a value is a text, a number, or a sequence of numbers, which are written separated by spaces.
     """
     items = (f'{key}="{escape(value) if isinstance(value, str) else numbers(value)}"' for key, value in attributes.items())
     return f"<{' '.join((element, *items))}{'/' * close}>"

@@ -11,22 +11,23 @@ from .sparse_grid import contains, sorted_unique
 
 
 def close_cells(keys: Ints, shape: tuple[int, ...], iterations: int) -> Ints:
-    """Close holes in a sparse grid: morphological closing with a cube of 2 iterations + 1 cells.
+    """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
 
-    The cube is separable: all axes are dilated one after the other, then eroded. A cell's key is its row-major index in the box.
+    The cells lie in a box; a cell's key is its row-major index in that box (np.ravel_multi_index).
 
     Parameters
     ----------
     keys
-        (M,) int64 ascending, keys of the occupied cells.
+        (M,) int64 ascending, keys of the M occupied cells.
     shape
-        (D,) cells of the box along each axis; more than `iterations` cells at every face are empty.
+        (D,) number of cells of the box along each axis. More than `iterations` layers of cells at every face of the box must be
+        empty.
     iterations
         number of dilations along each axis, followed by as many erosions; 0 returns the keys as they are.
 
     Returns
     -------
-    (K,) int64 ascending, keys of the occupied cells after closing, K >= M: the given ones are among them.
+    (K,) int64 ascending, keys of the K >= M occupied cells after closing; the given keys are among them.
     """
     strides = [math.prod(shape[d + 1 :]) for d in range(len(shape))]
     closed = keys

@@ -1,7 +1,7 @@
 """Align the points of a path with curves: one position for each point, all chosen together by dynamic programming.
 
-A point near a crossing of curves is near two of them. Choosing the nearest for each point alone makes a path that is a little
-off seem to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
+A point near a crossing of curves is near two of them. If the nearest is chosen for each point alone, a path with small errors
+seems to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
 """
 
 from __future__ import annotations
@@ -18,16 +18,17 @@ from ..types import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class AlignmentCosts:
-    """Weights of the alignment of a path with curves.
+    """Costs by which `Candidates.choose` aligns the points of a path with curves; they only count relative to each other.
 
     Attributes
     ----------
     misfit
-        cost of a point whose distance from the curve is just its tolerance; it grows with the square of the distance.
+        cost of a point whose distance from the curve equals its tolerance (`Candidates.tolerance`); the cost grows with the
+        square of the distance.
     jump
         cost of a jump from one curve to another; also the highest cost of a step along one curve.
     slack_fraction
-        fraction of a step's length along the path by which its length along the curve may differ, before the step costs as much
+        fraction of a step's length along the path by which its length along the curve may differ before the step costs as much
         as a jump. Paths cut corners, and noise adds length.
     """
 
@@ -38,24 +39,25 @@ class AlignmentCosts:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Candidate positions on curves for the points of a path: (C,) arrays, sorted by the index of the point.
+    """Candidate positions on curves for the points of a path: arrays of C candidates, sorted by the index of the point.
 
-    All lengths are in one unit, that of the curves.
+    A point may have several candidates, such as one on each of two crossing curves. All lengths are in the unit of the curves.
 
     Attributes
     ----------
     point
-        (C,) int, index of the point along the path.
+        (C,) int, index of the candidate's point along the path.
     curve
-        (C,) int, index of the curve.
+        (C,) int, index of the curve that the candidate lies on.
     arc
-        (C,) length along the curve to the candidate.
+        (C,) length along the curve from its start to the candidate.
     distance
         (C,) distance of the point from the candidate.
     tolerance
         (C,) distance that costs `AlignmentCosts.misfit`.
     slack
-        (C,) length by which a step along the curve may differ from the step along the path, on top of `slack_fraction` of it.
+        (C,) length by which a step along the curve may differ from the step along the path, in addition to
+        `AlignmentCosts.slack_fraction` of the step.
     direction
         (C,) 1 or -1, the direction in which the path must follow the curve; 0 for either.
     period
@@ -78,17 +80,17 @@ class Candidates:
     path_unit: float = 1.0
 
     def step_cost(self, a: Ints, b: Ints, costs: AlignmentCosts) -> Floats:
-        """Return the cost of stepping from candidate a to candidate b, for arrays of candidate indices.
+        """Return the costs of stepping from candidates a to candidates b.
 
-        The cost grows with the square of the difference between the lengths along curve and path. `costs.jump` is the most, and
-        the cost of any step to another curve or direction.
+        A step along one curve costs more, the more its length along the curve differs from that along the path (by the square of
+        the difference), and `costs.jump` at most. A step to another curve, or to another `direction`, costs `costs.jump`.
 
         Parameters
         ----------
         a, b
-            int arrays, indices of candidates of successive points; their shapes broadcast.
+            int arrays of one shape, or of shapes that broadcast: indices of candidates of successive points.
         costs
-            the weights.
+            the costs of jumps and of differences in length.
 
         Returns
         -------
@@ -106,9 +108,15 @@ class Candidates:
     def choose(self, costs: AlignmentCosts) -> Ints:
         """Choose one candidate for each point so that the total cost of misfits and steps is least (Viterbi algorithm).
 
+        Parameters
+        ----------
+        costs
+            the costs of distances from the curves, of jumps and of differences in length.
+
         Returns
         -------
-        (Q,) indices of the chosen candidates, in the order of the points. Points without any candidate are skipped.
+        (Q,) int, indices of the Q chosen candidates, in the order of the points. Points without any candidate are skipped; (0,)
+        if there are no candidates at all.
         """
         if not len(self.point):
             return np.zeros(0, dtype=int)
@@ -129,22 +137,22 @@ class Candidates:
 def nearest_samples(
     distances: Floats, limits: Floats, half_window: int, mode: Literal["nearest", "wrap"] = "nearest"
 ) -> tuple[Ints, Ints]:
-    """Find the samples of a curve at which points come nearest to it: local minima of the distance.
+    """Find the samples of a curve at which points come nearest to it: local minima of the distance along the curve.
 
     Parameters
     ----------
     distances
         (N, P), distance of each of N points from each of P samples along the curve.
     limits
-        (P,) or (N, P), the greatest distance that counts.
+        (P,) or (N, P), greatest distance at which a minimum counts, in the unit of `distances`.
     half_window
-        number of samples on either side that must not be nearer than a sample that counts as minimum.
+        number of samples on either side of a minimum that must not be nearer to the point.
     mode
         "wrap" for a closed curve, "nearest" for an open one.
 
     Returns
     -------
-    points, samples : (C,) and (C,) int, index of the point and of the sample for each minimum, sorted by the point.
+    points, samples : (C,) and (C,) int, index of the point and of the sample for each of C minima, sorted by the point.
     """
     lowest: Bools = distances == minimum_filter1d(distances, 2 * half_window + 1, axis=1, mode=mode)
     points, samples = np.nonzero(lowest & (distances <= limits))

@@ -13,9 +13,19 @@ MAX_ITERATIONS = 50
 
 
 def extrapolated(axis: Floats, shift: float) -> Floats:
-    """Return a polyline (P, D) whose end is extrapolated straight by `shift`; a negative shift shortens it.
+    """Return a polyline lengthened or shortened at its last point.
 
-    The shift is in the unit of the points. Shortening leaves at least the first segment.
+    Parameters
+    ----------
+    axis
+        (P, D), P >= 2 points.
+    shift
+        length in the unit of the points: positive adds a point straight ahead of the last one, negative cuts the polyline. The
+        first segment always stays.
+
+    Returns
+    -------
+    (Q, D), Q points; a lengthened polyline has one more than the given one.
     """
     if shift >= 0:
         return np.concatenate((axis, [axis[-1] + shift * unit(axis[-1] - axis[-2])]))
@@ -25,12 +35,25 @@ def extrapolated(axis: Floats, shift: float) -> Floats:
 
 
 def sagitta_compensated(points: Floats, length: float) -> Floats:
-    """Return a curve (P, D) bulged outwards at its bends.
+    """Return a curve moved outwards at its bends, so that chords laid on it lie about the given curve.
 
-    Chords laid on the result lie about the given curve; chords laid on the curve itself would lie inside its bends. Each
-    point moves away from the center of its bend by length^2 / 12 times the curvature. That is the mean distance of a chord of
-    `length` from its arc, two thirds of the sagitta length^2 / 8R. Bends of a radius below two segments are moved by less,
-    ends not at all.
+    Chords laid on the given curve itself would lie inside its bends.
+
+    Parameters
+    ----------
+    points
+        (P, D), P >= 2 evenly spaced points.
+    length
+        length of the chords, in the unit of the points.
+
+    Returns
+    -------
+    (P, D): each point is moved away from the center of its bend, of radius R, by length^2 / 12R, at most length / 24. The ends
+    stay.
+
+    Notes
+    -----
+    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R.
     """
     spacing = float(np.median(steps(points)))
     bend = np.zeros_like(points)
@@ -40,14 +63,21 @@ def sagitta_compensated(points: Floats, length: float) -> Floats:
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
-    """Return the joints of a chain of segments of exactly `length` along a polyline (P, D) from end to end.
+    """Return the joints of a chain of segments of exactly `length` along a polyline from end to end.
 
-    The whole number of segments that fits best is used. The chain is then a little longer or shorter than the polyline, by
-    the same length at both ends; the polyline is extrapolated straight for that.
+    The whole number of segments that fits best is used. The chain is longer or shorter than the polyline by the same length at
+    both ends; where it is longer, it continues straight.
+
+    Parameters
+    ----------
+    points
+        (P, D), P >= 2 points of the polyline.
+    length
+        length of a segment, in the unit of the points.
 
     Returns
     -------
-    (N + 1, D) in the unit of the points; (0, D) for a polyline shorter than half a segment.
+    (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a segment.
     """
     total = float(arc_length(points)[-1])
     if total < length / 2:
@@ -57,15 +87,26 @@ def equal_segments(points: Floats, length: float) -> Floats:
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
-    """Return the joints of a closed chain of segments of exactly `length` around a closed polyline (P, D).
+    """Return the joints of a closed chain of segments of exactly `length` around a closed polyline.
 
-    The whole number of segments that fits best is laid as equal chords. The ring is then scaled about its centroid until the
-    chords have the exact length, which changes its perimeter by at most half a segment, and Newton's method removes the rest
-    of the misfit.
+    The whole number of segments that fits best is used, so the perimeter changes by half a segment at most.
+
+    Parameters
+    ----------
+    points
+        (P, D), P points of the polyline; the first point is not repeated at the end.
+    length
+        length of a segment, in the unit of the points.
 
     Returns
     -------
-    (N + 1, D) in the unit of the points, N >= 3, the last joint equal to the first; (0, D) if fewer than three segments fit.
+    (N + 1, D), joints of N >= 3 segments, the last joint equal to the first, in the unit of the points; (0, D) if fewer than
+    three segments fit.
+
+    Notes
+    -----
+    Equal chords are laid around the polyline, the ring is scaled about its centroid until they have the exact length, and
+    Newton's method removes the rest of the misfit.
     """
     loop = np.concatenate((points, points[:1]))
     joints = lay_equal_chords(loop, length)[0]

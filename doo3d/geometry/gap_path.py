@@ -1,10 +1,10 @@
 """Gap paths: an arc, a straight line, an arc, tangent to both ends; Dubins paths of the CSC kind.
 
-Keipour et al. (RA-L 2022, section III-G) close a gap in the plane with circles that touch the two end lines. One family
-covers their cases and ends whose lines are skew: arc, line, arc, of one radius, each arc in the plane of its end direction
-and the line. Where the end lines meet ahead of both ends (their first case: exactly one touching point lies ahead of the other
-end) the radius is the one of the circle that touches both lines, and in the plane the second arc then has no
-length: arc + line. Elsewhere the radius is free.
+Keipour et al. (RA-L 2022, section III-G) close a gap in the plane with circles that touch the two end lines (the straight
+continuations of the ends). The paths here cover their cases, and ends in space whose lines do not meet: arc, line, arc, of one
+radius, each arc in the plane of its end's direction and the line. Where the end lines meet ahead of both ends, the radius is that
+of the largest circle that touches both lines there, and in the plane one of the two arcs has no length. Elsewhere the radius is
+free.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ MAX_DEVIATION_DEG = 20.0
 class Arc:
     """A circular arc in 2-D or 3-D.
 
-    Its point at the angle t is start + radius (sin t direction + (1 - cos t) normal).
+    Its point at the angle t is start + radius (sin t direction + (1 - cos t) normal), 0 <= t <= angle.
 
     Attributes
     ----------
     start
         (D,) m (px in 2-D), where the arc begins.
     direction
-        (D,) unit, tangent at the start.
+        (D,) unit, tangent at the start, pointing along the arc.
     normal
         (D,) unit, from the start towards the center of the circle.
     angle
@@ -49,12 +49,15 @@ class Arc:
 
     @staticmethod
     def from_row(row: Floats) -> Arc:
-        """Return the arc in a row (3 D + 2,) of numbers: start (D,), direction (D,), normal (D,), angle, radius."""
+        """Return the arc given by a row of 3 D + 2 numbers: start (D,), direction (D,), normal (D,), angle in radians, radius."""
         start, direction, normal = row[:-2].reshape(3, -1)
         return Arc(start, direction, normal, float(row[-2]), float(row[-1]))
 
     def at(self, angles: Array) -> Floats:
-        """Return the points (S, D) of the arc at angles (S,), radians from its start."""
+        """Return the points of the arc at given angles.
+
+        angles : (S,) radians from the start of the arc. Returns (S, D) m (px in 2-D).
+        """
         angles = np.asarray(angles)[:, None]
         along, across = np.sin(angles) * self.direction, (1 - np.cos(angles)) * self.normal
         return np.asarray(self.start + self.radius * (along + across))
@@ -101,9 +104,9 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
     Parameters
     ----------
     e1, e2
-        (D,), the two ends.
+        (D,), positions of the two ends.
     d1, d2
-        (D,) unit, direction of either end, pointing out of its chain.
+        (D,) unit, direction of each end, pointing out of its chain.
     radius
         radius of both arcs, in the unit of the ends.
     inside
@@ -111,8 +114,8 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
 
     Returns
     -------
-    The arc that starts at e1 and the arc that starts at e2. Both point into the gap, and the straight line joins the points where
-    they end. Of two such paths the shorter one is taken. None if no path of this radius is found.
+    The arc that starts at e1 and the arc that starts at e2. Both run into the gap, and the straight line joins the points where
+    they end. The shorter path is returned if two are found, None if there is no path of this radius.
     """
     rows = kernels.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
     return (Arc.from_row(rows[0]), Arc.from_row(rows[1])) if len(rows) else None
@@ -121,21 +124,24 @@ def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, 
 def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
     """Return the radius of the largest circle that rounds the corner of two end lines.
 
-    The circle touches both lines between their end and the corner where the lines meet ahead of the ends. The tangents from
-    the corner to a circle are equally long, so the end nearer to the corner limits the circle. A circle of radius r touches
-    the lines r tan(turn / 2) from the corner, where turn is the angle by which the path turns there. Skew lines have their
-    corner where they are closest.
+    The end lines are the straight continuations of two chain ends. If they meet ahead of both ends, the circle touches both
+    between the end and the corner. Skew lines have their corner where they are closest.
 
     Parameters
     ----------
     e1, e2
-        (D,), the two ends.
+        (D,), positions of the two ends.
     d1, d2
-        (D,) unit, direction of either end, pointing out of its chain.
+        (D,) unit, direction of each end, pointing out of its chain.
 
     Returns
     -------
     The radius in the unit of the ends; None if the lines are parallel or do not meet ahead of both ends.
+
+    Notes
+    -----
+    A circle of radius r touches the lines at r tan(turn / 2) from the corner, where turn is the angle between d1 and -d2. So the
+    end nearer to the corner limits the radius.
     """
     radius = float(kernels.corner_radius(np.array((e1, d1, e2, d2), dtype=float)))
     return radius if radius > 0 else None
@@ -143,15 +149,17 @@ def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | Non
 
 @dataclass(frozen=True)
 class GapPath:
-    """The path across a gap between two ends: an arc, a line and an arc, or only the straight connection.
+    """The path across a gap between two ends: an arc, a straight line and an arc, or only a straight line.
 
     Attributes
     ----------
     ends
-        (2, D) m (px in 2-D), where the path starts and ends; (1, D) if the two ends touch.
+        (2, D) m (px in 2-D), where the path starts and ends; (1, D) if the two ends are at the same position.
     rows
-        (2, 3 D + 2), the arcs at the first and the second end, both pointing into the gap. Each row holds start (D,), direction
-        (D,), normal (D,), angle and radius. (0, 3 D + 2) if the path is only the straight connection.
+        (2, 3 D + 2), one arc per row, at the first and at the second end. Each arc starts at its end and runs into the gap; the
+        straight line joins the points where the two arcs end. Columns: start (D,), unit direction at the start (D,), unit normal
+        from the start towards the center of the circle (D,), angle in radians, radius in m (px in 2-D). (0, 3 D + 2) if the path
+        is only a straight line.
     """
 
     ends: Floats
@@ -159,14 +167,20 @@ class GapPath:
 
     @property
     def arcs(self) -> tuple[Arc, Arc] | None:
-        """The arcs at the first and the second end, both pointing into the gap; None for a straight connection."""
+        """The arcs at the first and the second end, each from its end into the gap; None if the path is only a straight line."""
         return (Arc.from_row(self.rows[0]), Arc.from_row(self.rows[1])) if len(self.rows) else None
 
     def points(self, spacing: float) -> Floats:
-        """Return points along the path, (P, D) m (px in 2-D), from its start to its end, both included.
+        """Return points along the path from its first to its second end, both included.
 
-        On arcs and line neighbors are at most `spacing` m (px in 2-D) apart. A straight connection is just its two ends; ends
-        that touch give one point.
+        Parameters
+        ----------
+        spacing
+            greatest distance along the path between neighboring points, m (px in 2-D). It does not apply to a path without arcs.
+
+        Returns
+        -------
+        (P, D) m (px in 2-D). A path without arcs has just its two ends; one point if they are at the same position.
         """
         points: Floats = kernels.sample_gap(self.rows, float(spacing)) if len(self.rows) else self.ends
         return points
@@ -184,23 +198,27 @@ def gap_path(
 ) -> GapPath:
     """Return the smooth path across the gap from one end to another.
 
-    It is an arc, a straight line and an arc, tangent to both ends; the straight connection if no such path is found. If the
-    end lines meet ahead of both ends, the arcs have the radius of the largest circle that touches both lines there. Otherwise
-    the radius is free. A radius that is too large for the gap is made smaller until there is a path.
+    It is an arc, a straight line and an arc, tangent to both ends. If the end lines (the straight continuations of the ends)
+    meet ahead of both ends, the radius is that of `corner_radius`; otherwise it is `radius`. A radius that is too large for the
+    gap is made smaller until there is a path.
 
     Parameters
     ----------
     e1, e2
         (D,) m (px in 2-D), the ends from which and to which the path leads.
     d1, d2
-        (D,) unit, direction of either end, pointing out of its chain.
+        (D,) unit, direction of each end, pointing out of its chain.
     inside
         applies if both ends point away from each other: True leads the path through the inside of the gap, False around it.
     radius
-        radius of the arcs if it is free, m (px in 2-D). None takes the largest, up to half the gap, with which the straight line
-        deviates from the direct connection of the ends by at most `max_deviation`.
+        radius of the arcs if the end lines do not meet ahead of both ends, m (px in 2-D). None takes the largest, up to half the
+        gap, with which the straight line deviates from the direct connection of the ends by at most `max_deviation`.
     max_deviation
-        degrees between the straight line and the direct connection of the ends.
+        degrees; applies only if `radius` is None and the end lines do not meet.
+
+    Returns
+    -------
+    The path; only a straight line if there is no path with arcs.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
     touch, rows = kernels.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)

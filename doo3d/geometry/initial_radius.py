@@ -15,7 +15,10 @@ from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 def point_spacing(foreground: Foreground) -> float:
     """Return the typical distance between neighboring surface points in m.
 
-    With a camera it is the side of a pixel at the median depth, for a cloud it follows from the density of the points.
+    With a camera it is the side of a pixel at the median depth. For a cloud it follows from the density of the points
+    (`cloud_spacing`).
+
+    foreground : the object's points, (N, 3) m, N >= 1.
     """
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
@@ -23,17 +26,17 @@ def point_spacing(foreground: Foreground) -> float:
 
 
 def estimate_radius(foreground: Foreground, apart: float) -> float:
-    """Estimate the radius of the object in m, before there is a chain.
+    """Estimate the radius of the object in m (3-D only), before there is a chain.
 
     With a mask and depth it is the median half-width of the mask. For a cloud it is the median half-width of the points in
-    neighborhoods that look like a strip.
+    neighborhoods that look like a strip; without any such neighborhood, a sixth of the diagonal of the cloud's bounding box.
 
     Parameters
     ----------
     foreground
         the object's points, with mask, depth and camera if there are any.
     apart
-        m, typical distance between neighboring surface points; no smaller radius is returned.
+        m, typical distance between neighboring surface points, as `point_spacing` returns it; no smaller radius is returned.
     """
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
         radius = foreground.mask_radius

@@ -13,20 +13,20 @@ from ..types import Floats, Ints
 
 @dataclass(frozen=True)
 class Intersections:
-    """C intersections in the view, each of a first and a second polyline segment (columns 0 and 1 of the arrays).
+    """C intersections of polylines in the view; each is where one segment (column 0 of the arrays) crosses another (column 1).
 
     Attributes
     ----------
     chain
-        (C, 2) int, index of the polyline of either segment.
+        (C, 2) int, index of the polyline that each of the two segments belongs to.
     segment
-        (C, 2) int, index of either segment in its polyline.
+        (C, 2) int, index of each segment in its polyline.
     t
-        (C, 2), parameter of the intersection along either segment, from 0 at its first joint to 1 at its second.
+        (C, 2), position of the intersection along each segment, from 0 at its first joint to 1 at its second.
     angle
         (C,) radians between the two segments in the view, 0 to pi / 2.
     point
-        (C, 2) position of the intersection in the view.
+        (C, 2) position of the intersection in the view, in the unit of the polylines.
     """
 
     chain: Ints
@@ -44,13 +44,14 @@ def find_intersections(lines: Sequence[Floats], closed: Sequence[bool]) -> Inter
     Parameters
     ----------
     lines
-        polylines (N + 1, 2) in the view.
+        polylines in the view, each (N + 1, 2) for N segments; there may be none.
     closed
-        for each polyline, True if its last segment meets its first.
+        for each polyline, True if its last joint repeats its first, so that its last segment is a neighbor of its first.
 
     Returns
     -------
-    The intersections, sorted by the first segment (in the order of the polylines and along them), then by the second.
+    The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first segment (in the
+    order of the polylines and along them), then by the second.
     """
     counts = [len(line) - 1 for line in lines]
     chain = np.repeat(np.arange(len(lines)), counts)
@@ -98,7 +99,7 @@ class PolylineSet:
     Attributes
     ----------
     values
-        (J, K), K values at each joint of all polylines, one polyline after the other.
+        (J, K), K values at each of the J joints of all polylines, one polyline after the other.
     first
         (L,) int, row of each polyline's first joint in `values`.
     segments
@@ -114,7 +115,15 @@ class PolylineSet:
 
     @staticmethod
     def from_polylines(lines: Sequence[Floats], closed: Sequence[bool]) -> PolylineSet:
-        """Return the set of L polylines, each (N + 1, K); `closed` holds for each polyline whether it is a ring."""
+        """Return the set of some polylines.
+
+        Parameters
+        ----------
+        lines
+            L >= 1 arrays, each (N + 1, K): K values at each joint of a polyline of N segments.
+        closed
+            for each polyline, True if it is a ring, whose last joint repeats the first.
+        """
         sizes = np.array([len(line) for line in lines])
         first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
         return PolylineSet(np.concatenate(lines), first, sizes - 1, np.array(closed, dtype=bool))
@@ -125,13 +134,14 @@ class PolylineSet:
         Parameters
         ----------
         line
-            (...) int, index of the polyline.
+            int array of any shape, index of the polyline of each position.
         joint
-            (...) position along it counted in joints: 2.5 is half way between joints 2 and 3.
+            array of the same shape, position along the polyline counted in joints: 2.5 is half way between joints 2 and 3.
 
         Returns
         -------
-        (..., K) values; NaN beyond the ends of an open polyline. Positions on a ring wrap around.
+        (..., K), the K values at each position, ... being the shape of `joint`; NaN beyond the ends of an open polyline.
+        Positions on a ring wrap around.
         """
         count = self.segments[line]
         inside = self.closed[line] | ((joint >= 0) & (joint <= count))

@@ -10,13 +10,19 @@ from ..types import Array, Bools, Ints
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
-    """Return the bounding box of the True pixels of a mask (H, W) as slices: rows, columns. The mask must not be empty."""
+    """Return the bounding box of the True pixels of a mask as slices, so that mask[box] is the part of the mask in the box.
+
+    mask : (H, W) bool, with at least one True pixel. Returns (slice of rows, slice of columns).
+    """
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     return slice(y, y + height), slice(x, x + width)
 
 
 def mask_pixels(mask: Bools) -> Ints:
-    """Return the True pixels of a mask (H, W) as (u, v) = (column, row), (N, 2) int64, sorted by u and then v."""
+    """Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
+
+    mask : (H, W) bool. Returns (N, 2) int64 for N True pixels; (0, 2) if there are none.
+    """
     if not mask.any():
         return np.zeros((0, 2), dtype=np.int64)
     rows, columns = bounding_box(mask)
@@ -39,7 +45,7 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
     depth
         (H, W) m, 0 = unknown; None measures in pixels.
     focal
-        focal length in px.
+        focal length in px; not used without depth.
 
     Returns
     -------
@@ -58,26 +64,26 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
 def ridge_radius(inside: Array, scale: Array) -> float:
     """Return the radius of the object in a mask from the mask's distance transform.
 
-    It is the median half-width along the ridges of the transform. The median is weighted by the half-width, so that specks
-    count for little.
+    It is the median half-width along the ridges of the transform, that is, along the middle of the strands. The median is
+    weighted by the half-width, so that specks count for little.
 
     Parameters
     ----------
     inside
-        (H, W) px, distance of each pixel to the nearest pixel outside the mask; 0 outside.
+        (H, W) float px, distance of each pixel to the nearest pixel outside the mask; 0 outside.
     scale
         (H, W), length of a pixel's side, such as m per px; 0 = unknown.
 
     Returns
     -------
-    The radius in the unit of `scale`; 0 without any ridge.
+    The radius in the unit of `scale` times px (m for m per px); 0 if there is no ridge with a known scale.
     """
     ridge = (inside > 0) & (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3) & (scale > 0)
     return median_half_width((inside[ridge] - 0.5) * scale[ridge])
 
 
 def median_half_width(half_width: Array) -> float:
-    """Return the median of half-widths (K,), each weighted by itself; 0 if there are none.
+    """Return the median of K half-widths (K,) of an object, each weighted by itself, in the same unit; 0 if K is 0.
 
     Half-widths are measured at pixels along medial axes. The weight makes it a median over the area, so that specks count for
     little.

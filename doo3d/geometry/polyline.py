@@ -14,7 +14,10 @@ TINY = 1e-12
 
 
 def unit(vectors: Array) -> Floats:
-    """Return vectors (..., D) scaled to length 1; zero vectors stay zero."""
+    """Return vectors scaled to length 1; zero vectors stay zero.
+
+    vectors : (..., D), one vector (D,) or an array of them. Returns float64 in the same shape.
+    """
     vectors = np.asarray(vectors, dtype=float)
     if vectors.ndim <= 2:
         return np.asarray(kernels.unit(vectors) if vectors.ndim == 1 else kernels.unit_rows(vectors))
@@ -23,7 +26,9 @@ def unit(vectors: Array) -> Floats:
 
 
 def angle(a: Array, b: Array) -> Floats:
-    """Return the angles between vectors a and b, both (..., D): (...) radians in [0, pi]; pi / 2 if either vector is zero.
+    """Return the angles between vectors in radians.
+
+    a, b : (..., D) vectors of any length. Returns (...) in [0, pi]; pi / 2 if one of the two vectors is zero, 0 if both are.
 
     By the half-angle form of Kahan, which is exact near 0 and pi, where arccos loses digits.
     """
@@ -32,39 +37,58 @@ def angle(a: Array, b: Array) -> Floats:
 
 
 def steps(points: Floats, closed: bool = False) -> Floats:
-    """Return the distances between consecutive points (P, D): (P - 1,); closed adds the step from the last to the first: (P,)."""
+    """Return the distances between consecutive points of a polyline.
+
+    points : (P, D). closed : True adds the distance from the last point to the first. Returns (P - 1,), or (P,) if closed.
+    """
     return np.asarray(kernels.steps(np.asarray(points, dtype=float), closed))
 
 
 def arc_length(points: Floats) -> Floats:
-    """Return the arc length from the first point of a polyline (P, D) to each point: (P,), the first 0."""
+    """Return the arc length from the first point of a polyline (P, D) to each of its P points: (P,), the first 0."""
     return np.asarray(kernels.arc_length(points))
 
 
 def resample(points: Floats, at: Array) -> Floats:
-    """Return the points (S, D) of a polyline (P, D) at arc lengths `at` (S,) from its first point.
+    """Return the points of a polyline at given arc lengths.
 
-    Lengths below 0 or beyond the end give the end points.
+    Parameters
+    ----------
+    points
+        (P, D), P >= 1 points.
+    at
+        (S,) arc lengths from the first point. Lengths below 0 or beyond the end give the end points.
+
+    Returns
+    -------
+    (S, D)
     """
     along = kernels.arc_length(points)
     return np.column_stack([np.interp(at, along, column) for column in points.T])
 
 
 def densify(points: Floats, spacing: float) -> Floats:
-    """Return evenly spaced points along a polyline (P, D), both ends included: (Q, D), at most `spacing` apart in arc length."""
+    """Return evenly spaced points along a polyline, both ends included.
+
+    points : (P, D). spacing : greatest arc length between neighboring points. Returns (Q, D), Q >= 2 points.
+    """
     total = float(arc_length(points)[-1])
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:
-    """Return the unit tangents (P, D) of a polyline, pointing onwards, by central differences.
+    """Return the unit tangents of a polyline at its points, pointing onwards, by central differences.
 
     Parameters
     ----------
     points
-        (P, D), P >= 2.
+        (P, D), P >= 2 points.
     closed
         True if the last point is followed by the first; otherwise the ends have one-sided differences.
+
+    Returns
+    -------
+    (P, D)
     """
     if closed:
         return unit(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0))
@@ -72,14 +96,14 @@ def tangents(points: Floats, closed: bool = False) -> Floats:
 
 
 def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats:
-    """Smooth a polyline by a moving mean; the window shrinks near free ends, which stay in place.
+    """Smooth a polyline by a moving mean; the window shrinks near the ends of an open polyline, which stay in place.
 
     Parameters
     ----------
     points
         (P, D).
     half_width
-        number of points on either side that are averaged with each point; less if the polyline is short.
+        number of points on either side that are averaged with each point; at most (P - 1) / 2 are taken.
     closed
         True if the last point is followed by the first.
 
@@ -100,24 +124,32 @@ def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
     """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003).
 
-    The result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of x|^2. Every point has its own weight
-    matrix W, so that a position may count across the object but not along it. Where the weights are near zero the result is the
-    smoothest connection. One banded system is solved.
+    Each point has its own weight matrix, so that a position may count across the object but not along it. Where the weights are
+    near zero the result is the smoothest connection of the points on either side.
 
     Parameters
     ----------
     values
-        (P, D), the points v.
+        (P, D), the P points.
     weights
-        (P, D, D), the matrices W, symmetric and positive semidefinite.
+        (P, D, D), weight matrix of each point, symmetric and positive semidefinite.
     strength
-        weight of smoothness, in the unit of the weights; 0 leaves the values as they are.
+        weight of smoothness, in the unit of the weights; 0 leaves the points as they are.
     order
         order of the differences that are kept small: 2 favors straight lines.
 
     Returns
     -------
-    (P, D); the given values if there are no more than `order` points.
+    (P, D), the smoothed points; the given ones if there are no more than `order`.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : the weights are too few to determine the result, such as all zero.
+
+    Notes
+    -----
+    With the values v and the weights W, the result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of
+    x|^2.
     """
     count, dim = values.shape
     if count <= order or strength <= 0:
@@ -137,6 +169,9 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 
 
 def perpendicular(direction: Floats) -> Floats:
-    """Return some unit vector (D,) perpendicular to a unit vector (D,), always the same one for the same input."""
+    """Return some unit vector perpendicular to a given one, always the same one for the same input.
+
+    direction : (D,) unit vector, D = 2 or 3. Returns (D,).
+    """
     axis = np.eye(len(direction))[np.argmin(np.abs(direction))]
     return unit(axis - direction * (axis @ direction))

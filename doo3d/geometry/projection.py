@@ -17,11 +17,13 @@ class Projection:
     Attributes
     ----------
     project
-        (N, D) points -> (N, 2) positions in the view; NaN for points behind a camera.
+        takes N points (N, D), returns their positions in the view (N, 2); NaN for points behind a camera.
     distance
-        (N, D) points -> (N,) distance along the viewing direction. Of two points at one position the nearer hides the other.
+        takes N points (N, D), returns their distances along the viewing direction (N,). Of two points at one position in the
+        view the nearer hides the other.
     scale
-        (...) distances -> (...) length in the view of one unit of length at that distance; NaN behind a camera.
+        takes distances of any shape, returns in the same shape how long one unit of length at that distance is in the view (such
+        as px per m); NaN behind a camera.
     """
 
     project: Callable[[Floats], Floats]
@@ -30,19 +32,27 @@ class Projection:
 
     @staticmethod
     def planar() -> Projection:
-        """Return the projection of 2-D points: their positions unchanged, distance 0, scale 1."""
+        """Return the projection for 2-D points, which already are positions in the view.
+
+        `project` returns the points unchanged, `distance` 0 for every point, and `scale` 1 for every distance.
+        """
         return Projection(
             lambda points: np.asarray(points[:, :2], dtype=float), lambda points: np.zeros(len(points)), np.ones_like
         )
 
     @staticmethod
     def of_camera(camera: Camera) -> Projection:
-        """Return the pinhole projection of points in the camera's optical frame (m) to pixels; the distance is z in m."""
+        """Return the pinhole projection of points in the camera's optical frame, in m, to pixels (u, v).
+
+        Distances are z in m, and the scale is in px per m.
+        """
         return Projection(camera.project, lambda points: np.asarray(points[:, 2]), _pinhole_scale(camera))
 
     @staticmethod
     def perspective(viewpoint: Floats, axes: Floats, camera: Camera) -> Projection:
-        """Return the pinhole projection of points (m) as a camera at a viewpoint would see them.
+        """Return the pinhole projection of points in m to the pixels of a camera at a viewpoint.
+
+        Distances are along the camera's forward axis in m, and the scale is in px per m.
 
         Parameters
         ----------
@@ -61,18 +71,19 @@ class Projection:
 
     @staticmethod
     def parallel(origin: Floats, axes: Floats, scale: float = 1.0, offset: Floats | float = 0.0) -> Projection:
-        """Return the parallel projection along the third of given axes.
+        """Return the parallel projection of 3-D points along the forward axis of a view.
 
-        A point's position in the view is `scale` times its coordinates along right and down, plus `offset`.
+        A point's position in the view is `scale` times its coordinates along right and down, relative to `origin`, plus `offset`.
 
         Parameters
         ----------
         origin
-            (3,) m, the point at `offset` in the view and at distance 0.
+            (3,) m, the point that is shown at `offset` and has the distance 0.
         axes
-            (3, 3), rows are the unit axes of the view in the frame of the points: right, down, forward. Distance grows forward.
+            (3, 3), rows are the unit axes of the view in the frame of the points: right, down, forward. Distances grow forward,
+            in m.
         scale
-            length in the view of one unit of length.
+            length in the view of one unit of length, such as px per m.
         offset
             (2,) position of the origin in the view.
         """
@@ -89,10 +100,11 @@ def _pinhole_scale(camera: Camera) -> Callable[[Floats], Floats]:
 
 
 def axes_along(direction: Floats) -> Floats:
-    """Return the axes of a view along a direction (3,): (3, 3), rows right, down, forward.
+    """Return the axes of a view along a direction: three right-handed unit vectors.
 
-    They are unit vectors and right-handed. The third row is the direction, or z if its length is 0. The turn about the
-    direction is arbitrary but always the same.
+    direction : (3,), the viewing direction, of any length. Returns (3, 3), rows right, down, forward.
+
+    The forward axis is the direction, or z if its length is 0. The turn about the direction is arbitrary but always the same.
     """
     size = float(np.linalg.norm(direction))
     forward = direction / size if size > 0 else np.array((0.0, 0.0, 1.0))
@@ -102,10 +114,12 @@ def axes_along(direction: Floats) -> Floats:
 
 
 def upright_axes_along(direction: Floats) -> Floats:
-    """Return the axes of an upright view along a direction (3,): (3, 3), rows right, down, forward.
+    """Return the axes of an upright view along a direction: three right-handed unit vectors.
 
-    They are unit vectors and right-handed. The coordinates of the direction have y pointing down, as in a camera's optical
-    frame. The row "down" is as near to y as possible; for a direction along y it is -z.
+    direction : (3,), the viewing direction, of any length over 0, in a frame whose y axis points down, such as a camera's
+    optical frame. Returns (3, 3), rows right, down, forward.
+
+    The forward axis is the direction, and the down axis is as near to y as possible; for a direction along y it is -z.
     """
     forward = direction / max(float(np.linalg.norm(direction)), 1e-9)
     down = np.array((0.0, 1.0, 0.0)) - forward[1] * forward
@@ -119,15 +133,19 @@ def upright_axes_along(direction: Floats) -> Floats:
 
 
 def spread_axes(centered: Floats) -> Floats:
-    """Return the axes of the view that shows points most spread out: (3, 3), rows right, down, forward.
+    """Return the axes of the view in which points are most spread out: three right-handed unit vectors.
 
-    They are the principal axes of the points, unit vectors and right-handed. The points spread most along "right" and least
-    along "forward". The largest component of "right", and that of "down", is positive.
+    They are the principal axes of the points, which spread most along "right" and least along "forward". The largest component of
+    "right", and that of "down", is positive.
 
     Parameters
     ----------
     centered
-        (N, 3) points less their mean.
+        (N, 3), N points less their mean.
+
+    Returns
+    -------
+    (3, 3), rows right, down, forward.
     """
     _, axes = np.linalg.eigh(centered.T @ centered)
     axes = axes.T[::-1].copy()

@@ -21,14 +21,17 @@ KEY_LIMIT = 2**62
 class Cells:
     """The M occupied cells of a sparse grid, and the cell of each of N points.
 
+    The grid is a box of cells, as `voxelize_points` lays it around the points; only the cells that hold points are stored. The
+    key of a cell is its row-major index in the box (np.ravel_multi_index).
+
     Attributes
     ----------
     keys
-        (M,) int64 ascending, row-major index of each occupied cell in the box.
+        (M,) int64 ascending, key of each occupied cell.
     shape
         (D,) number of cells of the box along each axis.
     cell
-        (N,) int, index of each point's cell in `keys`.
+        (N,) int, index in `keys` of the cell that each point lies in.
     """
 
     keys: Ints
@@ -37,31 +40,37 @@ class Cells:
 
     @property
     def coords(self) -> Ints:
-        """The index of each occupied cell along each axis of the box: (M, D) int64, in lexicographic order."""
+        """The index of each occupied cell along each axis of the box: (M, D) int64, in lexicographic order, as `keys` are."""
         return unpack_keys(self.keys, self.shape)
 
     def sums(self, values: Floats) -> Floats:
-        """Return the sum over the points in each cell of their values: (N, C) for the points -> (M, C) for the cells."""
+        """Return the sums of the points' values in each cell.
+
+        values : (N, C), C values for each point, in the order of the points. Returns (M, C), one row per cell, in the order of
+        `keys`.
+        """
         return np.column_stack([np.bincount(self.cell, weights=column, minlength=len(self.keys)) for column in values.T])
 
 
 def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) -> Cells | float:
     """Sort points into the cells of a sparse grid.
 
+    The grid is a box of cells from `origin` to `margin` cells beyond the last point along each axis.
+
     Parameters
     ----------
     points
-        (N, D), in any unit.
+        (N, D), N >= 1 points, in any unit.
     origin
-        (D,), lower corner of the box in that unit; no point is below it.
+        (D,), lower corner of the box, in the unit of the points; no point is below it along any axis.
     size
-        edge of a cell, in that unit.
+        edge of a cell, in the unit of the points.
     margin
-        number of empty cells kept beyond the last point along each axis.
+        number of empty cells beyond the last point along each axis.
 
     Returns
     -------
-    The occupied cells; or, if the box has too many cells for 64-bit keys, their number as a float.
+    The occupied cells; or, if the box has too many cells for 64-bit keys, the number of its cells as a float.
     """
     coords = np.floor((points - origin) / size)
     shape = coords.max(axis=0) + margin + 1
@@ -75,36 +84,46 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
 
 
 def unpack_keys(keys: Ints, shape: tuple[int, ...]) -> Ints:
-    """Return the index along each axis, (M, D) int64, of cells in a box of a given shape.
+    """Return the index along each axis of cells given by their keys.
 
     Parameters
     ----------
     keys
-        (M,) int64, row-major index of each cell.
+        (M,) int64, row-major index of each of M cells in a box.
     shape
         (D,) number of cells of the box along each axis.
+
+    Returns
+    -------
+    (M, D) int64, in the order of the keys.
     """
     return np.column_stack(np.unravel_index(keys, shape)).astype(np.int64)
 
 
 def sorted_unique(keys: Ints) -> Ints:
-    """Return the distinct keys (M,) in ascending order.
+    """Return the distinct values of an integer array in ascending order.
 
-    It is np.unique by sorting: np.unique hashes integers, which is slower for keys that are nearly sorted.
+    keys : (M,), in any order. Returns (K,), K <= M.
+
+    The same as np.unique, but faster for keys that are nearly sorted, since it sorts while np.unique hashes.
     """
     keys = np.sort(keys)
     return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys
 
 
 def contains(keys: Ints, wanted: Ints) -> Bools:
-    """Tell which of the wanted keys (Q,) are among the given keys: (Q,) bool.
+    """Tell which of the wanted keys are among the given keys.
 
     Parameters
     ----------
     keys
-        (M,) ascending, at least one.
+        (M,) ascending, M >= 1.
     wanted
         (Q,) in any order.
+
+    Returns
+    -------
+    (Q,) bool, True for a wanted key that is in `keys`.
     """
     at = np.searchsorted(keys, wanted)
     at[at == len(keys)] = 0
@@ -112,9 +131,10 @@ def contains(keys: Ints, wanted: Ints) -> Bools:
 
 
 def cloud_spacing(points: Floats) -> float:
-    """Return the typical distance between neighboring points (N, 3) of a surface, in m, at least 1e-6.
+    """Return the typical distance between neighboring points of a surface in m, at least 1e-6.
 
-    It follows from the radius of the disc that holds a point's eight nearest neighbors. A single point gives 1 mm.
+    points : (N, 3) m, N >= 1. The distance follows from the radius of the disc that holds a point's eight nearest neighbors. A
+    single point gives 1 mm.
     """
     sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
     nearest = min(8, len(sample) - 1)

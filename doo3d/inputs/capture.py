@@ -91,12 +91,12 @@ class Capture(Protocol):
 
 
 class CaptureFormat(Protocol):
-    """The interface of a class that reads one format; calling it with a path and options opens a capture.
+    """The interface of a class that reads one capture format; calling it with a path and options returns an opened Capture.
 
     Attributes
     ----------
     what
-        the format in half a sentence, for the error that lists the known formats.
+        short description of the format, such as "a recording of the app Record3D (.r3d)", for the error that lists the formats.
     """
 
     what: ClassVar[str]

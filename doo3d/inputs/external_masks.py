@@ -17,9 +17,10 @@ from .support.listing import images_in, match_images
 class MaskedCapture:
     """A capture whose frames have masks from separate files instead of the capture's own.
 
-    `masks` is one image, for a capture of one frame, or a folder of images. The images of a folder belong to the frames of the
-    same name; if no name agrees and there are as many images as frames, they are matched by order. Pixels above zero are the
-    object. Loading a frame without a mask file raises InputError.
+    `masks` is one image, for a capture of one frame, or a folder of images. An image in the folder belongs to the frame whose
+    name is the image's file name without the suffix; if no name agrees and there are as many images as frames, the first image
+    belongs to the first frame and so on. Pixels above zero are the object. Loading a frame that has no mask file raises
+    InputError.
 
     Raises
     ------

@@ -26,11 +26,11 @@ class FramePosition:
     Attributes
     ----------
     value
-        a frame number, or a time in s if `in_seconds`. Not negative.
+        a frame number, or a time in s if `in_seconds` is true. Never negative.
     in_seconds
-        whether `value` is a time: s after the first frame, or before the last frame if `from_end`.
+        whether `value` is a time: seconds after the first frame, or before the last frame if `from_end` is true.
     from_end
-        whether `value` counts back from the end: frame number 1 is then the last frame. Else frame number 0 is the first.
+        whether `value` counts back from the end. Frame number 1 is then the last frame; otherwise frame number 0 is the first.
     """
 
     value: float
@@ -61,7 +61,7 @@ class FramePosition:
 
 @dataclass(frozen=True)
 class Selection:
-    """Which frames of a capture to use: those that meet all of these conditions.
+    """Conditions that choose frames of a capture; a frame is used if it meets all of them.
 
     A position is written as a frame number (`0` the first frame, `-1` the last) or as a time since the first frame (`12.5s`;
     `-2s` is 2 s before the last frame).
@@ -69,11 +69,16 @@ class Selection:
     Attributes
     ----------
     every
-        of the frames that meet the other conditions, keep the first and every Nth after it.
+        of the frames that meet the other conditions, numbers 0, every, 2 * every, ... are used; 1 uses all.
     start, end
-        positions of the first and of the last frame, both included; None for no limit.
+        positions of the first and of the last frame to use, both included; None for no limit.
     frames
-        positions and spans of positions, such as `3,7,10-20` or `2s-4.5s`, both ends of a span included; None for all frames.
+        positions and spans of positions to use, such as `3,7,10-20` or `2s-4.5s`, both ends of a span included; None for all
+        frames.
+
+    Raises
+    ------
+    InputError : `every` is below 1. Malformed positions are found when the selection is applied to a capture.
     """
 
     every: int = 1
@@ -97,8 +102,10 @@ class SelectedCapture:
 
     Attributes
     ----------
-    path, format, masks
-        of the whole capture; `masks` is the path of external masks, or None.
+    path, format
+        path and format of the whole capture.
+    masks
+        path of the mask files that the user gave for the capture; None if there are none.
     selection
         the selection as on the command line, such as "--start 2s --every 5".
     whole
@@ -132,7 +139,7 @@ class SelectedCapture:
 
 
 def select_frames(capture: Capture, selection: Selection) -> Capture:
-    """Return the capture reduced to the selected frames, or `capture` itself if the selection has no condition.
+    """Return a capture with the selected frames alone, or `capture` itself if `selection` has only its defaults.
 
     Raises
     ------
@@ -151,12 +158,15 @@ class _FrameIndex:
         self._seconds = stamps - stamps.min() if self._has_times else stamps
 
     def describe(self) -> str:
-        """Return the range of numbers and times as half a sentence."""
+        """Return the range of frame numbers and times for an error message, such as "it has the frames 0 to 99, 0s to 3.3s"."""
         time = f", 0s to {self._seconds.max():.6g}s" if self._has_times else ""
         return f"it has the frames 0 to {self.count - 1}{time}" if self.count else "it has no frames at all"
 
     def span(self, first: FramePosition | None, last: FramePosition | None, option: str) -> Bools:
-        """Return (count,) bool: the frames from one position to another, both included; None leaves an end open."""
+        """Return (count,) bool, true for each frame from `first` to `last`, both included; None leaves that end open.
+
+        `option` is the command-line option that the positions were given with, named in errors.
+        """
         inside = np.ones(self.count, dtype=bool)
         if first is not None:
             positions, value = self._on_axis(first, option)
@@ -167,7 +177,14 @@ class _FrameIndex:
         return inside
 
     def listed(self, text: str) -> Bools:
-        """Return (count,) bool: the frames of a list such as `3,7,10-20`; a single time selects the frame nearest to it."""
+        """Return (count,) bool, true for each frame of a list such as `3,7,10-20`.
+
+        A single time, such as `2.5s`, selects the frame nearest to it.
+
+        Raises
+        ------
+        InputError : the list is malformed, a single position is outside the capture, or frames have no times.
+        """
         selected = np.zeros(self.count, dtype=bool)
         for part in text.split(","):
             match = _SPAN.fullmatch(part.strip())

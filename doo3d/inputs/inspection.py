@@ -30,7 +30,7 @@ class FrameSummary:
     index, name, timestamp
         the frame's number in the whole capture from 0, its name, its time in s or None.
     error
-        why the frame cannot be read, and then all fields below keep their defaults; None if it can be read.
+        the reason why the frame cannot be read, in which case all fields below keep their defaults; None if it can be read.
     kind
         "depth", "cloud" or "image".
     size
@@ -38,7 +38,7 @@ class FrameSummary:
     camera
         the pinhole camera of a depth frame.
     color, mask, pose, viewpoint
-        whether the frame has one.
+        whether the frame has color, a mask, a camera pose, a sensor position (of a cloud).
     depth
         1st, 50th and 99th percentile of the measured depth, m; None if no pixel has depth.
     missing
@@ -97,7 +97,7 @@ class CaptureSummary:
     Attributes
     ----------
     path, format
-        of the capture; `format` is a key of `doo3d.inputs.FORMATS`.
+        path and format of the capture; `format` is a key of `doo3d.inputs.FORMATS`.
     frames
         number of selected frames.
     total
@@ -131,25 +131,26 @@ class CaptureSummary:
 
     @property
     def depth(self) -> tuple[float, float, float] | None:
-        """Range of the depth over the checked frames, (near, median, far) m; None without depth.
+        """Range of the depth over the checked frames: (near, median, far) in m; None if no frame has depth.
 
-        These are the least 1st percentile, the median of the medians, and the greatest 99th percentile.
+        Over all frames, `near` is the least 1st percentile of a frame, `median` the median of the frames' medians, and `far` the
+        greatest 99th percentile of a frame.
         """
         depths = np.array([frame.depth for frame in self.readable if frame.depth is not None])
         return (float(depths[:, 0].min()), float(np.median(depths[:, 1])), float(depths[:, 2].max())) if len(depths) else None
 
     @property
     def missing(self) -> float | None:
-        """Share of pixels without depth, 0 to 1, averaged over the checked depth frames; None if there are none."""
+        """Share of pixels without depth, 0 to 1, averaged over the checked depth frames; None if no checked frame has depth."""
         shares = [frame.missing for frame in self.readable if frame.missing is not None]
         return float(np.mean(shares)) if shares else None
 
     @property
     def warnings(self) -> list[str]:
-        """What looks wrong, one sentence each; empty if nothing does.
+        """Warnings about the capture, one sentence each; empty if nothing looks wrong.
 
-        Covered are implausible depth units, intrinsics and cloud sizes, frames of different sizes, long gaps in time, and frames
-        that cannot be read.
+        There are warnings for implausible depth units, intrinsics and cloud sizes, frames of different sizes, long gaps in time,
+        and frames that cannot be read.
         """
         checks = (_depth_warnings, _camera_warnings, _cloud_warnings, _frame_warnings)
         return [warning for check in checks for warning in check(self)]

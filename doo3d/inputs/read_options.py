@@ -14,7 +14,8 @@ from ..errors import InputError, invalid_code
 class ReadOptions(BaseModel):
     """Values for reading a capture that lacks them or has them wrong.
 
-    A value given here replaces the capture's. None keeps the capture's value, or the default of its format.
+    A value given here is used instead of the capture's. None keeps the capture's value or, if it has none, the default of its
+    format.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

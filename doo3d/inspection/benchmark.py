@@ -39,11 +39,12 @@ class Timing:
     runs
         number of timed runs.
     stages
-        stage -> (median, 95th percentile) over the runs, ms, in order; the last, "total", is the whole detection.
+        name of the stage -> (median, 95th percentile) over the runs, ms, in order; the last, "total", is the whole detection.
     peak_mb
-        peak memory of the process so far, MB; None if the system does not report it.
+        peak memory of the process so far, MB (2^20 bytes); None if the system does not report it.
     yardstick
-        ms that one pass over a frame takes on this machine, as `measure_yardstick` returns it.
+        ms that a fixed piece of image processing takes on this machine, as `measure_yardstick` returns it; times divided by it
+        compare between machines.
     """
 
     name: str
@@ -55,7 +56,10 @@ class Timing:
     yardstick: float = float("nan")
 
     def lines(self) -> list[str]:
-        """Return the lines that `doo3d bench` prints for this frame: a heading, a line per stage, the total, the peak memory."""
+        """Return the lines that `doo3d bench` prints for this frame: heading, a line per stage, total, yardstick, peak memory.
+
+        The columns of a stage are its median and 95th percentile in ms, and its median in multiples of the yardstick.
+        """
         width = max(map(len, self.stages))
         table = [
             f"{stage:<{width}}{median:>10.1f}{percentile:>10.1f}{median / self.yardstick:>12.1f}"
@@ -69,9 +73,11 @@ class Timing:
 
 
 def measure_yardstick(runs: int = YARDSTICK_RUNS) -> float:
-    """Return the median time, ms, of converting a random 1280x720 RGB image to HSV and testing a range, in one thread.
+    """Return the yardstick in ms: the time of converting a 1280x720 RGB image to HSV and testing a range, in one thread.
 
-    It is what one pass over a frame takes, so that times as multiples of it compare between machines.
+    It is about what one pass over a frame takes on this machine, so that times divided by it compare between machines.
+
+    runs : number of measurements, of which the median is returned.
     """
     import cv2
     import numpy as np
@@ -94,13 +100,17 @@ def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing
     Parameters
     ----------
     name
-        name of the frame.
+        name of the frame, for the table.
     frame
         data and mask of the frame.
     config
         configuration of the detection.
     runs
-        number of timed runs.
+        number of timed runs, 1 or more.
+
+    Returns
+    -------
+    Median and 95th percentile of each stage's time in ms, with the peak memory and the yardstick.
 
     Raises
     ------

@@ -27,16 +27,19 @@ MAX_LISTED_PATHS = 12
 class Choice:
     """Two chain ends that were or could have been connected, and the cost of connecting them.
 
+    Costs are in cost units, which the weights in section `merge` of the settings define: by default 1 per mm of distance (1 per
+    px in 2-D) between the ends, and more for angles and for free space on the path between them.
+
     Attributes
     ----------
     ends
-        names of the two ends, such as ("0 end", "3 start"): number of the chain after pruning, and which of its ends.
+        names of the two ends, such as ("0 end", "3 start"): index of the chain after pruning, and which of its ends.
     points
         (2, D) m (px in 2-D), positions of the two ends.
     cost
-        sum of `terms`; comparable with the setting `merge.max_cost`.
+        sum of `terms`; connections above `merge.max_cost` are not made, unless `merge.chains` forces them.
     terms
-        name -> cost, such as "distance", "direction", "curvature", "free space", "unknown".
+        name of the term -> cost, such as "distance", "direction", "curvature", "free space", "unknown".
     """
 
     ends: tuple[str, str]
@@ -46,14 +49,18 @@ class Choice:
 
     @staticmethod
     def of(candidate: Candidate) -> Choice:
-        """Return the Choice for two ends that the merge stage considered, with the costs of their gap path last."""
+        """Return the Choice for two ends that the merge stage considered.
+
+        candidate : the merge stage's record of the two ends. The terms "free space" and "unknown", the costs of the path across
+        the gap, come last in `terms`.
+        """
         free_space, unknown = candidate.gap_cost
         terms = {**candidate.terms, "free space": free_space, "unknown": unknown}
         first, second = candidate.ends
         return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return {"ends", "points", "cost", "terms"} as plain values for JSON."""
+        """Return {"ends", "points", "cost", "terms"} (the attributes) as plain values for JSON."""
         return {"ends": list(self.ends), "points": self.points.tolist(), "cost": self.cost, "terms": self.terms}
 
 
@@ -66,11 +73,11 @@ class Merge:
     chosen
         the two ends that were connected.
     runner_up
-        the cheapest alternative for either of these ends; None if no other connection was allowed.
+        the cheapest alternative: another connection of one of these two ends; None if no other connection was allowed.
     confidence
-        0 to 1, from the difference of the two costs; 0 if the alternative costs no more than the connection.
+        0 to 1, from how much the total cost of all connections would rise without this one; 0 if it would not rise.
     kept
-        whether the connection is in a chain of the result, and not in a chain that was dropped.
+        True if the connection is in a chain of the result, False if that chain was dropped.
     """
 
     chosen: Choice
@@ -80,14 +87,17 @@ class Merge:
 
     @staticmethod
     def of(decision: MergeDecision) -> Merge:
-        """Return the Merge for the merge stage's record of one connection."""
+        """Return the Merge for one connection that the merge stage made.
+
+        decision : the merge stage's record of the connection.
+        """
         runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
         return Merge(Choice.of(decision.chosen), runner_up, decision.confidence, decision.kept)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return {"chosen", "runner_up", "confidence", "kept"} as plain values for JSON.
+        """Return {"chosen", "runner_up", "confidence", "kept"} (the attributes) as plain values for JSON.
 
-        "runner_up" is None without an alternative.
+        "runner_up" is None if there is no alternative.
         """
         runner_up = self.runner_up.to_dict() if self.runner_up else None
         return {"chosen": self.chosen.to_dict(), "runner_up": runner_up, "confidence": self.confidence, "kept": self.kept}
@@ -102,9 +112,9 @@ class Account:
     stage
         name of the stage, such as "traverse".
     made
-        what it made, such as "2 paths: 812.3 mm, 401.0 mm".
+        what the stage made, such as "2 paths: 812.3 mm, 401.0 mm".
     dropped
-        what it dropped and why, a sentence each.
+        what the stage dropped and why, a phrase each; empty if it dropped nothing.
     """
 
     stage: str
@@ -112,7 +122,7 @@ class Account:
     dropped: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return {"stage", "made", "dropped"} as plain values for JSON."""
+        """Return {"stage", "made", "dropped"} (the attributes) as plain values for JSON."""
         return {"stage": self.stage, "made": self.made, "dropped": list(self.dropped)}
 
 
@@ -127,7 +137,7 @@ class Explanation:
     merges
         the connections that merging made, the cheapest first.
     pruned
-        (S, 2, D) m (px in 2-D), first and last joint of each segment that pruning removed.
+        (S, 2, D) m (px in 2-D), first and last joint of each of the S segments that pruning removed.
     """
 
     accounts: tuple[Account, ...]
@@ -137,7 +147,7 @@ class Explanation:
     def to_dict(self) -> dict[str, Any]:
         """Return the explanation as plain values for JSON.
 
-        Keys are "schema" ("doo3d/explanation/1"), "stages" (the accounts), "merges" and "pruned".
+        Keys are "schema" ("doo3d/explanation/1"), "stages" (the accounts), "merges" and "pruned" (lists of joints).
         """
         return {
             "schema": SCHEMA,
@@ -148,17 +158,22 @@ class Explanation:
 
 
 def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Explanation:
-    """Detect in one frame, and return what each stage made and dropped, and what each connection cost.
+    """Detect in one frame, and return what each stage made and dropped, and what each connection of two chain ends cost.
 
     Parameters
     ----------
     data
-        a Frame, a Cloud, an Image, or an (H, W, 3) uint8 RGB array, as for `detect`.
+        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
     config
         configuration of the detection; None for the preset "default".
     mask
-        the caller's own segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud of N
-        points. None segments as the config says.
+        the caller's own segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud made of N
+        points, counting those with NaN. None segments as the config says.
+
+    Returns
+    -------
+    An account of each stage in words; for each two chain ends that were joined, the cost of the join and that of the best
+    alternative; and the segments that pruning removed.
 
     Raises
     ------
@@ -171,7 +186,7 @@ def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, m
 def explain_stages(stages: Stages, config: Config) -> Explanation:
     """Return the explanation of a frame whose stages have run already; no stage runs again.
 
-    stages : the products of all stages. config : the configuration that they were run with.
+    stages : the products of all stages. config : the configuration that the stages were run with.
     """
     in_words = _Lengths.of(stages)
     accounts = (

@@ -34,9 +34,9 @@ class RerunRecording:
     Parameters
     ----------
     results
-        the results of the run.
+        the results of the run, as `open_results` returns them.
     save
-        file of the recording (.rrd); None opens the viewer.
+        path of the recording to write (.rrd); None opens the viewer.
 
     Attributes
     ----------
@@ -66,9 +66,16 @@ class RerunRecording:
         self.recording.log("world", self.rr.ViewCoordinates.RDF, static=True)
 
     def log_frame(self, name: str, stages: bool = True) -> None:
-        """Add one frame to the recording, on its timelines: image, cloud, chains and merge costs.
+        """Add one frame to the recording: image, cloud, chains and merge costs.
 
-        name : name of the frame. stages : whether to run the stages again and add the product of each.
+        It is added at its number in the run and, if it has one, at its timestamp.
+
+        Parameters
+        ----------
+        name
+            name of the frame, one of `results.frames`.
+        stages
+            True runs the stages again and adds the product of each.
 
         Raises
         ------
@@ -192,9 +199,15 @@ def _points(data: Frame | Cloud | Image) -> tuple[Floats, Array | None]:
 
 
 def select_frames(results: Results, wanted: Sequence[str] | None) -> list[str]:
-    """Return the names of the frames of a run that were asked for, in that order; all frames if `wanted` is empty or None.
+    """Return the names of the frames of a run that were asked for, in the order asked.
 
-    A frame is wanted by its name or by its number among the successful frames, from 0, or, if negative, from the end.
+    Parameters
+    ----------
+    results
+        the results of the run.
+    wanted
+        names of frames, or their numbers among the successful frames as text: "0" is the first, "-1" the last. Empty or None
+        selects all successful frames.
 
     Raises
     ------

@@ -22,8 +22,12 @@ GRAY = (150, 155, 165)
 def products(stages: Stages, explanation: Explanation) -> list[Product]:
     """Return the product of each stage as colored points and edges, in the order of the stages.
 
-    They are "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are red),
-    "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains".
+    They are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are
+    red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains". Points are in m
+    (px in 2-D).
+
+    stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
+    numbered.
     """
     foreground = stages.context.foreground
     return [
@@ -39,9 +43,10 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
 
 
 def merge_table(explanation: Explanation) -> str:
-    """Return the connections as a Markdown table, the cheapest first.
+    """Return the connections of an explanation as a Markdown table, the cheapest first.
 
-    Columns: number, ends, cost, terms of the cost, the cheapest alternative and its cost, confidence.
+    Columns: number, ends, cost, terms of the cost, the cheapest alternative and its cost, confidence. `Choice` says what the
+    unit of costs is.
     """
     rows = ["| # | ends | cost | terms | next best | confidence |", "|---|---|---|---|---|---|"]
     for i, merge in enumerate(explanation.merges):

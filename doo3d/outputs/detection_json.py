@@ -23,7 +23,7 @@ def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
     detection
         the chains and crossings to write.
     data
-        the input of the detection; not used. The functions that encode a frame's files all take the same arguments.
+        not used; it is there because all functions that encode a file of a frame take the same two arguments.
     """
     return dumps(detection.to_dict()).encode("utf-8")
 
@@ -38,16 +38,16 @@ def dumps(value: Any) -> str:
 
 
 def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:
-    """Return the object in a JSON file as a dict, after checking its "schema".
+    """Return the object at the top level of a JSON file as a dict, after checking its key "schema".
 
     Parameters
     ----------
     path
         the file.
     schemas
-        the values of "schema" that are accepted, the current one first.
+        the accepted values of the key "schema", the current one first.
     what
-        the kind of file in words with an article, such as "a detection", for error messages.
+        the kind of file for error messages, with an article, such as "a detection".
 
     Raises
     ------

@@ -23,17 +23,17 @@ class FrameStatus:
     Attributes
     ----------
     name
-        of the frame.
+        name of the frame.
     error
         the reason why the frame failed; None if it succeeded.
     timestamp
-        s; None if the capture has none.
+        time of the frame, s; None if the capture has no times.
     seconds
-        time that the whole frame took, s; None if unknown.
+        time that the processing of the frame took, s; None if unknown.
     stages
-        stage -> time that it took, s; empty if unknown.
+        name of a processing stage -> time that it took, s; empty if unknown.
     picture
-        path of the frame's picture with the chains drawn; the file may be missing, as it is for a failed frame.
+        path of the frame's picture with the chains drawn. A failed frame has no such file.
     """
 
     name: str

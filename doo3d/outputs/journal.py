@@ -66,6 +66,6 @@ class Journal:
         self._size += len(line)
 
     def remove(self) -> None:
-        """Delete the journal's file, if there is one; the next `add` starts a new one."""
+        """Delete the journal's file, if it exists; the next `add` creates a new file."""
         self.path.unlink(missing_ok=True)
         self._size = 0

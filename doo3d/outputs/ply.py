@@ -13,11 +13,11 @@ def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
     Parameters
     ----------
     points
-        (N, 2 or 3), written as float64 in the unit given; 2-D points get z = 0.
+        (N, 3), N points, or (N, 2), which get z = 0; written as float64 without change of unit.
     colors
-        (N, 3) uint8 RGB, of the points.
+        (N, 3) uint8, RGB color of each point.
     edges
-        (E, 2) indices of the two points that each edge joins; (0, 2) for none.
+        (E, 2) int, for each of E edges the indices of the two points that it joins; (0, 2) for none.
     """
     vertices = np.zeros(
         len(points), dtype=[*((name, "<f8") for name in "xyz"), *((name, "u1") for name in ("red", "green", "blue"))]

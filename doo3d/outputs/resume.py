@@ -10,19 +10,19 @@ from . import SUFFIXES
 
 
 def finished_frames(folder: Path, lines: Sequence[dict[str, Any]], names: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the finished frames at the start of a run: name -> line of the journal.
+    """Return the frames that an interrupted run has finished, as a dict frame name -> line of the journal.
 
-    A frame is finished when the journal has its line and, unless the frame failed, all its files exist. The first frame that is
-    not finished ends the list: results are written in order.
+    A frame is finished if the journal has a line for it and, unless the frame failed, all its files exist. The result ends before
+    the first of `names` that is not finished, since results are written in order.
 
     Parameters
     ----------
     folder
-        of the run.
+        folder of the run's results.
     lines
-        of the journal, one dict per frame with `name` and `status`.
+        lines of the run's journal, one dict per frame with at least "name" and "status" ("ok" or "failed").
     names
-        of all frames, in order.
+        names of all frames of the run, in order.
     """
     by_name = {line.get("name"): line for line in lines}
     finished: dict[str, dict[str, Any]] = {}

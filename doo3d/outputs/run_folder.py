@@ -21,8 +21,8 @@ from .run_identity import find_conflict, frame_names, identity, read_manifest
 class ResultsFolder:
     """The folder that a run writes its results to, frame after frame; an interrupted run resumes from it.
 
-    It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (what was run and what came of it)
-    and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
+    It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (input, versions, and outcome of each
+    frame) and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
     journal, which is written after its files. All files but the journal are the same, byte for byte, for the same input and
     configuration. The folder is not created before the first result. Only one process may write to it.
 
@@ -31,29 +31,31 @@ class ResultsFolder:
     path
         the folder.
     source
-        description of the input for the manifest. If only its "files" or "frames" differ from those of the results in the
-        folder, the input has changed; any other difference means another input.
+        description of the input for the manifest, with at least "path", "files" and "frames". If only "files" or "frames" differ
+        from those of the results in the folder, the input has changed; any other difference means another input.
     config
         the configuration of the run.
     names
         names of all frames of the run, in order.
     restart
-        remove results of this input that are in the folder, instead of resuming or refusing.
+        whether to replace results of the same input in the folder. If false, results of the same input, configuration and
+        versions are resumed, and others raise InputError.
     force
-        write even if the folder has other content. Results of another run are removed, other files stay.
+        whether to write even if the folder has other content. Results of any other run are removed, other files stay.
 
     Attributes
     ----------
     path
         the folder.
     done
-        frame name -> its line in the journal, for the frames that are already finished: the first of `names`, up to the first
+        frame name -> line in the journal, for the frames that an earlier run has finished: all of `names` before the first one
         that is not finished.
 
     Raises
     ------
     InputError
-        the folder has other content or cannot be written to, or a frame's name is used twice or cannot be a file name.
+        the folder has other content or results that `restart` and `force` do not replace, lies in the input or cannot be
+        written to, or a frame's name is used twice or cannot be a file name.
     """
 
     def __init__(
@@ -97,16 +99,16 @@ class ResultsFolder:
     def add(self, name: str, line: dict[str, Any], files: dict[str, bytes] | None) -> None:
         """Write the files of one frame, then its line in the journal.
 
-        With `restart` or `force`, the results of an earlier run are removed only when the first frame of this run succeeds.
+        If `restart` or `force` replaces the results of an earlier run, those are removed only when a frame of this run succeeds.
 
         Parameters
         ----------
         name
-            of the frame.
+            name of the frame.
         line
-            what the journal records of the frame: a dict with at least "name" and "status".
+            the frame's line in the journal: a dict with at least "name" and "status".
         files
-            suffix -> content, such as ".json" -> bytes; None for a frame that failed.
+            suffix of a file -> content, such as {".json": b"...", ".png": b"..."}; None for a frame that failed.
 
         Raises
         ------
@@ -133,7 +135,7 @@ class ResultsFolder:
         Parameters
         ----------
         values
-            what the manifest holds beside the identity of the run: "counts", "figures" and "frames".
+            the entries "counts", "figures" and "frames" of the manifest. Input, configuration and versions are added.
 
         Raises
         ------
@@ -148,9 +150,10 @@ class ResultsFolder:
             raise self._unwritable(error) from None
 
     def abandon(self) -> None:
-        """Remove what a run without any result has written.
+        """Remove the files of a run in which every frame failed.
 
-        These are the manifest, the configuration, the journal, and the folders that the run created, if they are empty.
+        The manifest, the configuration and the journal are deleted, and the folders that the run created if they are then empty.
+        Does nothing if the run has written nothing.
         """
         if not self._started:
             return

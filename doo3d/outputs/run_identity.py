@@ -29,11 +29,11 @@ class Conflict:
     Attributes
     ----------
     reason
-        sentence for the error message.
+        the reason, for the error message.
     code
-        of the error, such as "out-other-input".
+        machine-readable code of the error, such as "out-other-input".
     can_restart
-        whether restarting the run may replace the results, because they are of the same input.
+        whether the option `restart` may replace the results in the folder, because they are of the same input.
     """
 
     reason: str
@@ -42,12 +42,12 @@ class Conflict:
 
 
 def identity(source: dict[str, Any], config: Config) -> dict[str, Any]:
-    """Return the part of a run's manifest that tells whether results in a folder belong to the same run.
+    """Return the entries of a run's manifest by which results in a folder are recognised as those of the same run.
 
     Parameters
     ----------
     source
-        description of the input: path, format, number of frames, a digest of the files.
+        description of the input: a dict with "path", "format", "frames" (their number) and "files" (a digest).
     config
         the configuration of the run.
 
@@ -60,7 +60,7 @@ def identity(source: dict[str, Any], config: Config) -> dict[str, Any]:
 
 
 def digest(config: Config) -> str:
-    """Return the SHA-256 of a configuration, all its values written as YAML, as 64 hexadecimal digits."""
+    """Return the SHA-256 of a configuration as 64 hexadecimal digits; equal values give equal digests."""
     return hashlib.sha256(config.to_yaml().encode()).hexdigest()
 
 
@@ -94,7 +94,7 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
     former
         content of the manifest in the folder; None if there is none.
     current
-        "schema", "versions", "input" and "config_digest" of the new run, as `identity(source, config)` returns them.
+        the result of `identity` for the new run.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None
@@ -127,12 +127,12 @@ def frame_names(manifest: dict[str, Any] | None, lines: Iterable[Any]) -> set[st
     manifest
         content of `manifest.json`; None if there is none.
     lines
-        objects of the journal.
+        lines of the journal, one dict per frame.
 
     Returns
     -------
     set of str
-        without names that cannot be names of files in the folder, such as "../a": the files of the frames are to be removed.
+        Names that are not plain file names, such as "../a", are left out, because the caller deletes files by these names.
     """
     frames = (manifest or {}).get("frames")
     entries = [*(frames if isinstance(frames, list) else []), *lines]

@@ -23,9 +23,9 @@ class Results:
     Attributes
     ----------
     path
-        folder of the run.
+        folder of the results.
     manifest
-        content of its `manifest.json`.
+        content of `manifest.json` in that folder.
     frames
         names of the frames that succeeded, in the order of the capture.
     """
@@ -35,7 +35,7 @@ class Results:
     frames: tuple[str, ...]
 
     def detections(self) -> Iterator[Detection]:
-        """Yield the detection of each frame that succeeded, in order; each is read from its file only when it is asked for.
+        """Yield the Detection of each frame in `frames`, in order, reading one file at a time.
 
         Raises
         ------
@@ -47,9 +47,9 @@ class Results:
 
 
 def open_results(path: str | Path) -> Results:
-    """Open the folder of a run that `doo3d detect` wrote.
+    """Open a folder of results that `doo3d detect` wrote.
 
-    Only the manifest is read, which lists the frames; the detections are read later, frame by frame.
+    Only the manifest is read; `Results.detections` reads the frames.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def open_results(path: str | Path) -> Results:
 def read_detection(path: str | Path) -> Detection:
     """Return the detection in the JSON file of one frame, of the schema doo3d/detection/2 or the earlier /1.
 
-    Values that are null in the file, such as an unknown radius, become NaN.
+    An unknown radius, null in the file, becomes NaN; an unknown timestamp or id becomes None.
 
     Raises
     ------

@@ -48,8 +48,8 @@ LOCAL_SETTINGS = {
 def local_workers(workers: int) -> Iterator[DaskExecutor]:
     """Start worker processes of one thread each on this machine, for the duration of a `with` block.
 
-    The `with` statement gets the executor that sends jobs to them. The operating system chooses every port, so that several
-    runs at once do not collide with each other or with other programs on dask's default ports.
+    Yields the DaskExecutor that sends jobs to these workers; `workers` is their number. The operating system chooses every port,
+    so that several runs at once do not collide with each other or with other programs on dask's default ports.
 
     Raises
     ------
@@ -72,11 +72,11 @@ def local_workers(workers: int) -> Iterator[DaskExecutor]:
 def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
     """Connect to the workers of a running dask scheduler, for the duration of a `with` block.
 
-    The `with` statement gets the executor that sends jobs to them. `scheduler` is an address such as tcp://host:8786.
+    Yields the DaskExecutor that sends jobs to these workers. `scheduler` is an address such as tcp://host:8786.
 
     Raises
     ------
-    InputError : no scheduler answers at the address, or it has no workers.
+    InputError : no scheduler answers at the address within 10 s, or it has no workers within 60 s.
     MissingDependency : dask.distributed is not installed.
     """
     distributed = require("dask.distributed", "cluster")
@@ -109,7 +109,8 @@ class DaskJob:
     future
         dask's own future of the job.
     worker
-        address of the preferred worker, None if any worker may do the job; once the job is done, of the worker that did it.
+        before the job is done, the address of the preferred worker, or None if any worker may do it; afterwards the address of
+        the worker that did it.
     """
 
     executor: DaskExecutor
@@ -145,6 +146,8 @@ class DaskExecutor:
         the dask.distributed Client that is connected to the scheduler.
     workers
         number of worker threads, which is the number of frames worked on at a time.
+    max_pending
+        largest number of frames that may be submitted but not yet written: 4 per worker.
     """
 
     client: Any
@@ -160,12 +163,12 @@ class DaskExecutor:
         Parameters
         ----------
         function
-            importable by the workers.
+            the function to call; the workers must be able to import it.
         *args
-            arguments after the cache; can be pickled.
+            the function's arguments after the cache; they must be picklable.
         affinity
-            a finished job. The new job prefers the same worker, which still holds the frame's data, and is done before jobs
-            without affinity, so that the data are released soon. None if any worker may do the job.
+            an earlier job that is finished. The new job prefers the worker that did it, which still holds the frame's data, and
+            is done before jobs without affinity, so that the data are released soon. None if any worker may do the new job.
 
         Returns
         -------
@@ -187,7 +190,7 @@ class DaskExecutor:
 
         Raises
         ------
-        WorkerLost : the worker died in the repetition too.
+        WorkerLost : the worker that repeated the job died too.
         InputError : no workers are left, or the scheduler cannot be reached any more.
         """
         killed = require("dask.distributed", "cluster").KilledWorker

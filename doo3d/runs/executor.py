@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 
 class WorkerLost(Exception):
-    """Error of a job whose worker died twice while doing it, such as from lack of memory.
+    """Raised for a job whose worker process died twice while doing it, for example from lack of memory.
 
     The message is a sentence for the user; `code` is "worker-lost".
     """
@@ -32,14 +32,14 @@ class Future(Protocol):
 
 
 class Executor(Protocol):
-    """Interface of what does the jobs of a run: this process, or worker processes.
+    """The interface of an executor: it does the jobs of a run, in this process or in worker processes.
 
     Attributes
     ----------
     workers
         number of frames worked on at a time.
     max_pending
-        largest number of frames that may be in progress (submitted, and not yet written); bounds the memory of a run.
+        largest number of frames that may be submitted but not yet written; it limits the memory of a run.
     """
 
     workers: int
@@ -51,11 +51,12 @@ class Executor(Protocol):
         Parameters
         ----------
         function
-            importable by other processes.
+            the function to call; other processes must be able to import it.
         *args
-            arguments after the cache; can be pickled.
+            the function's arguments after the cache; they must be picklable.
         affinity
-            a finished job. The new job prefers the process that did it, which still holds the frame's data. None for any process.
+            an earlier job that is finished. The new job prefers the process that did it, which still holds the frame's data. None
+            if any process may do the new job.
 
         Returns
         -------

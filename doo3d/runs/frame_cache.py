@@ -12,10 +12,11 @@ MAX_FRAMES = 8
 
 
 class FrameCache:
-    """The most recently read frames of one process, kept from detecting to rendering so that they are read from disk once.
+    """The data of the frames that one process read last, kept in memory between the two jobs of a frame.
 
-    A frame leaves the cache when it is taken, or when `max_frames` newer ones were added. The executor owns one cache per
-    process and passes it to every job as the first argument; the cache itself is never sent to another process.
+    The detecting job adds a frame's data and the rendering job takes it, so that a frame is read from disk once. A frame is
+    dropped once `max_frames` newer ones were added. The executor has one cache per process and passes it to every job as the
+    first argument; the cache is never sent to another process.
 
     Parameters
     ----------

@@ -18,10 +18,12 @@ ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "overlay": png.en
 
 
 def encode_frame(detection: Detection, data: Frame | Cloud | Image) -> dict[str, bytes]:
-    """Encode the JSON result and the picture of one detection.
+    """Return the content of the files of one frame, its JSON result and its picture; nothing is written to disk.
+
+    `data` is the input of the detection, which is the background of the picture.
 
     Returns
     -------
-    File name suffix -> content of the file, such as {".json": b"...", ".png": b"..."}. Nothing is written to disk.
+    File name suffix -> content of the file, such as {".json": b"...", ".png": b"..."}.
     """
     return {SUFFIXES[kind]: encode(detection, data) for kind, encode in ENCODERS.items()}

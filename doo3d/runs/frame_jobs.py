@@ -21,16 +21,16 @@ from .frame_record import OK, FrameRecord
 
 @dataclass(frozen=True)
 class DetectedFrame:
-    """The outcome of detecting in one frame, before its files are rendered.
+    """The outcome of detection in one frame, before the frame's files are made.
 
     Attributes
     ----------
     record
-        status, times, notes and error of the frame so far; lengths and radii follow with rendering.
+        status, times, notes and error of the frame; lengths, radii and the fraction occluded are still empty.
     detection
         the chains found; None if the frame failed.
     cache_key
-        key of the frame's data in the FrameCache of the process that detected; empty if the frame failed.
+        key of the frame's data in the FrameCache of the process that did the detection; empty if the frame failed.
     """
 
     record: FrameRecord
@@ -52,8 +52,8 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
 
     Returns
     -------
-    The detection and the frame's record. No exception is raised: on any error `detection` is None and the record has the
-    status "failed" and the error in a sentence.
+    The detection and the frame's record. No exception is raised: on any error, `detection` is None and the record has the status
+    "failed" and the error's message.
     """
     start = time.perf_counter()
     record = FrameRecord.failed(frame)
@@ -71,16 +71,16 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
 
 
 def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) -> tuple[FrameRecord, dict[str, bytes] | None]:
-    """Encode the files of a detected frame, and complete its record.
+    """Return the complete record of a detected frame and the content of its files; nothing is written to disk.
 
     Parameters
     ----------
     cache
         FrameCache of the process that does this job. If it does not hold the frame's data, they are read from disk again.
     frame
-        the frame.
+        reference to the frame.
     detected
-        a DetectedFrame with a detection; tracking may have changed the ids and directions of its chains since.
+        the result of `detect_frame`, with a detection; its chains may have been given ids or been reversed by tracking.
 
     Returns
     -------

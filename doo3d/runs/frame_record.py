@@ -21,26 +21,26 @@ class FrameRecord:
     source
         path of the file or folder that the frame was read from.
     timestamp
-        s; None if the capture has no times.
+        time of the frame, s; None if the capture has no times.
     status
         "ok" or "failed".
     seconds
-        s, time for reading, detecting and rendering.
+        time that reading, detecting and rendering took, s.
     lengths, radii
-        of the chains, longest first, m (px in 2-D).
+        length and radius of each chain, longest chain first, m (px in 2-D); a radius is NaN if unknown.
     occluded
-        fraction of all segments that are occluded, 0 to 1; None without chains.
+        fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     units
-        of the lengths: "m", or "px" in 2-D.
+        unit of the lengths and radii: "m", or "px" in 2-D.
     notes
         remarks of the detection, a sentence each.
     error
-        reason of the failure, a sentence; None if the status is "ok".
+        the reason why the frame failed; None if the status is "ok".
     code
         stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok", or if
         the journal is of an early version.
     stages
-        step -> s: "read", each stage of the method, "draw".
+        name of a step -> time that it took, s. The steps are "read", each stage of the detection, and "draw".
     """
 
     name: str
@@ -59,13 +59,14 @@ class FrameRecord:
 
     @staticmethod
     def failed(frame: FrameRef, error: str | None = None, code: str | None = None) -> FrameRecord:
-        """Return the record of a frame without a result: status "failed", with the error's sentence and code if given."""
+        """Return the record of a frame that failed, with the error's message and code if they are given."""
         return FrameRecord(frame.name, str(frame.source), frame.timestamp, FAILED, error=error, code=code)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the frame's entry in `manifest.json`, as plain values.
 
-        It has the number of chains instead of the notes, and no times, so that equal runs write equal manifests.
+        The entry has the number of chains, but neither the notes nor the times that the steps took, so that equal runs write
+        equal manifests.
         """
         return {
             "name": self.name,

@@ -53,7 +53,7 @@ class RunSummary:
         return len(self.records) - self.failed
 
     def counts(self) -> dict[str, int]:
-        """Return the run's totals: {"frames", "ok", "failed": numbers of frames; "chains": number of chains in all frames}."""
+        """Return a dict of four numbers: "frames", of these "ok" and "failed", and "chains" in all frames together."""
         chains = sum(len(record.lengths) for record in self.records)
         return {"frames": len(self.records), OK: self.succeeded, FAILED: self.failed, "chains": chains}
 
@@ -62,9 +62,12 @@ class RunSummary:
 
         Returns
         -------
-        A dictionary of "frames_by_chains" : number of chains, as text -> number of frames that have so many; "length" and
-        "radius" : medians over all chains, in "units"; "occluded" : mean over the frames of the fraction of occluded segments,
-        0 to 1; "units" : "m" or "px". Values without data (no chain, no frame) are None.
+        A dict with these keys; a value is None if there is no chain or frame to compute it from:
+
+        - "frames_by_chains" : dict, number of chains as text -> number of frames with so many chains.
+        - "length", "radius" : median length and median radius over all chains of all frames, in "units".
+        - "occluded" : mean over the frames with chains of the fraction of occluded segments, 0 to 1.
+        - "units" : "m" or "px".
         """
         succeeded = [record for record in self.records if record.status == OK]
         frames = Counter(len(record.lengths) for record in succeeded)
@@ -99,7 +102,7 @@ def run(
     Parameters
     ----------
     capture
-        from `open_capture`.
+        the capture, as returned by `open_capture`.
     out
         folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
         Frames that an earlier run with the same arguments finished there are not done again.
@@ -114,9 +117,9 @@ def run(
         address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
         must have the same path on their machines.
     restart
-        do all frames again, also those that an earlier run of this input finished.
+        do all frames again, and replace results of the same capture that are in `out`, also those with another configuration.
     force
-        write into `out` even if it holds other files.
+        write into `out` even if it holds other files, which stay, or results of another capture, which are removed.
     report
         called with each frame's record once its files are written.
     resumed
@@ -124,11 +127,11 @@ def run(
 
     Returns
     -------
-    The records of all frames. If every frame failed, nothing has been written.
+    RunSummary with the record of every frame. If every frame failed, `out` holds no results of this run.
 
     Raises
     ------
-    InputError : `out` holds other files, or results of the capture as it was before it changed, or cannot be written to; two
+    InputError : `out` cannot be written to, or holds other files or results of another capture, configuration or version; two
         frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
         reached.
     MissingDependency : workers are wanted and dask.distributed is not installed.

@@ -12,9 +12,9 @@ from .serial_executor import SerialExecutor
 
 @contextmanager
 def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
-    """Provide the executor of a run for the duration of a `with` block.
+    """Yield the executor of a run for the duration of a `with` block.
 
-    All executors give the same results. Give `workers` or `scheduler` or neither.
+    Give `workers` or `scheduler` or neither; the results of a run are the same with all of them.
 
     Parameters
     ----------

@@ -18,6 +18,7 @@ class _DeferredJob:
     args: tuple[Any, ...]
 
     def result(self) -> Any:
+        """Do the job now and return the value of its function; each call does the job again."""
         return self.function(*self.args)
 
 
@@ -26,6 +27,8 @@ class SerialExecutor:
 
     Attributes
     ----------
+    workers, max_pending
+        1 each: one frame is worked on at a time and none is waiting.
     cache
         the FrameCache passed to every job.
     """
@@ -36,8 +39,8 @@ class SerialExecutor:
         self.cache = FrameCache()
 
     def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Return the job `function(cache, *args)` without doing it; it is done when its `result()` is asked for.
+        """Return the job `function(cache, *args)`, which is done when its `result()` is called.
 
-        `affinity` has no effect, since only one process does the jobs.
+        `affinity` has no effect, since this process does all jobs.
         """
         return _DeferredJob(function, (self.cache, *args))

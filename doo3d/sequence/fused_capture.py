@@ -13,9 +13,10 @@ from .fusion import FUSED_NAME, fuse
 
 
 class FusedCapture:
-    """A capture of a single frame, named "static": the cloud made by fusing all frames of another capture.
+    """A capture of a single frame, named "static": the point cloud made by fusing all frames of another capture.
 
-    The frames are read and fused when that frame is loaded.
+    It has the attributes of a capture (`path`, `format`, `masks`, `selection`, `frames`). The other capture is read and fused
+    when the single frame is loaded: `frames[0].load()`.
 
     Parameters
     ----------

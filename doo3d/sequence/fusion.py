@@ -111,18 +111,18 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
     """Fuse the views of an object at rest to one cloud in world coordinates.
 
     Each frame is segmented as the config says, or by the capture's masks; the object's points are moved to world coordinates and
-    averaged per voxel, with voxels as large as the point spacing. If fewer than `fusion.min_views` frames (or half of all, if
-    that is less) observed the surroundings of a point, the point is removed where at least as many views saw through it as saw
-    the object there, and always where no frame has a depth image. Frames are read one at a time; memory does not grow with
-    their number.
+    averaged per voxel, with voxels as large as the point spacing. Points that too few frames (`fusion.min_views`) observed
+    nearby are removed if at least as many views saw through them as saw the object there, or if no frame has a depth image.
+    Frames are read one at a time; memory does not grow with their number.
 
     Parameters
     ----------
     frames
-        of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4),
+        the frames of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4) m,
         camera to world: p_world = pose @ p_camera.
     config
-        configuration of segmentation and fusion; None for the preset "default".
+        configuration of segmentation and fusion; None for the preset "default". If `fusion.min_views` is
+        more than half of the frames, half of them (rounded up) counts instead.
 
     Returns
     -------
@@ -172,13 +172,13 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
 
 
 def check_camera_moved(poses: Floats) -> None:
-    """Check that the camera moved by 5 mm or turned by 1 degree, at least, between the first and any other pose.
+    """Raise an InputError if the camera hardly moved: by less than 5 mm and less than 1 degree from its first pose.
 
-    poses : (F, 4, 4), camera to world, m; F >= 1.
+    poses : (F, 4, 4), F >= 1 poses, camera to world, m.
 
     Raises
     ------
-    InputError : the camera did neither, so that all frames show the same side of the object.
+    InputError : the camera did not move, so that all frames show the same side of the object.
     """
     motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
     cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2

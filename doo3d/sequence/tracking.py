@@ -32,13 +32,13 @@ class Match(NamedTuple):
     Attributes
     ----------
     cost
-        mean distance between the two, as a fraction of the largest motion allowed: 0 if they coincide, 1 at the limit,
+        mean distance between the two chains, as a fraction of the largest motion allowed: 0 if they coincide, 1 at the limit,
         infinite beyond it.
     backwards
-        whether the new chain runs in the opposite direction.
+        True if the new chain runs in the opposite direction.
     first_joint
-        for two closed chains, the joint of the new chain that corresponds to the first joint of the earlier one. It is
-        counted after reversing the new chain if `backwards`. 0 for all others.
+        for two closed chains, index of the joint of the new chain that corresponds to the first joint of the earlier one, counted
+        after reversing the new chain if `backwards`. 0 if a chain is open.
     """
 
     cost: float
@@ -58,7 +58,7 @@ class TrackedChain:
     chain
         the chain as it was found last, with its id.
     age
-        number of frames since then: 0 if it was found in the latest frame.
+        number of frames since the chain was found last: 0 if it was found in the latest frame.
     """
 
     chain: Chain
@@ -85,7 +85,7 @@ class Tracker:
     """Tracker of chains: the same object keeps its id and its direction from frame to frame.
 
     Call `update` with each frame's detection, in order. Leave out frames that failed: the next frame is then compared with the
-    last one that was given.
+    last one that was given. A chain that is not found is remembered for 30 frames.
 
     Parameters
     ----------
@@ -110,9 +110,12 @@ class Tracker:
         return self._state
 
     def update(self, detection: Detection) -> Detection:
-        """Return the next frame's detection with ids, each tracked chain reversed where needed to keep its earlier direction.
+        """Return the detection of the next frame with ids, its chains running in the same direction as in the frames before.
 
-        The order of the chains does not change. Segment numbers in crossings and connections are adapted to the new directions.
+        The order of the chains does not change; chains not seen before get new ids. Segment indices in crossings and connections
+        are adapted to the directions.
+
+        detection : the detection of the frame after the one given last.
         """
         detection, self._state = assign_ids(self._state, detection, self._config)
         return detection
@@ -124,8 +127,8 @@ class Tracker:
         Parameters
         ----------
         documents
-            the stored JSON results (`Detection.to_dict`) of all frames so far, in order. All are needed to know the ids used;
-            positions are taken from the last 31. Chains without an id are ignored.
+            the stored JSON results (`Detection.to_dict`) of all frames so far, in order. All are needed to know which ids are
+            used; positions are taken from the last 31. Chains without an id are ignored.
         config
             the section `tracking` of a Config; None for the defaults.
 
@@ -153,23 +156,23 @@ class Tracker:
 def assign_ids(
     state: TrackingState, detection: Detection, config: TrackingConfig | None = None
 ) -> tuple[Detection, TrackingState]:
-    """Assign the chains of the next frame to the remembered chains, and give them their ids and directions.
+    """Match the chains of the next frame with the remembered chains, and give them their ids and directions.
 
-    The assignment is the one of largest total of (1 - cost) over all pairs (Hungarian method). Chains without a counterpart get
-    new ids.
+    The chains are paired so that the total of (1 - cost) over all pairs is largest (Hungarian method; `match_chains` gives the
+    cost). Chains without a counterpart get new ids.
 
     Parameters
     ----------
     state
         the remembered chains.
     detection
-        of the next frame.
+        the detection of the next frame.
     config
         the section `tracking` of a Config; None for the defaults.
 
     Returns
     -------
-    detection : the same with ids; matched chains have the direction of their counterparts.
+    detection : the given detection with ids; matched chains run in the direction of their counterparts.
     state : what to remember for the frame after it. A chain not found in 30 frames is forgotten.
     """
     config = config or TrackingConfig()
@@ -199,19 +202,20 @@ def _after_frame(state: TrackingState, chains: Iterable[Chain]) -> TrackingState
 def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
     """Compare a chain with one of an earlier frame, in both directions.
 
-    Their mean distance is taken at the best shift along each other (for closed chains: the best rotation). It may be at most
-    10 radii, or `max_motion_lengths` times the length of the shorter chain if that is more.
+    The mean distance between the chains is measured at the best shift of one along the other (at the best rotation, if both are
+    closed). The chains match if it is at most 10 radii, or `max_motion_lengths` times the length of the shorter chain if that is
+    more.
 
     Parameters
     ----------
     old, new
-        the earlier chain and the new one.
+        the earlier chain and the new one, in one coordinate frame.
     config
         the section `tracking` of a Config.
 
     Returns
     -------
-    The match of the direction with the lower cost; NO_MATCH, of infinite cost, if the distance is too large.
+    The match in the direction of the lower cost; NO_MATCH, of infinite cost, if the distance is too large.
     """
     radius = float(np.nanmax((old.radius, new.radius, 0.0)))
     max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
@@ -284,14 +288,14 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
     chain
         the chain, of N segments.
     backwards
-        whether to reverse the direction.
+        True reverses the direction.
     first_joint
-        joint of a closed chain to begin with, counted after reversing; 0 for open chains.
+        index of the joint of a closed chain to begin with, counted after reversing; 0 for open chains.
 
     Returns
     -------
-    chain : joints, radii, occluded segments and connections in the new order.
-    segments : (N,) int64, the new number of each of the given chain's segments.
+    chain : with joints, radii, occluded segments and connections in the new order.
+    segments : (N,) int64; segments[i] is the new index of segment i of the given chain.
     """
     count = len(chain.occluded)
     index = np.arange(count)[::-1] if backwards else np.arange(count)

@@ -18,12 +18,15 @@ GRID_HALF_VOXELS = 1 << 20
 class VoxelSums:
     """A sparse voxel grid with the sum of the values of all points in each occupied voxel.
 
+    It begins empty; `add_frame` adds points.
+
     Attributes
     ----------
     size
         edge of a voxel, m.
     keys
-        (M,) int64, ascending: the three integer coordinates of each occupied voxel packed into one number.
+        (M,) int64, ascending, for M occupied voxels: the three integer coordinates of each packed into one number (see
+        `keys_of`).
     sums
         (M, C) sums of the C values of the points added to each voxel.
     frames
@@ -36,7 +39,9 @@ class VoxelSums:
     frames: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def keys_of(self, points: Floats) -> Ints:
-        """Return the keys (N,) int64 of the voxels that hold the points (N, 3) m, whether occupied or not.
+        """Return the key of the voxel that each point lies in, whether the voxel is occupied or not.
+
+        points : (N, 3) m. Returns (N,) int64.
 
         Raises
         ------
@@ -52,9 +57,9 @@ class VoxelSums:
         return np.asarray((coords[:, 0] * 2 * GRID_HALF_VOXELS + coords[:, 1]) * 2 * GRID_HALF_VOXELS + coords[:, 2])
 
     def add_frame(self, points: Floats, values: Floats) -> None:
-        """Add the points (N, 3) m of one frame, with C values each (N, C), to the sums and to the frame counts of their voxels.
+        """Add the points of one frame to their voxels: their values to `sums`, and 1 to `frames` of each voxel that holds any.
 
-        The first call sets C.
+        points : (N, 3) m. values : (N, C), C values for each point, such as color channels; C must be the same in all calls.
 
         Raises
         ------

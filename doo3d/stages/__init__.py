@@ -15,16 +15,17 @@ from ..visibility import Visibility
 
 @dataclass(frozen=True)
 class FrameContext:
-    """What is known of a frame as a whole before it has chains; every stage after voxelization gets it.
+    """The data of one frame that every stage after voxelization gets: points, voxels, visibility, segment length.
 
     Attributes
     ----------
     foreground
         the object's points, mask and camera. `foreground.viewpoint` is the position of the sensor, or None if unknown.
     grid
-        the seen surface as voxels with centroids; in 2-D the pixels of the mask.
+        the seen surface as voxels, each with the mean of its points; in 2-D the pixels of the mask.
     visibility
-        tells whether a position is seen, hidden or free; None for a cloud without camera views.
+        tells whether a position is on the object, hidden behind something or in free space; None for a cloud without camera
+        views.
     segment_length
         length of the segments of every chain, m (px in 2-D).
     """
@@ -36,7 +37,7 @@ class FrameContext:
 
     @property
     def radius(self) -> float:
-        """The first estimate of the object's radius, from its seen width, m (px in 2-D)."""
+        """The first estimate of the object's radius, m (px in 2-D): as configured, or measured from its seen width."""
         return self.grid.radius
 
     @property
@@ -45,26 +46,28 @@ class FrameContext:
         return self.grid.size
 
     def seen_from(self, foreground: Foreground) -> FrameContext:
-        """Return a copy of the context with another foreground, whose viewpoint (position of the sensor) has been decided."""
+        """Return a copy of the context with `foreground` in place of the present one."""
         return replace(self, foreground=foreground)
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """The pieces of one object in order, from its start to its end, before the gaps between them are filled.
+    """The pieces (chains) of one object in order, from its start to its end, before the gaps between them are filled.
 
     Attributes
     ----------
     pieces
-        the joints of each piece, (N + 1, D) m (px in 2-D), in the order and direction in which the object runs.
+        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in the order and direction in which the
+        object runs.
     gap_paths
         the path from each piece to the next; a closed object has one more, from the last piece to the first.
     costs
-        the cost of each connection, in cost units (1 per mm of gap, 1 per px in 2-D).
+        the cost of each connection that merging made, in the order of the gaps. In cost units: 1 per mm of gap (1 per px in
+        2-D), plus angles in radians times their weights. Empty for one chain that was a ring already.
     closed
         True for a ring, whose last piece is joined to the first.
     confidence
-        the confidence of each connection, 0 to 1.
+        the confidence of each of these connections, 0 to 1.
     """
 
     pieces: tuple[Floats, ...]

@@ -1,8 +1,8 @@
 """Extend the mask of an image along strands that go on beyond it.
 
-A segmentation misses stretches: another light, a shadow, a background like the strand. Each free end of a chain is followed
-in steps of half a radius: the strand is seen ahead where the colors across it are those that it has had so far,
-and the background on both of its sides has other colors. The path found is added to the mask, and the stages are run again.
+A segmentation misses stretches of a strand in another light, in a shadow, or before a background of similar color. Each free end
+of a chain is followed in steps of half a radius. The strand is taken to continue where the colors across it match its colors so
+far and the background on both sides has other colors. The path found is added to the mask, and the stages are run again.
 """
 
 from __future__ import annotations
@@ -77,13 +77,14 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
     chains
         the chains found in the mask, px, with radii. Their free ends are followed, except at the border of the image.
     context
-        what is known of the frame: the mask and the color image.
+        the data of the frame, whose mask and color image are used.
     config
         section `extend_mask` of the settings.
 
     Returns
     -------
-    (H, W) bool, the mask with the strands' continuations added, each as wide as its strand. None if nothing was added, without a
+    (H, W) bool, the mask with the strands' continuations added, each as wide as its strand. Continuations shorter than
+    MIN_EXTENSION_RADII (2) radii are not added. None if nothing was added, if `config.max_length` is 0 (the default), without a
     color image, and in 3-D.
     """
     foreground = context.foreground
@@ -106,11 +107,11 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
 
 
 def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, config: ExtendMaskConfig) -> Floats:
-    """Follow a strand in the image beyond the last joint of its chain, by the colors across it.
+    """Follow a strand in the image beyond the last joint of its chain, by the colors across the strand.
 
     A stretch of up to MAX_HIDDEN_RADII (8) radii that looks different, such as another strand on top, is skipped. The path
-    ends where it runs into the mask, at the border of the image, after `config.max_length` radii, or where the strand is not
-    seen to continue.
+    ends where it runs into the mask, at the border of the image, after `config.max_length` radii, or where the colors no longer
+    match.
 
     Parameters
     ----------
@@ -119,15 +120,15 @@ def follow_strand(image: Array, mask: Bools, joints: Floats, radius: float, conf
     mask
         (H, W) bool, the pixels already known to be of the object.
     joints
-        (N, 2) px, joints of the chain; the strand is followed beyond the last one.
+        (N, 2) px (u, v), the N joints of the chain; the strand is followed beyond the last one.
     radius
-        px, of the strand at that end.
+        px, radius of the strand at the last joint.
     config
         section `extend_mask` of the settings.
 
     Returns
     -------
-    (P, 2) px, points along the strand, the first of which is the last joint; P = 1 if the strand does not continue.
+    (P, 2) px, P points along the strand, beginning with the last joint of the chain; P = 1 if the strand does not continue.
     """
     tail = _last_joints(joints, PROFILE_LENGTH_RADII * radius)
     direction = tail[-1] - _last_joints(tail, DIRECTION_LENGTH_RADII * radius)[0]

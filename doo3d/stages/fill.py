@@ -19,23 +19,22 @@ SAME_JOINT = 1e-9
 
 
 def fill(assemblies: Sequence[Assembly], context: FrameContext) -> list[Path]:
-    """Join the pieces of each object to one polyline, with new segments across the gaps.
+    """Join the pieces of each object to one polyline, with new joints across the gaps.
 
-    New segments of `segment_length` follow the gap path (arc, line, arc): each joint is the point of the path at that
-    distance from the joint before (Keipour et al., RA-L 2022, section III-G: constant turn radius). The last new segment has
-    the length that remains of the gap. Gaps shorter than a segment, of which pruning leaves many, count as seen (section
-    III-H).
+    The new joints lie on the gap path (arc, line, arc), each at the straight distance `context.segment_length` from the one
+    before; the last step across a gap is shorter. See Keipour et al. (RA-L 2022), section III-G.
 
     Parameters
     ----------
     assemblies
-        the pieces of each object, in order, with the paths across their gaps.
+        the pieces of each object, in order, with the paths across the gaps between them.
     context
-        what is known of the frame; the segment length is used.
+        the data of the frame; only `segment_length` is used.
 
     Returns
     -------
-    One polyline per object, in the order given. Its `filled` is True for the new steps across gaps of at least a segment.
+    One polyline per object, in the order given, m (px in 2-D). Its `filled` is True for the steps across gaps of at least a
+    segment; the step across a shorter gap counts as seen (section III-H).
     """
     return [_fill_one(assembly, context.segment_length) for assembly in assemblies]
 

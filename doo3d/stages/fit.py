@@ -15,24 +15,26 @@ from . import FrameContext
 
 
 def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
-    """Lay chains of segments of exactly `segment_length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
+    """Lay chains of segments of exactly `context.segment_length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
 
-    A turn of more than `max_turn` degrees ends a chain, and the next begins. A closed path that makes one chain is followed
-    back to its first point and gives a closed chain, whose last joint is less than a segment from the first. Steps longer
-    than a segment are divided first, since the algorithm lays at most one segment at each point.
+    A turn of more than `config.max_turn` degrees between two segments ends a chain; the next chain begins there. A closed path is
+    followed once around, back to its first point. If that gives a single chain, the chain is marked closed; its last
+    joint is normally less than a segment away from its first. Path points farther apart than a segment get points in between
+    before chains are laid.
 
     Parameters
     ----------
     paths
         polylines along the skeleton, m (px in 2-D).
     context
-        what is known of the frame; the segment length is used.
+        the data of the frame; only `segment_length` is used.
     config
         section `fit` of the settings.
 
     Returns
     -------
-    The chains, in the order of the paths and along them. A path shorter than a segment gives none.
+    The chains, in the order of the paths and along each path; a path whose points all lie within a segment of its start gives
+    none. What is left at the end of a path, less than a segment, is not covered.
     """
     chains: list[Chain] = []
     min_cosine = math.cos(math.radians(config.max_turn))

@@ -23,14 +23,15 @@ CONTACTS_PER_PAIR = 64
 
 @dataclass(frozen=True)
 class Pruned:
-    """The result of pruning.
+    """The chains that pruning left, and the segments that it removed.
 
     Attributes
     ----------
     chains
-        the chains that are left.
+        the chains that are left, and the parts of chains that were split.
     removed
-        (S, 2, D) m (px in 2-D), the two joints of each removed segment, in the order of the chains given.
+        (S, 2, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of the S removed segments, in the order of the chains given
+        to `prune`.
     """
 
     chains: list[Chain]
@@ -38,19 +39,24 @@ class Pruned:
 
 
 def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pruned:
-    """Remove segments that overlap others: of two that overlap, the one in the shorter chain.
+    """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
-    The rule is that of Keipour et al. (RA-L 2022), section III-E. Segments are tested as square cuboids. A chain that loses an
-    inner segment is split in two.
+    The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
+    segments overlap if their cuboids intersect. Neighbors in a chain, which share a joint, do not count. Of chains of equal
+    length the later one loses its segment. A chain that loses an inner segment is split in two, a ring is opened.
 
     Parameters
     ----------
     chains
         the fitted chains.
     context
-        what is known of the frame; its voxel size gives the width of the cuboids if the config does not.
+        the data of the frame; if `config.width` is not set, the cuboids are 1.5 of its voxels wide.
     config
         section `prune` of the settings.
+
+    Returns
+    -------
+    The chains that are left, in the order given, and the segments removed.
     """
     if not chains:
         return Pruned([], np.zeros((0, 2, context.grid.centroids.shape[1])))
@@ -101,22 +107,21 @@ def _runs(chain: Chain, kept: Bools) -> list[Chain]:
 
 
 def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]]:
-    """Find the pairs of segments whose square cuboids intersect.
+    """Find the pairs of segments that intersect, each taken as a cuboid with a square cross-section.
 
-    FCL's dynamic AABB tree finds the candidates, its box-box test decides. In 2-D the cuboids lie in the plane z = 0.
-    Segments that have only their two neighbors in reach are not tested. Successive segments share a joint and so always
-    touch: whether such a pair is listed means nothing.
+    In 2-D the cuboids lie in the plane z = 0. The test is the box-box test of FCL (package python-fcl).
 
     Parameters
     ----------
     starts, ends
-        (S, D) m (px in 2-D), the two joints of each segment.
+        (S, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of S segments, at least one.
     width
-        width of the cuboids, m (px in 2-D).
+        edge of the cross-section, m (px in 2-D).
 
     Returns
     -------
-    Pairs (i, j) of segment indices with i < j, sorted.
+    Pairs (i, j) of segment indices with i < j, sorted. Ignore the pairs of segments that share a joint: they always touch, and
+    only some of them are listed.
     """
     near = _crowded(starts, ends, width)
     if not len(near):

@@ -12,14 +12,19 @@ from ..types import Skeleton, VoxelGrid
 
 
 def thin(grid: VoxelGrid) -> Skeleton:
-    """Thin the occupied voxels to a curve skeleton, one voxel wide and connected as the voxels are.
+    """Thin the occupied voxels to lines one voxel wide (a curve skeleton), connected as the voxels are.
 
-    In 3-D by Lee, Kashyap and Chu's algorithm, in 2-D by Zhang and Suen's.
+    The algorithm is that of Lee, Kashyap and Chu in 3-D, that of Zhang and Suen in 2-D.
+
+    Parameters
+    ----------
+    grid
+        the occupied voxels.
 
     Returns
     -------
-    The skeleton, in the order of the grid's voxels. Its points are the centroids of the measured points in each voxel, m (px in
-    2-D).
+    The voxels of the skeleton, a subset of the grid's voxels in the same order, with their centroids in m (px in 2-D). Empty for
+    an empty grid.
     """
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids)

@@ -48,18 +48,23 @@ USE_FILTERED_POINTS = True
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
-    """Sort the object's points into voxels, close small holes and remove small components.
+    """Return the voxels that the object's points occupy, with small holes closed and small components removed.
 
-    Points whose depth noise is averaged away are used if there are any. With a mask only the core of each strand (the part
-    around its middle) is used, so that strands side by side stay apart. In 2-D every pixel of the mask is a voxel, and none
-    is removed.
+    The points with averaged depth noise (`foreground.filtered`) are used if there are any. With a mask only the core of each
+    strand (the part around its middle) is used, so that strands side by side stay apart. In 2-D every pixel of the mask is a
+    voxel, and none is removed.
 
     Parameters
     ----------
     foreground
         the object's points, with mask and pixels if there are any.
     config
-        section `voxelize` of the settings. A radius or voxel size that is not set is measured.
+        section `voxelize` of the settings. A radius that is not set is measured; a voxel size that is not set follows from the
+        radius and the spacing of the points.
+
+    Returns
+    -------
+    The occupied voxels, with the radius of the object; no voxels if there are no points.
 
     Raises
     ------
@@ -80,18 +85,18 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
 
 
 def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
-    """Tell which pixels lie in the core of their strand, the part of the mask around the strand's middle.
+    """Tell which pixels lie in the core of a strand (stretch of the object), the part of the mask around its middle.
 
-    A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of it.
+    A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of the pixel.
     The pixel is in the core if its distance is at least `core_fraction` of the largest, or at most `margin` less than
-    the largest. Strands side by side have background between them, if only one pixel of it, so their cores are clearly apart.
+    the largest. Strands side by side have at least one pixel of background between them, so their cores are clearly apart.
 
     Parameters
     ----------
     mask
         (H, W) bool, not empty.
     pixels
-        (N, 2) int64 (u, v).
+        (N, 2) int64, N pixels (u, v) to test.
     core_fraction
         0 to 1; 0 puts all pixels of the mask in the core.
     radius
@@ -116,16 +121,16 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
-    """Find the pixels of a mask beside an occluding edge: on a strand just where it passes beneath another.
+    """Find the pixels of a mask at which a strand disappears beneath a nearer one, by the step in depth there.
 
-    There the surface is farther away than the nearest surface within half of the object's radius. The step is larger
-    than the sum of `min_step`, three standard deviations of the depth noise, and the slope of the surface on either side, since
-    a strand that runs away from the camera slopes all along.
+    A pixel is marked if the nearest surface within about half a radius of it is nearer to the camera than the pixel itself, by
+    more than the sum of `min_step`, three standard deviations of the depth noise, and the change of depth on either side of the
+    step. That change is not counted as a step, since a strand that runs away from the camera slopes all along.
 
     Parameters
     ----------
     foreground
-        the object's points, with mask and pixels.
+        the object's points in the camera's optical frame, with mask and pixels.
     min_step
         m, least step in depth.
     radius
@@ -133,7 +138,7 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
 
     Returns
     -------
-    (H, W) bool; all False without pixels, (0, 0) without a mask.
+    (H, W) bool in the size of the mask, True for the marked pixels; all False without points, shape (0, 0) without a mask.
     """
     if foreground.mask is None:
         return np.zeros((0, 0), dtype=bool)

@@ -32,9 +32,7 @@ MAX_ROUNDS = 4
 def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> HsvRange:
     """Return the HSV box that best separates a thin object from its background, widened where that costs little.
 
-    Coordinate descent over hue, saturation and value maximizes the quality: object pixels in the box, divided by the number of
-    object pixels plus background pixels in the box (0 to 1). Each bound is then moved outwards as long as the quality drops by
-    at most 0.004, to leave room for shadows and highlights of other frames. A gray object gets a box of all hues.
+    A gray object gets a box of all hues.
 
     Parameters
     ----------
@@ -43,12 +41,18 @@ def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> 
     thin
         the object; its mask tells object from background.
     excluded
-        (H, W) bool, pixels that count as neither, such as those of other objects; None for none.
+        (H, W) bool, pixels that count as neither object nor background, such as those of other objects; None for none.
 
     Returns
     -------
     HsvRange
         in OpenCV's 8-bit HSV. If the low hue is above the high hue, the range passes through red (hue 0).
+
+    Notes
+    -----
+    Coordinate descent over hue, saturation and value maximizes the quality, 0 to 1: the number of object pixels in the box,
+    divided by the number of all object pixels plus that of background pixels in the box. Each bound is then moved outwards as
+    long as the quality drops by at most 0.004, to leave room for shadows and highlights of other frames.
     """
     hsv = hsv_of(color)
     background = ~thin.mask if excluded is None else ~thin.mask & ~excluded
@@ -125,11 +129,9 @@ def _widened(quality: Floats, best: Ints, max_steps: int) -> tuple[int, int]:
 
 
 def completed_mask(color: Array, thin: ThinObject) -> Bools:
-    """Return the mask of a thin object, (H, W) bool, completed after it was found by its color.
+    """Return the mask of a thin object, (H, W) bool, completed after the object was found by its color.
 
-    Highlights and border pixels, whose color is not quite that of the object, are added, and specks are removed. A pixel in a
-    gap of the mask, or next to its border, is added if its color is nearer to the mean color of the object around it than to
-    the mean color of the background around it.
+    Highlights and border pixels, whose color is not quite that of the object, are added, and specks are removed.
 
     Parameters
     ----------
@@ -137,6 +139,11 @@ def completed_mask(color: Array, thin: ThinObject) -> Bools:
         (H, W, 3) uint8 RGB.
     thin
         the object, as found by its color.
+
+    Notes
+    -----
+    A pixel in a gap of the mask, or next to its border, is added if its color is nearer to the mean color of the object around it
+    than to the mean color of the background around it.
     """
     diameter = max(3, 2 * round(thin.half_width) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))

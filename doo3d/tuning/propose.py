@@ -65,19 +65,19 @@ class Tuned:
     config
         the proposed configuration, complete.
     mask
-        (H, W) bool, the segmentation with this configuration.
+        (H, W) bool, the pixels that this configuration segments.
     object_mask
-        (H, W) bool, the thin object as tuning found it; None if the frame has no color.
+        (H, W) bool, the pixels of the thin object that tuning found; None if the frame has no color.
     recall
-        share of the pixels of `object_mask` that are in `mask`, 0 to 1; None without `object_mask`.
+        fraction of the pixels of `object_mask` that are in `mask`, 0 to 1; None without `object_mask`.
     precision
-        share of the pixels of `mask` that are in `object_mask`, 0 to 1; None without `object_mask`.
+        fraction of the pixels of `mask` that are in `object_mask`, 0 to 1; None without `object_mask`.
     width_px
         typical width of the segmented object, px.
     width_m
-        the same in m; None in the 2-D mode and for an image without depth.
+        typical width of the segmented object, m; None in the 2-D mode and for an image without depth.
     reasons
-        dotted key, such as "fit.segment_length" -> the reason for its value.
+        dotted key of the config, such as "fit.segment_length" -> why it has its value.
     advice
         what the user could do to improve the result, a sentence each; empty if nothing.
     """
@@ -109,19 +109,19 @@ def tune(
     data
         a frame with depth, or an image.
     config
-        the configuration to start from; values that are not tuned are kept. In its 2-D mode, a frame with color is taken as an
-        image.
+        the configuration to start from; values that are not tuned are kept. If it is of the 2-D mode, the depth of a frame with
+        color is ignored.
     picks
-        (x, y) px, pixels on the object, one for each of its colors.
+        (x, y) px of pixels on the object, one for each of its colors.
     box
-        (x, y, w, h) px, region with the object: its upper left corner and its size. Used only without picks. Without either, the
-        whole image is searched for the best thin, long object with a color of its own.
+        (x, y, w, h) px, a region that contains the object: upper left corner, width and height. Ignored if there are picks.
+        Without picks and box, the whole image is searched for the most prominent thin, long object with a color of its own.
 
     Raises
     ------
     InputError
-        a pick or the box is outside the image; no thin object is there; no color range separates it from the background; or the
-        data is a cloud.
+        a pick or the box is outside the image, or the frame has no color that they could select; no thin object is found; no
+        color range separates it from the background; or the data is a cloud.
     """
     if isinstance(data, Cloud):
         raise InputError(
@@ -270,17 +270,22 @@ def _propose_lengths(
 
 
 def segment_length(radius: float, spacing: float) -> float:
-    """Return a segment length near 2.5 radii of the object, or near 6 pixel spacings if that is longer.
+    """Return the proposed length of a segment: about 2.5 radii of the object, or about 6 pixel spacings if that is longer.
 
-    Shorter segments would have no reliable direction. The length is the nearest of the round numbers 1, 1.5, 2, 2.5, 3, 4, 5,
-    6, 8 and 10 times a power of ten.
+    The length is the nearest of the round numbers 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and 10 times a power of ten. Shorter segments
+    would have no reliable direction.
 
     Parameters
     ----------
     radius
-        of the object, m (px in 2-D).
+        radius of the object, m (px in 2-D).
     spacing
         distance on the object between neighboring pixels, m (px in 2-D).
+
+    Returns
+    -------
+    float
+        in the unit of the arguments.
     """
     wanted = max(SEGMENT_RADII * radius, MIN_SEGMENT_SPACINGS * spacing)
     power = 10.0 ** math.floor(math.log10(wanted))

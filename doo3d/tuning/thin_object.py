@@ -62,11 +62,10 @@ class ThinObject:
 
 
 def thin_components(mask: Bools) -> ThinObject:
-    """Return the thin, long components (8-connected) of a mask (H, W) bool.
+    """Return the thin, long parts of a mask (H, W) bool; a result with an empty mask and zeros if there are none.
 
-    A component is kept if it is more than 5 times as long as wide, has 30 pixels or more, is narrower than 9 % of the shorter
-    side of the image, and is about as wide as the other such components. If none is, the result has an empty mask, and 0 for
-    all numbers.
+    A part is an 8-connected component. It is kept if it is more than 5 times as long as wide, has 30 pixels or more, is narrower
+    than 9 % of the shorter side of the image, and is about as wide as the other parts that are kept.
     """
     none = ThinObject(np.zeros_like(mask), 0.0, 0.0, 0.0)
     if not mask.any():
@@ -97,14 +96,14 @@ def hsv_of(color: Array) -> Array:
 
 
 def object_at(color: Array, pick: tuple[int, int]) -> ThinObject | None:
-    """Return the thin, long object through a pixel, found by its color there.
+    """Return the thin, long object at a pixel, found by its color there.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     pick
-        (x, y) px. The color is sampled in small windows around it; the object must pass within 3 px.
+        (x, y) px, in the image. The color is sampled in small windows around this pixel; the object must pass within 3 px of it.
 
     Returns
     -------
@@ -130,17 +129,17 @@ def _object_of_color(color: Array, pixels: Array, region: Bools) -> ThinObject |
 
 
 def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = None) -> ThinObject | None:
-    """Return the most prominent thin, long object whose color is (almost) its own; None if there is none.
+    """Return the most prominent thin, long object with a color (almost) of its own; None if there is none.
 
-    Longer and wider candidates are preferred, and above all those whose color occurs hardly anywhere else. Dark or bright objects
-    without a hue are considered only if there is no colorful one, since shadows look like them.
+    Longer and wider objects are preferred, and above all objects whose color occurs hardly anywhere else. Dark or bright objects
+    without a hue are considered only if there is no colorful object, since shadows look like them.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     region
-        (x, y, w, h) px, upper left corner and size of the region to search in; None: the whole image.
+        (x, y, w, h) px, upper left corner, width and height of the region to search in; None for the whole image.
     """
     height, width = color.shape[:2]
     x, y, w, h = region or (0, 0, width, height)

@@ -22,27 +22,30 @@ Bools = NDArray[np.bool_]
 
 
 def sealed(array: Array) -> Array:
-    """Return a read-only view of an array of any shape; the array itself stays writable."""
+    """Return a read-only view of an array of any shape; it shares the data of the array, which itself stays writable."""
     view = array.view()
     view.flags.writeable = False
     return view
 
 
 def set_sealed(instance: object, **values: Any) -> None:
-    """Set the named attributes of a frozen dataclass instance; arrays are set as read-only views."""
+    """Set attributes of a frozen dataclass instance; arrays are set as read-only views.
+
+    instance : the instance. values : name of the attribute -> its value, as keyword arguments.
+    """
     for name, value in values.items():
         object.__setattr__(instance, name, sealed(value) if isinstance(value, np.ndarray) else value)
 
 
 def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
-    """Return a mask as a bool array, after checking its shape and type.
+    """Return a mask as a new bool array, after checking its shape and type.
 
     Parameters
     ----------
     mask
         bool, or integers where non-zero means object.
     shape
-        the shape that the mask must have: (H, W) for an image, (N,) for a cloud.
+        the shape that the mask must have: (H, W) for an image, (N,) for a cloud of N points.
 
     Raises
     ------

@@ -51,20 +51,28 @@ class Camera:
             )
 
     def project(self, points: Floats) -> Floats:
-        """Return the pixels (u, v), (N, 2), of points (N, 3) m in the camera's optical frame; NaN for points with z <= 0."""
+        """Return the pixels (u, v) at which points are seen.
+
+        points : (N, 3) m in the camera's optical frame. Returns (N, 2) px; NaN for points with z <= 0. Pixels outside the image
+        are not cut off.
+        """
         points = np.asarray(points, dtype=float)
         z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
         return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
 
     def unproject(self, pixels: Array, depth: Array) -> Floats:
-        """Return the points (N, 3) m in the camera's optical frame seen at given pixels.
+        """Return the points in the camera's optical frame that are seen at given pixels.
 
         Parameters
         ----------
         pixels
-            (N, 2), (u, v) px.
+            (N, 2), (u, v) = (column, row) px.
         depth
             (N,) m, the z coordinate of each point, not its distance along the ray.
+
+        Returns
+        -------
+        (N, 3) m
         """
         pixels = np.asarray(pixels, dtype=float)
         z = np.asarray(depth, dtype=float)
@@ -80,13 +88,14 @@ class Frame:
     color
         (H, W, 3) uint8 RGB, registered to the depth (same size, same view); None if there is no color.
     depth
-        (H, W) float, metres along the optical axis. 0, NaN, infinite and negative values mean no reading; they are stored as 0.
+        (H, W) float, metres along the optical axis. 0, NaN, infinite and negative values mean no reading; they are stored as 0,
+        and the image as float32.
     camera
         the intrinsics of the depth image, and so of the color image.
     name
-        name of the frame in its capture.
+        name of the frame in its capture (the file, folder or recording it was read from).
     timestamp
-        s; None if the capture has none.
+        time of the frame in s, as the capture gives it; None if it gives none.
 
     Raises
     ------
@@ -143,13 +152,13 @@ class Image:
     color
         (H, W, 3) uint8 RGB. A grey image (H, W) uint8 is accepted and stored with three equal channels.
     name
-        name of the image in its capture.
+        name of the image in its capture (the file or folder it was read from).
     timestamp
-        s; None if the capture has none.
+        time of the image in s, as the capture gives it; None if it gives none.
 
     Raises
     ------
-    InputError : on construction, when the shape or type is neither of the two above.
+    InputError : on construction, when `color` has another shape or type.
     """
 
     color: Array
@@ -169,7 +178,7 @@ class Image:
 
 @dataclass(frozen=True)
 class CameraView:
-    """One of the camera views that a cloud was fused from: what that camera saw of the object.
+    """One of the camera views that a point cloud was fused from: where the camera was, and what it saw of the object.
 
     Attributes
     ----------
@@ -202,20 +211,21 @@ class Cloud:
     points
         (N, 3) float, metres. Rows with NaN or infinity are dropped on construction.
     colors
-        (N, 3) uint8 RGB, one per point; None if there is no color.
+        (N, 3) uint8 RGB, one per given point; None if there is no color. Rows of dropped points are dropped.
     viewpoint
         (3,) m, position of the sensor in the frame of the points; (0, 0, 0) for a cloud in a camera's optical frame. None if
         unknown.
     name
-        name of the cloud in its capture.
+        name of the cloud in its capture (the file, folder or recording it was read from).
     timestamp
-        s; None if the capture has none.
+        time of the cloud in s, as the capture gives it; None if it gives none.
     views
-        the camera views that the cloud was fused from; empty for a cloud of another origin.
+        the camera views that the cloud was fused from (see `doo3d.fuse`); empty for any other cloud.
     segmented
         True if all points belong to the object, so that no segmentation is needed.
     coordinates
-        the coordinate frame of the points: "camera", "cloud", "image" or "world" (COORDINATES describes each).
+        the coordinate frame of the points: "camera" (optical frame: x right, y down, z forward), "cloud" (the frame of the cloud
+        as given) or "world" (the world frame of the cameras' poses).
     notes
         messages to the user about how the cloud was made, one sentence each.
 

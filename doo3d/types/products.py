@@ -17,11 +17,12 @@ class Foreground:
     Attributes
     ----------
     points
-        (N, D) m (px in 2-D), one per seen surface point, as measured.
+        (N, D) m (px in 2-D), N points as measured: one per object pixel with depth (per object pixel in 2-D), or the points of a
+        cloud.
     filtered
         (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
     pixels
-        (N, 2) int, the pixel (u, v) of each point; None for clouds.
+        (N, 2) int, the pixel (u, v) = (column, row) of each point; None for clouds.
     mask
         (H, W) bool, the pixels of the object, with depth reading or without; None for clouds.
     depth
@@ -59,9 +60,9 @@ class Foreground:
 
 @dataclass(frozen=True)
 class VoxelGrid:
-    """The M occupied voxels of a sparse voxel grid, sorted by `coords`; in 2-D the pixels of the mask.
+    """The M occupied voxels of a sparse voxel grid, in lexicographic order of `coords`; in 2-D the pixels of the mask.
 
-    Voxel c covers the cube from origin + c size to origin + (c + 1) size.
+    The voxel of index c along an axis extends from origin + c size to origin + (c + 1) size along that axis.
 
     Attributes
     ----------
@@ -75,7 +76,7 @@ class VoxelGrid:
     size
         edge of a voxel, m (1 px in 2-D).
     origin
-        (D,) m (px in 2-D), the lower corner of voxel 0.
+        (D,) m (px in 2-D), position of the corner of the grid where all indices are 0.
     radius
         m (px in 2-D), first estimate of the object's radius, from its seen width, before there is a chain.
     """
@@ -93,14 +94,14 @@ class VoxelGrid:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The K voxels that thinning left: lines one voxel wide along the object.
+    """The K voxels that thinning left: lines one voxel wide along the object; in 2-D pixels.
 
     Attributes
     ----------
     coords
         (K, D) int64, index of each voxel along each axis of the voxel grid.
     points
-        (K, D) m (px in 2-D), the centroid of each voxel.
+        (K, D) m (px in 2-D), the centroid of each voxel: the mean of the surface points in it.
     """
 
     coords: Ints
@@ -121,11 +122,11 @@ class Path:
     closed
         True for a loop, whose last point is joined to the first. The first point is not repeated at the end.
     filled
-        bool for each step from a point to the next, True if the step bridges a gap: (P - 1,), or (P,) if closed. None if no step
-        does.
+        (P - 1,) bool, one for each step from a point to the next, True if the step bridges a gap; (P,) if closed. None if no step
+        bridges a gap.
     joins
-        one pair for each connection of two pieces: the index of the step in the middle of the gap, and the confidence of the
-        connection, 0 to 1.
+        for each two pieces that were connected to one path: (index of the step in the middle of the gap between them, confidence
+        of the connection from 0 to 1).
     """
 
     points: Floats

@@ -30,8 +30,8 @@ class Connection(NamedTuple):
     segment
         index of the chain's segment at that place.
     confidence
-        0 to 1, that the two pieces belong together: the rise of the total cost without this connection, over the largest cost
-        that a connection may have. 0 if a solution without it would cost no more.
+        0 to 1, that the two pieces belong together: by how much the total cost of all connections would rise without this one,
+        divided by the largest cost allowed for a connection (`merge.max_cost`). 0 if a solution without it would cost no more.
     """
 
     segment: int
@@ -40,23 +40,24 @@ class Connection(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """One object as a chain: N cylinders of equal length, joined end to end by ball joints.
+    """One object as a chain: N cylinders of equal length (the segments), joined end to end by ball joints.
 
     Attributes
     ----------
     joints
-        (N + 1, D) float64, m in the frame that the detection names (px in 2-D); neighbors are exactly `segment_length` apart.
+        (N + 1, D) float64, m (px in 2-D), in the frame that `Detection.coordinates` names; neighbors are exactly `segment_length`
+        apart.
     segment_length
         m (px in 2-D).
     radius
-        m (px in 2-D), one for the whole chain.
+        m (px in 2-D), one for the whole chain; NaN if unknown.
     radii
         (N + 1,) m (px in 2-D), radius at each joint, interpolated where it could not be measured. The value of `radius` if not
         given.
     occluded
         (N,) bool, True for a segment that was filled in, not seen. All False if not given.
     closed
-        True for a ring, whose last joint meets the first.
+        True for a ring, whose last joint repeats the first.
     connections
         where pieces were joined to make this chain, in order along it.
     id
@@ -106,7 +107,9 @@ class Chain:
         return min((connection.confidence for connection in self.connections), default=1.0)
 
     def nodes(self, count: int) -> Floats:
-        """Return evenly spaced points along the chain, first and last joint included: (count, D), m (px in 2-D).
+        """Return evenly spaced points along the chain, first and last joint included.
+
+        count : number of points, at least 2. Returns (count, D), m (px in 2-D).
 
         Raises
         ------
@@ -120,7 +123,11 @@ class Chain:
         return np.asarray(self.joints[index] * (1 - part) + self.joints[index + 1] * part)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the chain as plain lists and numbers, ready for JSON."""
+        """Return the chain as plain lists and numbers, ready for JSON.
+
+        Keys: "id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections" (each {"segment",
+        "confidence"}) and "confidence". Lengths are in m (px in 2-D).
+        """
         return {
             "id": self.id,
             "joints": self.joints.tolist(),
@@ -157,11 +164,11 @@ class Crossing:
     Attributes
     ----------
     upper
-        the segment of the upper strand, which is nearer to the camera and hides the other.
+        the segment of the upper strand, which is nearer to the camera and hides the lower strand.
     lower
         the segment of the lower strand.
     point
-        (D,) m (px in 2-D), the point on the upper strand's axis where they cross in the view.
+        (D,) m (px in 2-D), the point on the upper strand's axis where the strands cross in the view.
     confidence
         0 to 1, that `upper` really is the upper one; 0 if neither depth nor color tells.
     """
@@ -175,7 +182,10 @@ class Crossing:
         set_sealed(self, point=np.asarray(self.point, dtype=float))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the crossing as plain lists and numbers, ready for JSON."""
+        """Return the crossing as plain lists and numbers, ready for JSON.
+
+        Keys: "upper" and "lower" (each {"chain", "segment"}), "point" in m (px in 2-D), and "confidence".
+        """
         upper, lower = self.upper._asdict(), self.lower._asdict()
         return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
 
@@ -191,17 +201,18 @@ class Detection:
     mode
         "3d" (lengths in m) or "2d" (lengths in px).
     coordinates
-        the coordinate frame of the joints: "camera", "cloud", "image" or "world" (COORDINATES describes each).
+        the coordinate frame of the joints: "camera" (optical frame: x right, y down, z forward), "cloud" (the frame of the cloud
+        as given), "image" (x right, y down) or "world" (the world frame of the camera's poses).
     frame
         name of the frame.
     timestamp
-        s; None if the capture has none.
+        time of the frame in s, as the capture gives it; None if it gives none.
     seconds
         run time of each stage: name of the stage -> s.
     notes
         messages to the user, one sentence each.
     crossings
-        where strands cross in the view, sorted by the chain and the segment that come first.
+        where strands cross in the view, ordered by the first of the two segments: by its chain, then by its index.
     """
 
     chains: tuple[Chain, ...]
@@ -219,7 +230,11 @@ class Detection:
         return min((chain.confidence for chain in self.chains), default=1.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the detection as plain lists, strings and numbers, ready for JSON (schema doo3d/detection/2)."""
+        """Return the detection as plain lists, strings and numbers, ready for JSON (schema doo3d/detection/2).
+
+        Keys: "schema", "frame", "timestamp", "mode", "units" ("m" or "px"), "coordinates" (a description of the frame), "chains"
+        (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "confidence", "seconds" and "notes".
+        """
         return {
             "schema": SCHEMA,
             "frame": self.frame,

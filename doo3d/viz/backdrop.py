@@ -17,7 +17,7 @@ POINT_WIDTH = 1.2  # of a point, in square roots of the pixels per point: a surf
 
 @dataclass(frozen=True)
 class Backdrop:
-    """An image to draw on, and where points lie in it.
+    """An image to draw on, and the projection of points to its pixels.
 
     Attributes
     ----------
@@ -34,10 +34,15 @@ class Backdrop:
 def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
     """Return the image to draw chains on, and the projection of points to its pixels.
 
-    - Frame: its color image, or its depth in shades of gray if there is no color; the camera's projection.
-    - Cloud: a picture of its points, 1280 x 720 px, in perspective as seen from the viewpoint of the cloud. If the viewpoint is
-      unknown, in parallel projection along the axis in which the points spread least.
-    - Image, or an array (H, W, 3) uint8 RGB: the image itself; points are 2-D, in its pixels.
+    Parameters
+    ----------
+    data
+        decides what the image is:
+
+        - Frame: its color image, or its depth in shades of gray if there is no color; the projection is that of its camera.
+        - Cloud: a picture of its points, 1280 x 720 px, in perspective as seen from the viewpoint of the cloud. If the viewpoint
+          is unknown, the projection is parallel, along the axis in which the points spread least.
+        - Image, or an array (H, W, 3) uint8 RGB: the image itself; points are 2-D, in its pixels.
     """
     if isinstance(data, Frame):
         image = data.color if data.color is not None else depth_picture(data.depth)
@@ -48,10 +53,9 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
 
 
 def depth_picture(depth: Array) -> Array:
-    """Return a depth image (H, W), m, as a picture in bluish gray, (H, W, 3) uint8 RGB.
+    """Return a depth image (H, W), m, as a picture in bluish gray, (H, W, 3) uint8 RGB: near is bright, far is dark.
 
-    Near is bright, far is dark; pixels without depth (0) are nearly black. The shades span the 2nd to the 98th percentile of the
-    depths.
+    Pixels without depth (0) are nearly black. The shades span the 2nd to the 98th percentile of the depths.
     """
     measured = depth > 0
     if not measured.any():
@@ -64,7 +68,7 @@ def depth_picture(depth: Array) -> Array:
 
 
 def planar_backdrop(image: Array) -> Backdrop:
-    """Return a backdrop for 2-D chains: the image (H, W, 3) uint8 RGB, in which points lie at their own x, y px."""
+    """Return an image (H, W, 3) uint8 RGB as the backdrop for 2-D chains, whose points (x, y) px are drawn where they are."""
     return Backdrop(image, Projection.planar())
 
 

@@ -19,9 +19,14 @@ _MAX_COORDINATE_PX = 2**14  # OpenCV's coordinates are 32-bit, fraction included
 
 
 class Canvas:
-    """A transparent layer of height x width pixels to draw on. A shape replaces what is below it on the layer.
+    """A transparent layer to draw shapes on, to be blended over an image. A shape replaces what is below it on the layer.
 
     Positions are (x, y) px as floats, x right and y down. Edges are antialiased.
+
+    Parameters
+    ----------
+    height, width
+        size of the layer, px.
 
     Attributes
     ----------
@@ -38,7 +43,7 @@ class Canvas:
         Parameters
         ----------
         corners
-            (K, 2) px.
+            (K, 2) px, the K corners in order.
         color
             RGB, 0 to 255.
         alpha
@@ -52,13 +57,13 @@ class Canvas:
         Parameters
         ----------
         points
-            (N, 2) px.
+            (N, 2) px, its N points.
         color
             RGB, 0 to 255.
         alpha
             opacity, 0 to 1.
         width
-            of the line, px, rounded to whole pixels, at least 1.
+            width of the line in px, rounded to whole pixels, at least 1.
         """
         thickness = max(1, round(width))
         cv2.polylines(self.layer, [_fixed_point(points)], False, _rgba(color, alpha), thickness, cv2.LINE_AA, _FRACTION_BITS)
@@ -69,9 +74,9 @@ class Canvas:
         Parameters
         ----------
         center
-            (2,) px.
+            (2,) px, x and y.
         radius
-            px.
+            radius of the circle, px.
         color
             RGB, 0 to 255.
         alpha
@@ -87,7 +92,7 @@ class Canvas:
         Parameters
         ----------
         low, high
-            (x, y) of opposite corners, whole pixels.
+            (x, y) px of the upper left and the lower right corner, whole pixels, both included.
         color
             RGB, 0 to 255.
         alpha
@@ -96,7 +101,7 @@ class Canvas:
         cv2.rectangle(self.layer, tuple(low), tuple(high), _rgba(color, alpha), -1)
 
     def blend_over(self, image: Array) -> Array:
-        """Return a new image: the layer blended over `image`, (height, width, 3) uint8 RGB, which is not changed."""
+        """Return the layer blended over an image of its size, as a new image: (height, width, 3) uint8 RGB, like `image`."""
         transparency = cv2.cvtColor(255 - self.layer[:, :, 3], cv2.COLOR_GRAY2RGB)
         background = cv2.multiply(image, transparency, scale=1 / 255)
         return np.asarray(cv2.add(background, np.ascontiguousarray(self.layer[:, :, :3])))

@@ -19,26 +19,26 @@ MIN_CROSSING_SINE = 0.4  # flatter crossings are drawn as long as at this angle
 
 @dataclass(frozen=True)
 class Strand:
-    """A chain projected to an image, to be drawn as a ribbon as wide as the object.
+    """A chain of N segments projected to an image, to be drawn as a ribbon as wide as the object.
 
     Attributes
     ----------
     points
         (N + 1, 2) px, the joints in the image; NaN for joints behind the camera.
     half_width
-        (N + 1,) px, of the ribbon at each joint.
+        (N + 1,) px, half the width of the ribbon at each joint.
     distance
         (N + 1,) m, distance of each joint along the viewing direction: smaller is nearer. 0 in 2-D.
     radius
-        of the chain, m (px in 2-D); 0 if unknown.
+        radius of the chain, m (px in 2-D); 0 if unknown.
     occluded
-        (N,) bool, of each segment.
+        (N,) bool, whether each segment is occluded.
     color
         RGB, 0 to 255.
     closed
         whether the chain is a ring, whose last joint meets the first.
     unit
-        px, 1, or more in a large image; all line widths are multiples of it.
+        factor of all line widths, which are given for a small image: 1, or more in a large image.
     """
 
     points: Floats
@@ -63,7 +63,7 @@ class Strand:
         color
             RGB, 0 to 255.
         unit
-            px, 1, or more in a large image; all line widths are multiples of it.
+            factor of all line widths: 1, or more in a large image.
         """
         view = backdrop.projection
         distance = view.distance(chain.joints)
@@ -79,17 +79,17 @@ class Strand:
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
-        """Yield runs of consecutive chosen segments, each run either all visible or all occluded.
+        """Yield runs of consecutive chosen segments; each run is either all visible or all occluded.
 
         Parameters
         ----------
         chosen
-            (N,) bool, of the segments. Segments with a joint behind the camera are left out.
+            (N,) bool, for each of the N segments of the chain. Segments with a joint behind the camera are left out.
 
         Yields
         ------
         slice
-            of the joints: `points[run]` are the joints of the run, one more than it has segments.
+            of the joints: `points[run]` are the joints of the run, one more than the run has segments.
         """
         in_view = np.asarray(np.isfinite(self.points).all(axis=1))
         drawable = chosen & in_view[1:] & in_view[:-1]
@@ -103,14 +103,14 @@ class Strand:
     def paint(self, canvas: Canvas, chosen: Bools) -> None:
         """Draw the chosen segments: dark edge, ribbon, center line and joints.
 
-        Occluded segments are paler, with a dashed center line and without edge and joints.
+        Occluded segments are paler, with a dashed center line, and have neither edge nor joints.
 
         Parameters
         ----------
         canvas
             the layer to draw on.
         chosen
-            (N,) bool, of the segments.
+            (N,) bool, which of the N segments of the chain to draw.
         """
         runs = list(self.runs(chosen))
         for run in runs:
@@ -163,14 +163,14 @@ class Strand:
             canvas.disc(point, radius, LIGHT, 1.0)
 
     def paint_bridge_edges(self, canvas: Canvas, chosen: Bools) -> None:
-        """Draw a white line along both sides of the chosen segments: they pass over another chain, as a bridge on a map.
+        """Draw a white line along both sides of the chosen segments, as of a bridge on a map: they pass over another chain.
 
         Parameters
         ----------
         canvas
             the layer to draw on.
         chosen
-            (N,) bool, of the segments.
+            (N,) bool, which of the N segments of the chain to mark.
         """
         for run in self.runs(chosen):
             points = self.points[run]
@@ -219,21 +219,21 @@ def _dashes(points: Floats, unit: float) -> list[Floats]:
 
 
 def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
-    """Return the pieces of chains that pass over another chain, to be drawn on top: far pieces first.
+    """Return the pieces of chains that pass over another chain, in the order to draw them: far pieces first.
 
     Parameters
     ----------
     strands
         the projected chains, in the order of the detection.
     crossings
-        of the detection. If there are none, the depth decides: where two chains overlap in the image, the one that is nearer by
-        more than a radius passes over.
+        the crossings of the detection. If there are none, the depth decides: where two chains overlap in the image, the one that
+        is nearer by more than a radius passes over.
 
     Returns
     -------
     list of (int, (N,) bool, bool)
-        for each piece: the index of its chain; which of the N segments of this chain belong to the piece; whether it is known
-        to pass over, because a crossing of the detection says so with a confidence above 0.
+        for each piece: the index of its chain; which of the N segments of this chain belong to the piece; and True if a crossing
+        of the detection says, with a confidence above 0, that the piece passes over.
     """
     if not crossings:
         return [(index, chosen, False) for index, chosen, _ in _nearer_pieces(strands)]

@@ -26,17 +26,17 @@ def draw_comparison(
     """Draw the chains that doo3d finds from depth (3-D mode) over those that it finds in the image alone (2-D mode).
 
     Chains of the 3-D mode are thin and blue, those of the 2-D mode wide and orange. Positions where they differ are circled in
-    red.
+    red. A legend is in the upper left corner, unless the image is too small.
 
     Parameters
     ----------
     data
         the frame, on whose color image (or shaded depth) the chains are drawn.
     chains_3d, chains_2d
-        joints of each chain in the image, (N + 1, 2) px.
+        (N + 1, 2) px for each chain of N segments, its joints in the image.
     differences
-        ((x, y), tolerance) px for each position where the modes differ; the tolerance is the distance up to which they count as
-        the same there. The circle has a radius of 2.5 tolerances, at least 14 px.
+        ((x, y), tolerance) px for each position where the modes differ, as in `Difference.at` and `Difference.tolerance`. The
+        circle has a radius of 2.5 tolerances, at least 14 px.
 
     Returns
     -------

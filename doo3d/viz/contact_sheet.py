@@ -37,7 +37,7 @@ class Tile:
     depth
         (h, w) float32 m, 0 = none, drawn beside the pictures with one color scale for the whole sheet; None without depth.
     error
-        why the frame cannot be shown, drawn in place of the pictures; empty if it can.
+        why the frame cannot be shown, drawn instead of the pictures; empty if the frame can be shown.
     """
 
     caption: str
@@ -47,9 +47,10 @@ class Tile:
 
 
 def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = None) -> Tile:
-    """Return one frame as a tile of a contact sheet, scaled down to at most 384 x 288 px per picture.
+    """Return one frame as a tile of a contact sheet, with each picture scaled down to at most 384 x 288 px.
 
-    A frame gives its color and its depth, an image only its color, a cloud a picture along the axis of least spread.
+    A frame is shown by its color and its depth, an image by its color, a cloud by a picture along the axis in which its points
+    spread least.
 
     Parameters
     ----------
@@ -71,15 +72,15 @@ def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = No
 def draw_sheet(title: str, tiles: Sequence[Tile]) -> Array:
     """Draw a contact sheet: a title, then the tiles in rows.
 
-    If any tile has a depth, the color scale of depth is at the right of the title, from the 1st to the 99th percentile of all
-    tiles.
+    If any tile has a depth, the color scale of depth is drawn at the right of the title. It spans the 1st to the 99th percentile
+    of the depths of all tiles.
 
     Parameters
     ----------
     title
         one line of text.
     tiles
-        in order, row by row.
+        the tiles, drawn row by row.
 
     Returns
     -------
@@ -137,7 +138,7 @@ def depth_colors(depth: Array, near: float, far: float) -> Array:
     depth
         (H, W) m, 0 = none.
     near, far
-        m, the depths at the ends of the color scale; depths beyond get the colors of the ends.
+        depths in m at the two ends of the color scale; nearer and farther pixels get the color of that end.
     """
     share = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
     colors = cv2.applyColorMap(np.rint(15 + 225 * share).astype(np.uint8), cv2.COLORMAP_TURBO)[:, :, ::-1].copy()

@@ -18,11 +18,12 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     """Draw the chains of a detection over its input: the color image, the depth in shades of gray, or the points of a cloud.
 
-    - Each chain has its own color. If frames are tracked, an object has the same color in all of them. - A ribbon shows the
-    width of the object, a line its joints. Where the object is occluded, the ribbon is pale and the line dashed. - A disc marks
-    the first joint, a ring the last. - Where chains cross in the view, the upper is drawn on top, between two white lines if
-    the detection knows which one it is. For a
-      cloud without a viewpoint, the upper is the one nearer in the picture.
+    - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
+    - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
+      pale and the line dashed.
+    - A disc marks the first joint, a ring the last.
+    - Where chains cross in the view, the upper one is drawn on top, between two white lines if the detection knows which one is
+      upper. For a cloud without a viewpoint, the one nearer in the picture is drawn on top.
     - A panel in a corner lists length, radius and occluded share of each chain.
 
     Parameters
@@ -57,7 +58,10 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
 
 def caption_lines(detection: Detection) -> list[str]:
-    """Return one line of text per chain: length, radius and occluded share, such as "1.204 m   r 5.0 mm   12% occluded"."""
+    """Return a line of text for each chain: length, radius and occluded share, such as "1.204 m   r 5.0 mm   12% occluded".
+
+    Lengths are in px in 2-D. The occluded share is left out if it is 0.
+    """
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
 
 

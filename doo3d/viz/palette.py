@@ -24,10 +24,12 @@ UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit 
 
 
 def chain_color(index: int) -> Rgb:
-    """Return the RGB color, 0 to 255, of the chain with this number in all pictures.
+    """Return the color of a chain in all pictures: (red, green, blue), 0 to 255.
 
-    The first eight colors are hand-picked. After them, the hue moves by the golden ratio of a turn from number to number, so that
-    consecutive numbers never have similar colors.
+    Parameters
+    ----------
+    index
+        number of the chain: its id if it has one, else its index in the detection. Consecutive numbers have distinct colors.
     """
     if index < len(CHAINS):
         return CHAINS[index]

@@ -1,4 +1,4 @@
-"""The picture of a stage's product: points and edges over the image."""
+"""Draw the intermediate result of one stage of the method: points and edges over the image."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ DIMMING = 0.45  # factor of the image's brightness below the product
 
 @dataclass(frozen=True)
 class Product:
-    """What one stage of the method made of a frame, to be drawn: points and edges, or a mask.
+    """The intermediate result of one stage of the method for a frame, to be drawn: N points and E edges, or a mask.
 
     Attributes
     ----------
     name
-        such as "4-branches".
+        name of the picture, such as "4-branches".
     points
         (N, D) m (px in 2-D).
     colors
-        (N, 3) uint8 RGB, of the points.
+        (N, 3) uint8 RGB of the points.
     edges
-        (E, 2) indices of the points that each edge joins; it has the color of the first.
+        (E, 2) int, indices of the two points that each edge joins; it has the color of the first.
     mask
-        (H, W) bool, for a stage that works on the image; None otherwise.
+        (H, W) bool, for a stage that works on the image; None for other stages.
     labels
-        index of a point -> text beside it.
+        index of a point -> text beside the point.
     """
 
     name: str
@@ -44,10 +44,17 @@ class Product:
 
 
 def draw_product(backdrop: Backdrop, product: Product) -> Array:
-    """Draw what one stage made of a frame over the dimmed image, (H, W, 3) uint8 RGB.
+    """Draw the intermediate result of one stage over the dimmed image of a frame: (H, W, 3) uint8 RGB.
 
-    If it has a mask of the size of the image, only the mask is drawn: its pixels are not dimmed, its border is green. Otherwise
-    points, edges and labels are drawn.
+    If the product has a mask of the size of the image, only the mask is drawn: its pixels are not dimmed, its border is green.
+    Otherwise points, edges and labels are drawn.
+
+    Parameters
+    ----------
+    backdrop
+        the image and the projection of points to its pixels.
+    product
+        the points and edges, or the mask.
     """
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)

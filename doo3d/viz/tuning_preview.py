@@ -15,18 +15,18 @@ TINT = 0.55  # share of the color over the image
 
 
 def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
-    """Draw a segmentation over the grayed image, with a legend.
+    """Draw a segmentation over the grayed image, with a legend unless the image is too small.
 
-    Pixels of the object are green if segmented, red if missed. Segmented pixels that are not the object are yellow.
+    Pixels of the object are green if segmented, red if missed. Segmented pixels that are not of the object are yellow.
 
     Parameters
     ----------
     image
         (H, W, 3) uint8 RGB.
     mask
-        (H, W) bool, the segmentation.
+        (H, W) bool, the segmented pixels.
     object_mask
-        (H, W) bool, the object; None if unknown: then all segmented pixels are green.
+        (H, W) bool, the pixels of the object; None if unknown: then all segmented pixels are green.
 
     Returns
     -------

@@ -27,7 +27,7 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 
 @dataclass(frozen=True)
 class Video:
-    """Figures of a video that was written.
+    """Facts about a video that was written.
 
     Attributes
     ----------
@@ -57,33 +57,35 @@ def write_video(
 ) -> Video:
     """Write the pictures of a run as an MP4 video; an existing file is replaced.
 
-    The video has the size of the first picture. Pictures of another size are scaled to fit, with black bars. A failed frame is
-    shown as a dark picture with the frame's name and the reason.
+    The video has the size of the first picture, rounded down to even numbers. Pictures of another size are scaled to fit, with
+    black bars. A failed frame is shown as a dark picture with the frame's name and the reason.
 
     Parameters
     ----------
     results
-        of a finished run.
+        the results of a finished run, from `open_results`.
     path
         the MP4 file to write.
     fps
-        frames per second, above 0; None: from the median step of the frames' timestamps (1 to 60), or 10 without timestamps.
+        frames per second, above 0; None takes the rate from the median step of the frames' timestamps (at least 1, at most 60),
+        or 10 without timestamps.
     codec
-        mp4v (MPEG-4), vp09 (VP9, which browsers play, slower to encode), or avc1 (H.264, which not every OpenCV encodes).
+        "mp4v" (MPEG-4), "vp09" (VP9, which browsers play, slower to encode), or "avc1" (H.264, which not every OpenCV encodes).
     skip_failed
-        leave failed frames out of the video.
+        True leaves failed frames out of the video.
     with_progress
         called with the list of frames; returns an iterable of the same frames, for example one that shows a progress bar.
 
     Returns
     -------
     Video
-        number of frames, rate and size of the video.
+        numbers of frames and of failed frames, rate and size of the video.
 
     Raises
     ------
     InputError
-        there is no frame to show, a picture is missing, the codec is not available, or the file cannot be written.
+        the run is not finished, there is no frame to show, a picture is missing, `fps` is not above 0, the codec is not
+        available, or the file cannot be written.
     """
     if codec not in CODECS:
         raise InputError(f"codec {codec}: unknown, choose one of {', '.join(CODECS)}", code="choice-unknown")
@@ -158,7 +160,7 @@ def _rate(timestamps: Sequence[float | None]) -> float:
 
 
 def letterboxed(picture: Array, size: tuple[int, int]) -> Array:
-    """Return a picture (H, W, 3) uint8 scaled to fit into a given size, centered, with black bars where it does not fill it.
+    """Return a picture scaled to fit into a given size, centered, with black bars where it does not fill it: uint8, 3 channels.
 
     A picture that is at most one pixel larger is cropped instead.
 
@@ -187,9 +189,9 @@ def failed_card(name: str, reason: str, size: tuple[int, int]) -> Array:
     Parameters
     ----------
     name
-        of the frame.
+        name of the frame.
     reason
-        wrapped to the width of the picture, and cut off if it is too long.
+        text, wrapped to the width of the picture, and cut off if it is too long.
     size
         (width, height) px of the picture.
     """

@@ -17,14 +17,15 @@ from .rows import Row, by_family, summary
 
 @dataclass(frozen=True)
 class Ablation:
-    """The changes that turn one part of the method off.
+    """The changes of settings and of constants in the source code that turn one part of the method off.
 
     Attributes
     ----------
     settings
         dotted key of the config -> value, such as "merge.strategy" -> "greedy".
     constants
-        "module:NAME" -> value of a module's constant, for parts that no setting turns off.
+        "module:NAME" of a constant in the source code -> value, such as "doo3d.stages.voxelize:USE_FILTERED_POINTS" -> False; for
+        parts that no setting turns off.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -55,7 +56,7 @@ ABLATIONS: dict[str, Ablation] = {
 
 @contextmanager
 def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
-    """Give module constants other values inside a `with` block, and restore them at its end.
+    """Give constants in the source code other values inside a `with` block, and restore them at its end.
 
     Parameters
     ----------
@@ -64,6 +65,7 @@ def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
 
     Raises
     ------
+    ImportError : there is no such module.
     AttributeError : a module has no such constant.
     """
     places = [(importlib.import_module(module), name) for module, _, name in (key.partition(":") for key in constants)]
@@ -78,16 +80,20 @@ def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
 
 
 def ablated_config(preset: str, overrides: Mapping[str, Any], ablation: Ablation) -> Config:
-    """Return a preset's config with overrides and, over these, the settings of an ablation.
+    """Return a preset's config changed by overrides and then by the settings of an ablation, which take precedence.
 
     Parameters
     ----------
     preset
         name of a preset, or path of a YAML file.
     overrides
-        dotted key -> value.
+        dotted key -> value, such as "merge.chains" -> 2.
     ablation
-        only its settings are applied; its constants are not (see `constants_set`).
+        the ablation; its constants are not applied here (see `constants_set`).
+
+    Raises
+    ------
+    ConfigError : there is no such preset, or a key or value is invalid.
     """
     return load_config(preset, {**overrides, **ablation.settings})
 
@@ -107,15 +113,19 @@ def run_ablations(
     cases
         the frames with known truth; each is rendered or read once.
     preset
-        name of a preset, or path of a YAML file, that the ablations change.
+        name of a preset, or path of a YAML file: the config that the ablations change.
     overrides
-        dotted key -> value, applied to the preset.
+        dotted key -> value, applied to the preset; None for none.
     report
         called for each finished case with its row of the unchanged method ("everything on").
 
     Returns
     -------
-    Name of the ablation -> a row for each case, in the order of `cases`; "everything on" comes first.
+    Name of the ablation -> a row for each case, in the order of `cases`; the unchanged method, "everything on", comes first.
+
+    Raises
+    ------
+    ConfigError : there is no such preset, or a key or value is invalid.
     """
     configs = {name: ablated_config(preset, overrides or {}, ablation) for name, ablation in ABLATIONS.items()}
     rows: dict[str, list[Row]] = {name: [] for name in ABLATIONS}
@@ -131,8 +141,12 @@ def run_ablations(
 def format_ablations(rows: Mapping[str, Sequence[Row]]) -> str:
     """Return a text table with a line for each ablation.
 
-    Columns: correct frames of all frames, for each family and in total; correct occlusions; number of wrong connections; median
-    RMS distance in mm from the true axis where it is seen and where it is hidden.
+    The columns are, for each ablation:
+
+    - correct frames of all frames, for each family of cases and for all;
+    - occlusions passed correctly, of all occlusions;
+    - the number of wrong connections;
+    - the median RMS distance in mm from the true axis, where the axis is seen and where it is hidden.
 
     Parameters
     ----------

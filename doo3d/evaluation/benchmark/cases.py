@@ -25,7 +25,7 @@ class KnownFrame:
     Attributes
     ----------
     data
-        the frame or cloud that is given to the detection.
+        the frame, cloud or image that is given to the detection.
     truths
         the true cables in it.
     mask
@@ -39,18 +39,18 @@ class KnownFrame:
 
 @dataclass(frozen=True)
 class Case:
-    """One frame to be scored. It holds no images until `load` renders or reads them.
+    """One frame with known truth that is to be scored. Its images are rendered or read only when `load` is called.
 
     Attributes
     ----------
     name
-        of the frame.
+        name of the frame.
     family
-        name of the group of frames that the case is counted in.
+        name of the group that the frame is counted in.
     load
         called without arguments, returns the frame with its truth.
     truths
-        the true cables of a frame on disk, which are counted as missed if it cannot be read; empty for a rendered frame.
+        the true cables of a frame on disk, which count as missed if the frame cannot be read; empty for a rendered frame.
     """
 
     name: str
@@ -67,10 +67,10 @@ def scene_cases(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes. The case's family is
-        then that file's name.
+        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes; in the latter case, the
+        file's name becomes the family of the case.
     seeds
-        0 or more each; one scene of each family is made for each seed.
+        integers, 0 or more; one scene of each family is made for each seed.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     size
@@ -89,7 +89,7 @@ def _render_scene(family: str, seed: int, sensor: str, size: tuple[int, int]) ->
 
 
 def known_frame(rendered: Rendered) -> KnownFrame:
-    """Return a rendered scene as a frame with its true cables and their true mask."""
+    """Return a rendered scene as a frame with known truth: its image data, its true cables and its true mask."""
     return KnownFrame(rendered.frame, rendered.truths, rendered.mask)
 
 
@@ -100,12 +100,12 @@ def capture_cases(
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
 ) -> list[Case]:
-    """Return a case for each frame of a capture that the truth file names; other frames are left out.
+    """Return a case for each frame of a capture that the truth file names, in the capture's order.
 
     Parameters
     ----------
     capture
-        a capture or cloud of any format that is read in 3-D.
+        path of a capture or cloud of any format that is read in 3-D.
     truth
         the truth file (schema doo3d/truth/1); None for truth.json in the capture's folder, or <name>.truth.json beside a cloud.
     family
@@ -115,13 +115,9 @@ def capture_cases(
     options
         values that the capture lacks, such as its intrinsics.
 
-    Returns
-    -------
-    The cases in the capture's order.
-
     Raises
     ------
-    InputError : capture or truth cannot be read at all, or the truth names a frame that the capture does not have.
+    InputError : the capture or the truth cannot be read at all, or the truth names a frame that the capture does not have.
     """
     from ...inputs import open_capture
 
@@ -140,10 +136,10 @@ def capture_cases(
 
 
 def folder_cases(folder: str | Path) -> list[Case]:
-    """Return a case for each frame with known truth, of all captures and clouds below a folder.
+    """Return a case for each frame with known truth, of all captures and clouds at any depth below a folder.
 
-    A capture has known truth if its folder holds truth.json, a cloud if <name>.truth.json is beside it. The family of a case is
-    the path of its capture or cloud, relative to the folder.
+    A capture has known truth if its folder holds truth.json; a cloud has, if <name>.truth.json is beside it. The family of a case
+    is the path of its capture or cloud, relative to the folder.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def evaluate(
 ) -> list[Row]:
     """Detect in every case and score the result.
 
-    The first readable case is run twice and counted once, so that compiling is not timed. If a frame cannot be read, or the
+    The first readable case is run twice and counted once, so that compilation is not timed. If a frame cannot be read, or the
     detection fails in it, the frame counts as wrong and its row holds the error.
 
     Parameters
@@ -44,14 +44,14 @@ def evaluate(
     cases
         the frames with known truth.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     report
-        called with each row as soon as the case is done.
+        called with each row as soon as its case is done.
 
     Returns
     -------
@@ -83,34 +83,32 @@ def evaluate(
 
 
 def unreadable(case: Case, error: DooError) -> Row:
-    """Return the row of a case whose frame cannot be read.
-
-    It is scored without chains, and counts as wrong even if the frame holds no cable.
+    """Return the row of a case whose frame cannot be read: scored without chains, and wrong even if the frame holds no cable.
 
     Parameters
     ----------
     case
-        the frame; its `truths` are the cables missed.
+        the case; its `truths` count as missed.
     error
-        the reason, stored in the row as sentence and code.
+        the reason; its message and its code are stored in the row.
     """
     empty_score = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
     return Row(case.name, case.family, empty_score, float("nan"), str(error), error.code)
 
 
 def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Row:
-    """Detect in one case, score the result, and return its row.
+    """Detect in one frame with known truth, and return the row with its score.
 
     If the detection fails, the row is scored without chains and holds the error.
 
     Parameters
     ----------
     case
-        supplies name and family.
+        the case, for its name and its family.
     known
         the frame, its cables and its mask, as returned by `case.load()`.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
@@ -148,17 +146,17 @@ def evaluate_scenes(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
+        names of kinds of scenes such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
     seeds
-        0 or more each; one scene of each family is made for each seed.
+        integers, 0 or more; one scene of each family is made for each seed.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
-        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     size
         (width, height) px of the image.
@@ -170,6 +168,7 @@ def evaluate_scenes(
     Raises
     ------
     ConfigError : the config is for 2-D.
+    ValueError : there is no such family or sensor.
     """
     return evaluate(scene_cases(families, seeds, sensor, size), config, known_count, method)
 
@@ -177,21 +176,25 @@ def evaluate_scenes(
 def render_scenes(
     families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
 ) -> Iterator[tuple[str, Rendered]]:
-    """Render a scene for every family and seed, and yield (family, rendered scene), family by family.
+    """Render a scene for every family and seed, and yield (name of the family, rendered scene), family by family.
 
     Make a list of the result to score several configs on the same scenes.
 
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes. The family yielded is
-        then that file's name.
+        names of kinds of scenes such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes; in
+        the latter case, the file's name is yielded as the name of the family.
     seeds
-        0 or more each; one scene of each family is made for each seed.
+        integers, 0 or more; one scene of each family is made for each seed.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     size
         (width, height) px of the image.
+
+    Raises
+    ------
+    ValueError : there is no such family or sensor.
     """
     seeds = list(seeds)
     for family in families:
@@ -209,7 +212,7 @@ def evaluate_rendered(
     scenes
         (family, rendered scene) each, as yielded by `render_scenes`.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
@@ -236,7 +239,7 @@ def evaluate_captures(folder: str | Path, config: Config, known_count: bool = Tr
     folder
         searched at any depth for truth.json in a capture's folder and <name>.truth.json beside a cloud.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
 

@@ -41,16 +41,17 @@ class RenderedView:
     Attributes
     ----------
     rendered
-        the frame with its truth, in the frame of this view's camera.
+        the frame with its truth, in the optical frame of this view's camera.
     pose
-        (4, 4), camera to scene: p_scene = pose @ p_camera, m.
+        (4, 4), from this view's camera to the scene: p_scene = pose @ p_camera, m. The frame of the scene is the optical frame of
+        its own camera.
     """
 
     rendered: Rendered
     pose: Floats
 
     def ref(self) -> FrameRef:
-        """Return the view as a frame of a capture: its `load` returns the frame, its true mask and its pose."""
+        """Return the view as a frame of a capture, whose `load` returns the images, the true mask and the pose."""
         data = FrameData(self.rendered.frame, self.rendered.mask, self.pose)
         return FrameRef(self.rendered.frame.name, Path(self.rendered.frame.name), partial(_identity, data))
 
@@ -60,7 +61,7 @@ def _identity(data: FrameData) -> FrameData:
 
 
 def with_block(scene: Scene) -> Scene:
-    """Return the scene with one block above the middle of its first cable, instead of its own occluders.
+    """Return the scene with a block above the middle of its first cable, which replaces all other occluders.
 
     The block is 6 cm long along the cable, 5 cm wide and 2 cm high, with its middle 5 cm above the cable's axis. Up is the
     table's normal; without a table, towards the camera.
@@ -81,29 +82,29 @@ def scene_in_view(scene: Scene, pose: Floats, name: str) -> Scene:
     Parameters
     ----------
     scene
-        in the optical frame of its own camera.
+        the scene, in the optical frame of its own camera.
     pose
-        (4, 4), other camera to scene: p_scene = pose @ p_other, m.
+        (4, 4), from the other camera to the scene: p_scene = pose @ p_other, m.
     name
-        of the returned scene.
+        name of the returned scene.
     """
     rotation, position = pose[:3, :3], pose[:3, 3]
     return moved_scene(scene, lambda points: (points - position) @ rotation, lambda vector: vector @ rotation, name)
 
 
 def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, sensor: str = "d435") -> list[RenderedView]:
-    """Render a scene from cameras on a circle round its own camera's optical axis.
+    """Render a scene from cameras on a circle round the optical axis of its own camera.
 
-    All cameras look at the same point, the one on the optical axis at the cables' mean depth, from the same distance.
+    All cameras look at the same point, the one on that axis at the cables' mean depth, from the same distance.
 
     Parameters
     ----------
     scene
-        in the optical frame of its own camera.
+        the scene, in the optical frame of its own camera.
     count
         number of cameras, evenly spaced on the circle.
     tilt_degrees
-        angle between each camera's optical axis and that of the scene's own camera.
+        angle between the optical axis of each camera and that of the scene's own camera, degrees.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
 
@@ -124,16 +125,16 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
 
 
 def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> FrameScore:
-    """Detect in the fused views of a scene, or in the frame of a single view, and score the result.
+    """Detect in the fused views of a scene, or in the frame of a single view, and return the score.
 
     Parameters
     ----------
     scene
         the scene with the true cables.
     views
-        one or more views of it. A part of a cable counts as seen if any view shows it.
+        one or more views of this scene. A part of a cable counts as seen if any view shows it.
     config
-        of the fusion and the detection.
+        the configuration of the fusion and the detection.
     """
     if len(views) == 1:
         rendered = views[0].rendered
@@ -149,15 +150,27 @@ def _seen_by_any(views: list[RenderedView]) -> list[Bools]:
 
 
 def seen_fraction(views: list[RenderedView]) -> float:
-    """Return the fraction, 0 to 1, of all cables' axis samples that at least one of the views shows."""
+    """Return the fraction, 0 to 1, of the cables' length that at least one of the views shows.
+
+    Parameters
+    ----------
+    views
+        views of the same scene, from `circle_views`; at least one.
+    """
     return float(np.mean(np.concatenate(_seen_by_any(views))))
 
 
 def table(sensor: str = "d435") -> Iterator[str]:
     """Yield the lines of a Markdown table of coverage and accuracy for 1, 2, 4, 8 and 16 fused views.
 
-    Each line is over five rendered scenes with a block above a cable. Columns: fraction of the cables in view, correct scenes,
-    least fraction of a cable covered, mean RMS distance in mm where seen and where hidden, detected over true radius.
+    Each line sums up five rendered scenes with a block above a cable. Its columns are:
+
+    - the number of views;
+    - the fraction of the cables' length that at least one view shows, in %;
+    - the number of correct scenes;
+    - the fraction of a cable that its chain covers, in %, least over the scenes;
+    - the mean RMS distance from the true axis in mm, where the axis is seen and where it is hidden;
+    - the mean ratio of detected to true radius.
 
     Parameters
     ----------

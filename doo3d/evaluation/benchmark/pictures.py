@@ -30,7 +30,12 @@ _CAPTION_HEIGHT_PX = 36
 
 
 def picture(row: Row) -> Array:
-    """Draw the detection over its frame, beside the truth over the same frame, below a caption.
+    """Draw the detection over its frame, with the truth over the same frame to the right and a caption above.
+
+    Parameters
+    ----------
+    row
+        the result for one frame, with its case and its detection.
 
     Returns
     -------
@@ -53,7 +58,7 @@ def picture(row: Row) -> Array:
 
 
 def caption(row: Row) -> str:
-    """Return one line of text on a row, for its picture.
+    """Return a caption for the picture of a row, in one line.
 
     It holds the frame's name; the error, the reasons why the frame is wrong or, if it is correct, the RMS distances in mm; and
     the numbers of occlusions and crossings that are wrong.
@@ -73,14 +78,14 @@ def caption(row: Row) -> str:
 def with_caption(image: Array, text: str) -> Array:
     """Return the image with a line of text above it: (H + 36, W, 3) uint8 RGB.
 
-    The text is made smaller, within limits, if it is wider than the image.
+    A text wider than the image is drawn smaller, down to half the size.
 
     Parameters
     ----------
     image
         (H, W, 3) uint8 RGB.
     text
-        the line.
+        the line of text.
     """
     strip = np.full((_CAPTION_HEIGHT_PX, image.shape[1], 3), DARK, np.uint8)
     size = 0.6
@@ -91,7 +96,7 @@ def with_caption(image: Array, text: str) -> Array:
 
 
 def write_pictures(folder: Path, rows: Sequence[Row]) -> list[Path]:
-    """Draw each row's detection beside the truth, and write a PNG for each into a folder.
+    """Write a PNG for each row into a folder: the detection over the frame, with the truth over the same frame to the right.
 
     A picture is named `<family>_<frame>.png`, or `<frame>.png` if the frame's name begins with its family. The folder is made if
     necessary.

@@ -1,4 +1,4 @@
-"""The scores of many frames: a row each, and their summary."""
+"""The results of many frames: a row for each frame, and the summary of a group."""
 
 from __future__ import annotations
 
@@ -19,22 +19,24 @@ DOUBTFUL_FRACTION = 0.1
 
 @dataclass(frozen=True)
 class Row:
-    """The score of one frame.
+    """The result for one frame: its score, its duration and its errors.
 
     Attributes
     ----------
-    name, family
-        of the frame, and of the group of frames that it is counted in.
+    name
+        name of the frame.
+    family
+        name of the group that the frame is counted in.
     score
-        of the detection against the truth.
+        the score of the detection against the truth.
     seconds
-        duration of the detection; NaN if unknown.
+        duration of the detection, s; NaN if unknown.
     error, code
-        sentence and code of the error that ended reading or detection; None if there was none.
+        message and machine-readable code of the error that ended reading or detection; None if there was none.
     confidence
-        of the detection, 0 to 1.
+        confidence of the detection, 0 to 1.
     detection
-        None if the frame could not be read.
+        the detection; None if the frame could not be read.
     case
         the frame that was scored; None if it is not at hand, as for results read from disk.
     """
@@ -50,10 +52,10 @@ class Row:
     case: Case | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the row as a flat dict of plain values, one for each column of the CSV file, in its order.
+        """Return the row as a flat dict of column name -> plain value, in the order of the columns of the CSV file.
 
-        Family and frame come first, then the fields of the score, confidence, ms (duration of the detection), reasons joined to
-        one string, error and code.
+        The keys are family, frame, the fields of the score, confidence, ms (duration of the detection), reasons (joined to one
+        string), error and code.
         """
         values = asdict(self.score)
         reasons = "; ".join(values.pop("reasons"))
@@ -64,32 +66,36 @@ class Row:
 
 @dataclass(frozen=True)
 class Summary:
-    """Totals and medians over the rows of a group of frames.
+    """Totals and medians over the rows of a group of frames. Medians leave NaN out; they are NaN if nothing else is left.
 
     Attributes
     ----------
     frames, frames_correct
-        number of frames, and of those correct by the strict rule of Keipour et al. (RA-L 2022).
+        number of frames, and number of frames correct by the strict rule of Keipour et al. (RA-L 2022); see `FrameScore.correct`.
     count_correct
-        frames with as many chains as objects.
+        number of frames with as many chains as true cables.
     confident, confident_correct
-        frames left after removing the tenth of least confidence, and the correct ones of these.
+        number of frames left without the tenth of the frames that has the least confidence, and number of correct frames left.
     occlusions, occlusions_correct
-        hidden runs of 8 mm or more with the cable seen on both sides, and those that a chain passes correctly.
+        number of stretches of 8 mm or more where the cable is hidden but seen on both sides, and number of such stretches that a
+        chain passes correctly.
     merges, merges_correct
-        places where the detection joined two pieces to one chain, and the correct ones.
+        number of places where the detection joined two pieces to one chain, and number of such places that are correct.
     connections, connections_correct
-        pairs of successive joints on cables, and those that follow each other along one cable.
+        number of pairs of successive joints on cables, and number of such pairs that follow each other along one cable.
     crossings, crossings_correct, crossings_extra
-        true crossings whose upper cable is seen, those detected with the right one on top, and detected ones that do not exist.
+        number of true crossings whose upper cable is seen, number of such crossings detected with the right cable on top, and
+        number of detected crossings that do not exist.
     rms_seen, rms_hidden
-        mm, median over frames of the RMS distance from the true axis, where it is seen and where it is hidden.
-    node_error, end_error
-        mm, medians over frames of the mean distance of the chains' nodes, and ends, from those of their cables.
+        median over frames of the RMS distance from the true axis, where the axis is seen and where it is hidden, mm.
+    node_error
+        median over frames of the mean distance of the chains' joints from the nodes of their cables, mm; see `FrameScore`.
+    end_error
+        median over frames of the mean distance of the chains' ends from the tips of their cables, mm.
     radius_ratio
         median over frames of detected over true radius.
     ms
-        median duration of a detection.
+        median duration of a detection, ms.
     """
 
     frames: int
@@ -116,8 +122,9 @@ class Summary:
     def to_dict(self) -> dict[str, Any]:
         """Return the summary as a flat dict for the JSON file.
 
-        It holds all fields and frames_accuracy; for occlusions, merges and connections also `<kind>_incorrect` (a count) and
-        `<kind>_accuracy` (fraction correct, 0 to 1; NaN if there are none).
+        It holds all fields, and frames_accuracy (fraction of correct frames). For occlusions, merges and connections, it also
+        holds `<kind>_incorrect` (a count) and `<kind>_accuracy` (fraction correct, 0 to 1). Fractions are NaN if there is nothing
+        to count.
         """
         result = asdict(self) | {"frames_accuracy": _accuracy(self.frames, self.frames_correct)}
         for kind in ("occlusions", "merges", "connections"):
@@ -127,9 +134,9 @@ class Summary:
 
 
 def summary(rows: Sequence[Row]) -> Summary:
-    """Sum up the rows of a group of frames.
+    """Return the totals and medians over the rows of a group of frames.
 
-    Counts are added; of the distances, the radius ratio and the time, medians are taken that ignore NaN.
+    Counts are added. Distances, radius ratio and time are medians without NaN; they are NaN if nothing else is left.
     """
     scores, confident = [row.score for row in rows], most_confident(rows)
 
@@ -166,9 +173,9 @@ def by_family(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def most_confident(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows, in their order, without the tenth of least confidence.
+    """Return the rows, in their order, without the tenth of them that have the least confidence.
 
-    The tenth is rounded up; of rows of equal confidence the later ones are removed.
+    The tenth is rounded up; of rows of equal confidence, the later ones are removed.
     """
     order = sorted(range(len(rows)), key=lambda k: (-rows[k].confidence, k))
     return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL_FRACTION * len(rows))])]
@@ -177,8 +184,9 @@ def most_confident(rows: Sequence[Row]) -> list[Row]:
 def worst(rows: Sequence[Row], count: int) -> list[Row]:
     """Return the `count` worst rows, worst first.
 
-    Wrong frames come before correct ones; then more faults (wrong connections, occlusions, crossings, number of chains), then
-    less coverage of the cables, then the greater RMS distance from the true axis.
+    Wrong frames come before correct ones; then frames with more faults (wrong connections, occlusions, crossings, number of
+    chains), then those with less of the cables covered and more of the chains off the cables, then those with the greater RMS
+    distance from the true axis.
     """
 
     def badness(row: Row) -> tuple[bool, int, float, float]:

@@ -20,13 +20,13 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
     Parameters
     ----------
     folder
-        with `<frame>.json` of a doo3d/detection schema for each frame; its name is the rows' family.
+        folder of the results, with a detection `<frame>.json` for each frame; its name becomes the family of the rows.
     truth
         the truth file (schema doo3d/truth/1).
 
     Raises
     ------
-    InputError : the truth or a result cannot be read, or is of another kind; a result is of the 2-D mode; no frame has a result.
+    InputError : the truth or a result cannot be read, or is not such a file; a result is of the 2-D mode; no frame has a result.
     """
     folder, frames = Path(folder), read_truth(truth)
     paths = {name: folder / f"{name}.json" for name in frames}

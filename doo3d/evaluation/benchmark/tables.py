@@ -1,4 +1,4 @@
-"""Format rows as a table for people, as CSV and as JSON."""
+"""Format the results of frames as a text table, as CSV and as JSON."""
 
 from __future__ import annotations
 
@@ -32,12 +32,22 @@ COLUMNS = (
 
 
 def format_table(rows: Sequence[Row]) -> str:
-    """Return a text table with a line for each family and one for all.
+    """Return a text table with a line for each family of frames and one for all.
 
-    frames correct, occlusions, merges, connections: correct of all, by the strict rule of Keipour et al. (RA-L 2022).
-    number correct: frames with as many chains as objects. confident 90 %: correct frames, of those left without the tenth of
-    least confidence. upper strand: crossings detected with the right cable on top, of those whose upper cable is seen.
-    Distances in mm (RMS seen and hidden, nodes, ends), radius ratio and time in ms are medians over frames.
+    The columns are:
+
+    - frames correct: frames correct by the strict rule of Keipour et al. (RA-L 2022), of all frames;
+    - number correct: frames with as many chains as true cables, in %;
+    - confident 90 %: correct frames in % of the frames without the tenth that have the least confidence;
+    - occlusions correct, merges correct, connections correct: correct ones of all;
+    - wrong: number of wrong connections;
+    - upper strand: crossings detected with the right cable on top, of those whose upper cable is seen;
+    - RMS seen, hidden: RMS distance from the true axis, where the axis is seen and where it is hidden, mm, median over frames;
+    - nodes, ends: distance of joints and of ends from those of the true cable, mm, median over frames;
+    - radius: detected over true radius, median over frames;
+    - time: duration of a detection, ms, median over frames.
+
+    A value that is unknown is shown as "-".
     """
     families = by_family(rows)
     name_width = max(map(len, [*families, "all"]))
@@ -70,9 +80,9 @@ def _line(name: str, name_width: int, total: Summary) -> str:
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """Return the rows as CSV: a line of column names and a line for each frame.
+    """Return the rows as CSV text: a line of column names (see `Row.to_dict`) and a line for each frame.
 
-    Numbers are written in full; unknown values (None, NaN) are left empty. The text is empty if there are no rows.
+    Unknown values (None, NaN) are left empty. The text is empty if there are no rows.
     """
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")
@@ -85,9 +95,9 @@ def csv_text(rows: Sequence[Row]) -> str:
 
 
 def json_text(rows: Sequence[Row], settings: Mapping[str, Any]) -> str:
-    """Return an evaluation as JSON text (schema doo3d/evaluation/2).
+    """Return the results of an evaluation as JSON text (schema doo3d/evaluation/2).
 
-    It holds the settings, a summary for each family and for "all", and every frame; unknown values are null.
+    It holds the settings, a summary for each family and for "all", and the row of every frame; unknown values are null.
 
     Parameters
     ----------

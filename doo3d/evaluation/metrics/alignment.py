@@ -31,17 +31,17 @@ SLACK_RADII, MIN_SLACK = 2.0, 0.005
 
 @dataclass(frozen=True)
 class Stretch:
-    """Successive joints of a chain that follow one cable in one direction.
+    """A run of successive joints of a chain that follows one true cable in one direction, without a jump.
 
     Attributes
     ----------
     cable
-        index of the cable.
+        index of the cable among the true cables.
     joints
-        (K,) int, indices of the joints in the chain.
+        (K,) int, indices of the K joints in the chain; joints that lie on no cable are left out.
     arcs
-        (K,) m, arc length along the cable of each joint's position. On a closed cable the arcs go on beyond its length, or below
-        0, where the stretch passes the cable's first point.
+        (K,) m, arc length along the cable at which each joint lies. On a closed cable, the values continue above the cable's
+        length or below 0 where the stretch passes the cable's first point.
     """
 
     cable: int
@@ -56,11 +56,11 @@ class ChainAlignment:
     Attributes
     ----------
     stretches
-        the parts of the chain that follow one cable in one direction, in the order of the chain.
+        the runs of joints that follow one cable in one direction, in the order of the chain.
     connections
-        number of pairs of successive joints that lie on cables; joints on no cable are skipped.
+        number of pairs of successive joints that lie on cables; joints that lie on no cable are skipped.
     wrong
-        number of these pairs where the chain jumps along or between cables, or turns back.
+        number of these pairs where the chain jumps along or between cables, plus the number of joints where it turns back.
     """
 
     stretches: tuple[Stretch, ...] = ()
@@ -68,14 +68,14 @@ class ChainAlignment:
     wrong: int = 0
 
     def overlap(self, cables: int, segment_length: float) -> Floats:
-        """Return, for each cable, how much of the chain lies on it: (cables,) m.
+        """Return the length in m of the chain that lies on each cable, (cables,).
 
         Parameters
         ----------
         cables
-            number of cables.
+            number of true cables.
         segment_length
-            m, the chain's.
+            length of the chain's segments, m.
         """
         result = np.zeros(cables)
         for stretch in self.stretches:
@@ -84,11 +84,10 @@ class ChainAlignment:
 
 
 def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
-    """Return the hidden runs of a cable: (first, last) axis sample of each, both included.
+    """Return the stretches of a cable that the camera does not see, as (first, last) indices of axis samples, both included.
 
-    A run is a stretch of the axis where the camera does not see the cable; seen stretches shorter than 2 mm do not split it. On a
-    closed cable, `last` exceeds the last index if the run passes the first sample: take it modulo the number of samples. The
-    list is empty if all of the cable is seen or `seen` is None.
+    Seen stretches shorter than 2 mm do not split a hidden run. The list is empty if all of the cable is seen or `truth.seen` is
+    None. On a closed cable, the indices may exceed the last one: take them modulo the number of axis samples.
     """
     if truth.seen is None or truth.seen.all():
         return []
@@ -102,10 +101,9 @@ def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
 
 
 def axis_tolerance(truth: Truth) -> Floats:
-    """Return the tolerance at each axis sample of a cable, (P,) m.
+    """Return the greatest distance in m from the axis at which a chain still counts as on the cable, (P,) for its P axis samples.
 
-    It is the greatest distance from the axis at which a chain still counts as on the cable: max(2.5 radii, 10 mm),
-    or over a hidden run a fifth of the run's length if that is more.
+    It is max(2.5 radii, 10 mm); in a hidden run, a fifth of the length of the run if that is more.
     """
     result = np.full(len(truth.axis), max(TOLERANCE_RADII * truth.radius, MIN_TOLERANCE))
     for first, last in hidden_runs(truth):
@@ -115,23 +113,23 @@ def axis_tolerance(truth: Truth) -> Floats:
 
 
 def overlaps(chains: tuple[Chain, ...], alignments: list[ChainAlignment], cables: int) -> Floats:
-    """Return, for each chain and each cable, how much of the chain lies on the cable: (chains, cables) m.
+    """Return the length in m of each chain that lies on each cable, (number of chains, cables).
 
     Parameters
     ----------
     chains
         the detected chains.
     alignments
-        of each chain with the cables, in the same order.
+        the alignment of each chain with the true cables, in the order of `chains`, from `align_chain`.
     cables
-        number of cables.
+        number of true cables.
     """
     rows = [alignment.overlap(cables, chain.segment_length) for alignment, chain in zip(alignments, chains, strict=True)]
     return np.array(rows).reshape(len(chains), cables)
 
 
 def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
-    """Find the position of each joint of a chain on the true cables, and where their order breaks.
+    """Find the position of each joint of a chain on the true cables, and where the chain jumps or turns back.
 
     Parameters
     ----------
@@ -142,8 +140,9 @@ def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
 
     Returns
     -------
-    The stretches (parts of the chain that follow one cable in one direction), the number of connections (pairs of successive
-    joints on cables) and the number of wrong ones; empty if no joint is on a cable.
+    ChainAlignment
+        the stretches that follow one cable in one direction, and the numbers of connections and of wrong ones. Without stretches,
+        and 0 in number, if no joint is on a cable.
     """
     if not truths:
         return ChainAlignment()

@@ -25,17 +25,17 @@ NO_MATCH = 1e6
 
 @dataclass(frozen=True)
 class TrueCrossings:
-    """The C places where true cables cross in the camera's view.
+    """The C places where the axes of true cables cross in the camera's image.
 
     Attributes
     ----------
     cable
-        (C, 2) int, indices of the upper and of the lower cable; the upper one is nearer to the camera. Equal if a cable crosses
-        itself.
+        (C, 2) int, indices of the upper and of the lower cable. The upper one is nearer to the camera. Both are equal where a
+        cable crosses itself.
     arc
-        (C, 2) m, arc length of the crossing along the upper and along the lower cable.
+        (C, 2) m, arc length at which the crossing lies along the upper and along the lower cable.
     seen
-        (C,) bool, whether the camera sees the upper cable there.
+        (C,) bool, whether the camera sees the upper cable at the crossing.
     """
 
     cable: Ints
@@ -44,14 +44,19 @@ class TrueCrossings:
 
 
 def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
-    """Find all places where the cables' axes cross in the camera's image.
+    """Find all places where the axes of cables cross in the camera's image.
 
     A cable's crossing with itself counts only if its two passes are more than 4 radii apart along the cable.
 
     Parameters
     ----------
     truths
-        the cables, m, in the camera's optical frame.
+        the cables, m, in the camera's optical frame; a cable whose `seen` is None counts as seen all along.
+
+    Returns
+    -------
+    TrueCrossings
+        cables, positions and visibility of each crossing; of length 0 if there are none.
     """
     if not truths:
         return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
@@ -98,26 +103,26 @@ def count_crossings(
 ) -> tuple[int, int]:
     """Count the detected crossings that are correct, and those that do not exist.
 
-    Detected and true crossings are matched one to one. On both cables, a matching crossing lies at most 5 radii and a segment
-    from the true one, along the cable.
+    Detected and true crossings are matched one to one. They can match if, on both cables, they are at most 5 radii plus one
+    segment length apart, measured along the cable.
 
     Parameters
     ----------
     detected
-        the crossings of the detection.
+        the detected crossings.
     chains
-        the chains of the detection.
+        the detected chains, to which the crossings refer by index.
     alignments
-        of each chain with the true cables, in the same order.
+        the alignment of each chain with the true cables, in the order of `chains`, from `align_chain`.
     truths
         the true cables.
     true
-        the crossings of the true cables.
+        the crossings of the true cables, from `true_crossings`.
 
     Returns
     -------
-    correct : true crossings with the upper cable seen that were detected with the right cable on top.
-    extra : detected crossings without a true one.
+    correct : number of true crossings that match a detected one with the right cable on top, and whose upper cable is seen.
+    extra : number of detected crossings that match no true one.
     """
     offsets = np.full((len(true.cable), len(detected), 2), NO_MATCH)
     for k, crossing in enumerate(detected):

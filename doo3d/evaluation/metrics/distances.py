@@ -20,16 +20,16 @@ SAMPLE_SPACING = 0.001
 
 @dataclass(frozen=True)
 class ChainDistances:
-    """The distances of Q points of a chain from the axes of the cables that it follows.
+    """The distances of Q points of a chain from the axes of the cables that the chain follows.
 
     Attributes
     ----------
     distance
-        (Q,) m from the axis; NaN where the chain is on no cable.
+        (Q,) m from the axis; NaN where the chain follows no cable.
     seen
-        (Q,) bool, whether the camera sees the cable there; True where the chain is on no cable.
+        (Q,) bool, whether the camera sees the cable there; True where the chain follows no cable.
     off
-        (Q,) bool, whether the point is farther from the axis than allowed, or on no cable.
+        (Q,) bool, whether the point is farther from the axis than allowed, or the chain follows no cable there.
     """
 
     distance: Floats
@@ -38,28 +38,27 @@ class ChainDistances:
 
     @property
     def off_fraction(self) -> float:
-        """The fraction of the chain's points that are off the cable, 0 to 1."""
+        """The fraction, 0 to 1, of the chain's points that are farther from the cable's axis than allowed, or on no cable."""
         return float(self.off.mean())
 
 
 def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Truth, ...]) -> ChainDistances:
-    """Measure how far a chain lies from the axes of the cables that it follows.
-
-    A point is off its cable beyond max(1.5 radii, 5 mm) where the cable is seen, and beyond max(2.5 radii, 10 mm, a fifth of the
-    hidden run's length) where it is hidden.
+    """Measure how far points along a chain lie from the axes of the cables that the chain follows.
 
     Parameters
     ----------
     chain
         the chain, joints in m, in the frame of the cables.
     alignment
-        of the chain with `truths`, from `align_chain`.
+        the alignment of `chain` with `truths`, from `align_chain`.
     truths
         the true cables.
 
     Returns
     -------
-    Distance in m, seen and off for points at most 1 mm apart along the chain.
+    ChainDistances
+        for points at most 1 mm apart along the chain. A point is `off` beyond max(1.5 radii, 5 mm) where the cable is seen, and
+        beyond max(2.5 radii, 10 mm, a fifth of the length of the hidden run) where it is hidden.
     """
     points, joint = sample_chain(chain)
     distance = np.full(len(points), np.nan)
@@ -75,18 +74,18 @@ def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Tru
 
 
 def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple[Floats, Floats]:
-    """Sample points along a chain from one joint to another, at even spacing of at most 1 mm.
+    """Return evenly spaced points along a chain from one joint to another, at most 1 mm apart.
 
     Parameters
     ----------
     chain
         the chain, joints in m.
     first, last
-        indices of the joints where sampling begins and ends; None for the chain's last joint.
+        indices of the joints where the points begin and end; `last` None stands for the chain's last joint.
 
     Returns
     -------
-    points : (Q, 3) m.
+    points : (Q, 3) m, Q points.
     joint : (Q,) position of each point along the chain, in joints: 2.5 is halfway from joint 2 to joint 3.
     """
     last = len(chain.joints) - 1 if last is None else last
@@ -113,18 +112,18 @@ def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Trut
 
 
 def end_error(chain: Chain, truth: Truth) -> float:
-    """Return the mean distance in mm of a chain's two ends from the two tips of an open cable.
+    """Return the mean distance in mm of the two ends of a chain from the two tips of an open cable.
 
-    Ends and tips are paired in the better of the two ways.
+    Of the two ways to pair ends with tips, the one with the smaller mean is taken.
     """
     distances = cdist(chain.joints[[0, -1]], truth.axis[[0, -1]])
     return 1e3 * float(min(np.trace(distances), np.trace(distances[::-1]))) / 2
 
 
 def rms_mm(parts: list[Floats]) -> float:
-    """Return the root mean square in mm of distances in m, over all arrays together.
+    """Return the root mean square, in mm, of distances in m from all arrays together.
 
-    NaN is ignored; the result is NaN if nothing else is left.
+    Values that are NaN or infinite are left out; the result is NaN if no others are left.
     """
     values = np.concatenate([np.zeros(0), *parts])
     values = values[np.isfinite(values)]

@@ -14,18 +14,18 @@ MAX_SEGMENTS_FROM_FILL = 3.0
 
 
 def wrong_merges(chain: Chain, alignment: ChainAlignment) -> int:
-    """Return the number of a chain's merges that are wrong.
+    """Return the number of wrong merges in a chain.
 
-    A merge is a place where the detection joined two pieces to one chain. It is wrong if one of its sides is on no cable, or
-    if the order along the cables breaks there. A break is blamed on the nearest merge, or on none if that is more than 3 segments
-    away.
+    A merge is a place where the detection joined two pieces to one chain. It is wrong if the joint before or after it is on no
+    cable, or if the chain jumps or turns back at it. A jump or turn is blamed on the nearest merge, or on none if that is more
+    than 3 segments away.
 
     Parameters
     ----------
     chain
-        its `connections` are the merges.
+        the chain; its `connections` are the merges.
     alignment
-        of the chain with the true cables, from `align_chain`.
+        the alignment of the chain with the true cables, from `align_chain`.
     """
     spans = [_filled_span(chain, connection.segment) for connection in chain.connections]
     wrong = {k for k, span in enumerate(spans) if not all(_is_aligned(alignment, joint) for joint in _joints_beside(chain, span))}

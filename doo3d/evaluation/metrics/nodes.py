@@ -13,10 +13,11 @@ STARTS_PER_NODE = 10
 
 
 def node_error(chain: Chain, truth: Truth) -> float:
-    """Return the mean distance in mm of joint i of a chain from true node i, as trackers are measured.
+    """Return the mean distance in mm of joint i of a chain from node i of the true cable.
 
-    The true nodes are as many points as the chain has joints, evenly spaced along the cable's axis. So a chain that follows the
-    axis but is shifted along it has an error, too. Of the two directions, and on a closed cable of all starts, the best is taken.
+    The nodes of the cable are evenly spaced along its axis, as many as the chain has joints. So a chain that lies on the axis but
+    is shifted along it has an error, too. The lesser error of the chain's two directions is returned; on a closed cable, the
+    least error of all positions of the first node.
     """
     if truth.closed:
         return 1e3 * _closed_error(chain.joints[:-1] if chain.closed else chain.joints, truth)

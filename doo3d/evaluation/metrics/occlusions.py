@@ -27,13 +27,10 @@ SampleRun = tuple[int, int]
 
 
 def occlusions(truth: Truth) -> list[SampleRun]:
-    """Return the occlusions of a cable: (first, last) axis sample of each.
+    """Return the occlusions of a cable, as (first, last) indices of axis samples, both included.
 
-    An occlusion is a hidden run of at least 8 mm. An open cable must go on for at least 5 mm on both sides of it.
-
-    Returns
-    -------
-    (first, last) of each run, both included. On a closed cable, `last` exceeds the last index if the run passes the first sample.
+    An occlusion is a stretch of at least 8 mm where the camera does not see the cable. At least 5 mm of an open cable must follow
+    on both sides of it. On a closed cable, the indices may exceed the last one: take them modulo the number of axis samples.
     """
     side = 0 if truth.closed else int(np.ceil(MIN_SEEN_SIDE / truth.spacing))
     last_sample = np.inf if truth.closed else len(truth.axis) - 1 - side
@@ -47,20 +44,21 @@ def occlusions(truth: Truth) -> list[SampleRun]:
 def passed_occlusions(
     chains: tuple[Chain, ...], alignments: list[ChainAlignment], truths: tuple[Truth, ...], runs: Iterable[tuple[int, SampleRun]]
 ) -> int:
-    """Return the number of occlusions through which one of the chains passes correctly.
+    """Return the number of occlusions through which at least one of the chains passes correctly.
 
-    The chain must join both sides of the hidden run without a break, and stay within the tolerance of the true axis between them.
+    A chain passes correctly if it runs from one side of the hidden run to the other without a jump, and stays within the
+    tolerance (see `axis_tolerance`) of the true axis in between.
 
     Parameters
     ----------
     chains
-        the detected chains, m.
+        the detected chains, joints in m, in the frame of the cables.
     alignments
-        of each chain with the true cables, in the same order.
+        the alignment of each chain with the true cables, in the order of `chains`, from `align_chain`.
     truths
         the true cables.
     runs
-        the occlusions: (index of the cable, (first, last) axis sample) each, as found by `occlusions`.
+        (index of the cable, (first, last)) for each occlusion, with first and last from `occlusions`.
     """
     aligned = list(zip(chains, alignments, strict=True))
     aligned += [(chain, align_chain(chain, truths)) for chain in map(_with_opposite_seam, chains) if chain]

@@ -23,40 +23,41 @@ MIN_COVERAGE, MAX_OFF_FRACTION = 0.94, 0.03
 
 @dataclass(frozen=True)
 class FrameScore:
-    """The score of one frame's chains against its true cables (the objects).
+    """The score of one frame: its detected chains against its true cables (the objects).
 
     Attributes
     ----------
     correct
         whether the frame is correct by the strict rule of Keipour et al. (RA-L 2022): one chain for each object, no wrong
-        connection, at least 94 % of each object covered, and less than 3 % of each chain off it.
+        connection, at least 94 % of each object covered, and less than 3 % of each chain off its object.
     reasons
-        why the frame is not correct, a phrase for each broken rule.
+        why the frame is not correct, a phrase for each broken rule; empty if it is correct.
     objects, chains
-        number of true cables, and of detected chains.
+        numbers of true cables and of detected chains.
     occlusions, occlusions_correct
-        hidden runs of 8 mm or more with the cable seen on both sides, and those that a chain passes correctly.
+        number of stretches of 8 mm or more where the camera does not see the cable but sees it on both sides, and number of those
+        that a chain passes correctly.
     connections, connections_wrong
-        pairs of successive joints on cables, and those where the chain jumps or turns back.
+        number of pairs of successive joints on cables, and number of those where the chain jumps or turns back.
     rms_seen, rms_hidden
         mm, RMS distance of the chains from the true axis, where the camera sees the cable and where it is hidden; NaN if there
         is no such part.
     radius_ratio
         detected over true radius, mean over objects with a chain; NaN if there are none.
     end_error
-        mm, mean distance of chain ends from the tips of open objects; NaN if there are none.
+        mm, mean distance of chain ends from the tips of open objects; NaN if no open object has a chain.
     coverage
-        least fraction of an object that its chain follows, 0 to 1; 1 if there are no objects.
+        fraction, 0 to 1, of an object that its chain follows, least over all objects; 1 if there are no objects.
     off_fraction
-        greatest fraction of a chain that is off its object, 0 to 1.
+        fraction, 0 to 1, of a chain that is off its object, greatest over all chains; 0 if there are no chains.
     merges, merges_wrong
-        places where the detection joined two pieces to one chain, and the wrong ones.
+        number of places where the detection joined two pieces to one chain, and number of those that are wrong.
     node_error
-        mm, mean distance of node i of a chain from node i of its object, with equally many evenly spaced nodes; NaN if there are
-        no such pairs.
+        mm, mean distance of joint i of a chain from node i of its object, with as many evenly spaced nodes on the object as the
+        chain has joints; NaN if no object has a chain.
     crossings, crossings_correct, crossings_extra
-        places where true cables cross in the view with the upper one seen, those detected with the right cable on top, and
-        detected crossings that do not exist.
+        number of places where true cables cross in the image with the upper one seen, number of those detected with the right
+        cable on top, and number of detected crossings that do not exist.
     """
 
     correct: bool
@@ -110,15 +111,17 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
     Parameters
     ----------
     chains
-        the detected chains, m, in the camera's optical frame. Their order and their directions do not matter.
+        the detected chains, m, in the camera's optical frame. Their order and their directions do not matter, except that
+        `crossings` refers to them by index.
     truths
         the true cables in the same frame; a cable whose `seen` is None counts as seen all along.
     crossings
-        the detected crossings of the chains in the camera's view; None leaves crossings out of the score (all counts 0).
+        the detected crossings of the chains in the camera's image; None leaves crossings out of the score (all counts 0).
 
     Returns
     -------
-    Whether the frame is correct, with the reasons if not, the counts of correct and wrong parts, and the errors in mm.
+    FrameScore
+        whether the frame is correct, the reasons if it is not, the counts of correct and wrong parts, and the errors in mm.
     """
     match = _match(tuple(chains), tuple(truths))
     runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]
@@ -181,16 +184,16 @@ def _reasons(match: _Match) -> tuple[str, ...]:
 
 
 def covered_fraction(alignment: ChainAlignment, truth: Truth, cable: int) -> float:
-    """Return the fraction of a cable's length that a chain follows, 0 to 1.
+    """Return the fraction, 0 to 1, of a cable's length that a chain follows.
 
     Parameters
     ----------
     alignment
-        of the chain with all true cables, from `align_chain`.
+        the alignment of the chain with all true cables, from `align_chain`.
     truth
         the cable.
     cable
-        index of this cable among the true cables.
+        index of `truth` among the true cables.
     """
     arcs = truth.arcs
     covered = np.zeros(len(arcs), dtype=bool)

@@ -30,12 +30,12 @@ class Tube:
     Attributes
     ----------
     file
-        name of the text file of tubes that the scene was made from.
+        name of the text file that describes the tubes of the scene.
     seen_fraction
         fraction of the tube's length that the camera sees, 0 to 1.
     correct
-        whether the chain matched with the tube follows no other one, has no wrong connection, covers at least 94 % of the tube
-        and has less than 3 % of its length off it.
+        whether a chain follows the tube correctly: it follows no other tube, has no wrong connection, covers at least 94 % of the
+        tube and has less than 3 % of its own length off it.
     """
 
     file: str
@@ -44,14 +44,14 @@ class Tube:
 
 
 def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)) -> list[Case]:
-    """Return a case for each tube configuration (*.txt) in a folder and each seed, sorted by file name.
+    """Return a case (a frame with known truth) for each file of tubes (*.txt) in a folder and each seed, sorted by file name.
 
     Parameters
     ----------
     folder
-        with the configurations: text files of tubes made of straight cylinders; subfolders are not searched.
+        the folder with the text files, in the format that `read_tubes` reads; subfolders are not searched.
     seeds
-        0 or more each; a seed sets the camera's pose and the tubes' color.
+        integers, 0 or more; a seed sets the camera's pose and the tubes' color.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
     size
@@ -70,14 +70,14 @@ def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", s
 def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
     """Detect in every scene, given its true mask and number of tubes, and tell which tubes are correct.
 
-    A failed detection makes all tubes of its scene wrong.
+    If the detection fails in a scene, all tubes of this scene count as wrong.
 
     Parameters
     ----------
     cases
         the scenes, from `tube_cases`.
     config
-        of the detection, for 3-D.
+        the configuration of the detection, of a 3-D mode.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
     Raises
     ------
     ConfigError : the config is for 2-D.
-    InputError : a file is not a tube configuration.
+    InputError : a file cannot be read, or is not a tube configuration.
     """
     if config.mode == "2d":
         raise ConfigError("tubes are evaluated in 3-D, and the config is for 2-D: use tubes or default", code="config-mode")
@@ -104,10 +104,17 @@ def evaluate_tubes(cases: Iterable[Case], config: Config) -> list[Tube]:
 
 
 def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool]:
-    """Tell for each true tube, in the order of `truths`, whether a chain follows it correctly.
+    """Return, for each true tube, whether a chain follows it correctly: a list of bool in the order of `truths`.
 
-    Tubes and chains are matched one to one by the greatest total length in common. The chain is correct if it follows no other
-    tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its length off it.
+    Tubes and chains are matched one to one by the greatest total length in common. A tube is correct if its chain follows no
+    other tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its own length off it.
+
+    Parameters
+    ----------
+    chains
+        the detected chains, m.
+    truths
+        the true tubes, m, in the frame of the chains.
     """
     chains, truths = tuple(chains), tuple(truths)
     alignments = [align_chain(chain, truths) for chain in chains]
@@ -124,9 +131,15 @@ def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool
 
 
 def format_tubes(tubes: Sequence[Tube]) -> str:
-    """Return a text table with a line for each file and one for all.
+    """Return a text table of results, with a line for each file of tubes and a line for all.
 
-    Columns: number of tubes, number of tubes with at least 60 % of their length seen, and correct ones of these (number and %).
+    The columns are:
+
+    - the name of the file;
+    - the number of its tubes, over all scenes;
+    - the number of tubes with at least 60 % of their length seen;
+    - the number of these that are correct (see `Tube.correct`);
+    - this number in percent of the tubes that are seen well enough; "-" if there are none.
     """
     groups = {file: [tube for tube in tubes if tube.file == file] for file in dict.fromkeys(tube.file for tube in tubes)}
     name_width = max(map(len, [*groups, "all"]))

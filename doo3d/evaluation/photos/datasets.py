@@ -42,13 +42,14 @@ class Photo:
     Attributes
     ----------
     subset
-        part of the data set that it belongs to, such as S1.
+        name of the part of the data set that the photograph belongs to, such as S1.
     name
-        such as img0.
+        name of the photograph, such as img0.
     image
         (H, W, 3) uint8 RGB.
     labels
-        (H, W) int: i at the pixels that show cable i, 0 for background. At a crossing, the pixels are those of the upper cable.
+        (H, W) int: i from 1 at the pixels that show cable i, 0 for background. At a crossing, the pixels belong to the upper
+        cable.
     mask
         (H, W) bool, the mask that the detection is given.
     """
@@ -67,9 +68,16 @@ class Photo:
 
 @dataclass(frozen=True)
 class PhotoRef:
-    """A photograph on disk: its subset (such as S1), its name (such as img0) and how to read it.
+    """A photograph on disk: how to read it when it is needed.
 
-    load : called without arguments, reads image, labels and mask.
+    Attributes
+    ----------
+    subset
+        name of the part of the data set that the photograph belongs to, such as S1.
+    name
+        name of the photograph, such as img0.
+    load
+        called without arguments, reads the image, the labels and the mask.
     """
 
     subset: str
@@ -88,18 +96,18 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
     folder
         the data set, or one of its subsets.
     masks
-        mask that the detection is given: "labels" for all labelled pixels, "hsv" for the pixels of the cables' colors.
+        the mask that the detection is given: "labels" for all labelled pixels, "hsv" for the pixels of the cables' colors.
     subsets
-        names such as S1; None for all.
+        names of the subsets to list, such as S1; None for all.
 
     Returns
     -------
-    References by subset and number; an image is read only by `load`.
+    References to the photographs, by subset and number; an image is read only when the `load` of its reference is called.
 
     Raises
     ------
-    InputError : there are no photographs, or a label is missing.
-    ConfigError : `masks` is neither of the two.
+    InputError : there are no photographs, a label is missing, or there is no subset of a given name.
+    ConfigError : `masks` is neither "labels" nor "hsv".
     """
     folder = _check_masks(folder, masks, ("labels", "hsv"))
 
@@ -122,25 +130,26 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
     """List the photographs of the data set C1 to C3 of FASTDLO, RT-DLO and mBEST, resized to 640x360 px.
 
     `folder`, or `folder`/data as in the public repository, holds images/, labels/ (one color for each cable, on black) and
-    masks/; the names test_imgs/, test_labels/ and test_masks/ are read, too. A file's name begins with its subset, as in c1_0.
+    masks/; the names test_imgs/, test_labels/ and test_masks/ are accepted, too. The name of a file begins with its subset, as in
+    c1_0.
 
     Parameters
     ----------
     folder
         the data set.
     masks
-        mask that the detection is given: "labels" for all labelled pixels, "network" for the images in masks/.
+        the mask that the detection is given: "labels" for all labelled pixels, "network" for the images in masks/.
     subsets
-        names such as C1; None for all.
+        names of the subsets to list, such as C1; None for all.
 
     Returns
     -------
-    References by subset and number; an image is read only by `load`.
+    References to the photographs, by subset and number; an image is read only when the `load` of its reference is called.
 
     Raises
     ------
-    InputError : there are no photographs, or a label or mask is missing.
-    ConfigError : `masks` is neither of the two.
+    InputError : there are no photographs, a label or mask is missing, or there is no subset of a given name.
+    ConfigError : `masks` is neither "labels" nor "network".
     """
     folder = _check_masks(folder, masks, ("labels", "network"))
 
@@ -165,9 +174,9 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
 
 
 def hsv_mask(color: Array) -> Bools:
-    """Segment mBEST's cables by their colors (pink, green and teal on black cloth): (H, W) bool.
+    """Return the mask of mBEST's cables, (H, W) bool, found by their colors (pink, green and teal on black cloth).
 
-    The mask is closed and then opened with a square of 3x3 px.
+    Gaps and specks of a pixel or two are removed (morphological closing, then opening, with a square of 3x3 px).
 
     Parameters
     ----------

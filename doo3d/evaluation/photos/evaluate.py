@@ -18,22 +18,22 @@ Detector = Callable[[Array, Config, Bools], Detection]
 
 @dataclass(frozen=True)
 class Row:
-    """The result for one photograph, or for one cable of it alone.
+    """The result for one photograph, or for one cable of a photograph detected alone.
 
     Attributes
     ----------
     ref
         the photograph.
     score
-        of the chains against the labels.
+        the score of the detected chains against the labels.
     detection
-        without chains if there was an error.
+        the detection; without chains if there was an error.
     error, code
-        sentence and code of the error that ended the detection; None if there was none.
+        message and machine-readable code of the error that ended the detection; None if there was none.
     cable
         number of the cable in the labels, from 1; None for a whole photograph.
     trace
-        how well the chain follows that cable; None for a whole photograph.
+        how well the chain follows the cable `cable`; None for a whole photograph.
     """
 
     ref: PhotoRef
@@ -57,9 +57,9 @@ class Row:
 
     @property
     def quality(self) -> float:
-        """The value by which the worst rows are chosen, 0 (worst) to 2.
+        """A value to rank rows by, 0 (worst) to 2.
 
-        It is recall + precision for a single cable, and the sum of the DICE scores drawn and labelled for a photograph.
+        For a single cable, recall + precision; for a photograph, the sum of the DICE scores `drawn` and `labelled`.
         """
         return self.trace.recall + self.trace.precision if self.trace else self.score.drawn + self.score.labelled
 
@@ -69,16 +69,16 @@ def evaluate_photos(
 ) -> list[Row]:
     """Detect in every photograph and score the result.
 
-    The first photograph of each subset is run twice and counted once, so that compiling is not timed.
+    The first photograph of each subset is run twice and counted once, so that compilation is not timed.
 
     Parameters
     ----------
     refs
         the photographs, subset by subset.
     config
-        of the detection, for 2-D.
+        the configuration of the detection, of the 2-D mode.
     known_count
-        True gives the detection the true number of cables; False leaves it to the config.
+        True gives the detection the true number of cables; False leaves the number to the config.
     detect
         another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and its
         mask (H, W) bool; None for `doo3d.detect`.
@@ -99,23 +99,24 @@ def evaluate_photos(
 
 
 def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector | None = None) -> list[Row]:
-    """Detect each cable of each photograph alone, in its own labelled pixels, and score the result.
+    """Detect each cable of each photograph alone, with its labelled pixels as the mask, and score the result.
 
-    The detection is told to find one chain.
+    The detection is told to find one chain. The first cable of each subset is run twice and counted once, so that compilation is
+    not timed.
 
     Parameters
     ----------
     refs
         the photographs, subset by subset.
     config
-        of the detection, for 2-D.
+        the configuration of the detection, of the 2-D mode.
     detect
         another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and the
         cable's pixels (H, W) bool; None for `doo3d.detect`.
 
     Returns
     -------
-    A row for each cable, photograph by photograph.
+    A row for each cable, photograph by photograph; a failed detection counts as one without a chain, and its row holds the error.
     """
     rows, config = list[Row](), _with_chains(config, 1)
     for ref in refs:
@@ -132,10 +133,7 @@ def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector |
 
 
 def worst(rows: Iterable[Row], count: int) -> list[Row]:
-    """Return the `count` rows with the lowest scores, lowest first.
-
-    The score is recall + precision of a single cable, or the sum of the two DICE scores of a whole photograph.
-    """
+    """Return the `count` rows of the lowest quality (see `Row.quality`), lowest first."""
     return sorted(rows, key=lambda row: row.quality)[:count]
 
 

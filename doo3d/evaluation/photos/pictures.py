@@ -22,9 +22,15 @@ _UNLABELLED = (70, 70, 70)
 
 
 def picture(row: Row) -> Array:
-    """Draw the chains over the photograph, beside its labels, below a caption: (H, W, 3) uint8 RGB.
+    """Draw the chains over a photograph of H x W px, with the labels beside it and a caption above: (H + 36, 2 W, 3) uint8 RGB.
 
-    A labelled cable has the color of the chain matched with it, or grey if there is none; it is darker outside the mask.
+    A labelled cable has the color of the chain matched with it, or is gray if there is none. It is darker where the mask does not
+    contain it. Unlabelled pixels of the mask are dark gray.
+
+    Parameters
+    ----------
+    row
+        the result for the photograph, or for one of its cables.
     """
     photo = row.ref.load()
     both = np.concatenate((draw(photo.image, row.detection), _labels_picture(photo, row)), axis=1)
@@ -32,9 +38,9 @@ def picture(row: Row) -> Array:
 
 
 def write_pictures(folder: Path, rows: list[Row]) -> list[Path]:
-    """Draw each row's chains beside the labels, and write a PNG for each into a folder.
+    """Write a PNG for each row into a folder: the chains over the photograph, with the labels beside it.
 
-    A picture is named `<number>_<name>.png`; rows are numbered from 00. The folder is made if necessary.
+    A picture is named `<number>_<name>.png`, where rows are numbered from 00. The folder is made if necessary.
 
     Returns
     -------

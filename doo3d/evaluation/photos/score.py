@@ -34,22 +34,23 @@ _MAX_BOX_PIXELS = 4_000_000
 class PhotoScore:
     """The score of one photograph's chains against the labels of its cables.
 
-    The three scores are DICE coefficients, 0 to 1, between each cable's labelled pixels and those of the chain matched with it,
-    averaged over the cables. They differ in the pixels that belong to a chain.
+    `drawn`, `labelled` and `ordered` are DICE coefficients, 0 to 1, between the labelled pixels of each cable and the pixels of
+    the chain matched with it, averaged over the cables. They differ in which pixels are counted as the chain's.
 
     Attributes
     ----------
     drawn
-        a chain's pixels are those that it covers when drawn with its own width.
+        DICE with the pixels that the chain covers when it is drawn with its own width.
     labelled
-        a chain's pixels are those of the mask that are nearer to it than to any other chain.
+        DICE with the pixels of the mask that are nearer to the chain than to any other chain.
     ordered
-        as labelled, but a pixel that the matched chain covers when drawn is assigned to this chain. So nothing is lost at a
-        crossing, where one of two cables shows; in `labelled` that costs even the true lines 0.7 % on S2 and 1.2 % on S3.
+        DICE with the pixels as for `labelled`, except that a pixel of a cable is always given to the matched chain if this chain
+        covers it when drawn. This makes up for crossings, where only one of two cables shows, so that `labelled` is below 1 even
+        for perfect chains (by 0.7 % on the subset S2, 1.2 % on S3).
     cables, chains
-        number of labelled cables, and of detected chains.
+        numbers of labelled cables and of detected chains.
     match
-        (cables,) int, index of the chain matched with each cable as drawn; -1 for none.
+        (cables,) int, index of the chain matched with each cable for `drawn`; -1 for none.
     """
 
     drawn: float
@@ -74,7 +75,7 @@ class CableTrace:
     recall
         fraction, 0 to 1, of the cable's center line that is within 5 px of the chain.
     precision
-        fraction, 0 to 1, of the chain that is within 5 px of the center line.
+        fraction, 0 to 1, of the chain that is within 5 px of the center line, or of pixels of other cables that cover it.
     """
 
     recall: float
@@ -82,7 +83,7 @@ class CableTrace:
 
     @property
     def traced(self) -> bool:
-        """Whether both recall and precision are above 0.95."""
+        """Whether the cable counts as traced: both recall and precision are above 0.95."""
         return self.recall > MIN_TRACED and self.precision > MIN_TRACED
 
 
@@ -92,15 +93,17 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
     Parameters
     ----------
     chains
-        the detected 2-D chains, px.
+        the detected 2-D chains, joints and radii in px.
     labels
-        (H, W) int: i at the pixels that show cable i, 0 for background.
+        (H, W) int: i from 1 at the pixels that show cable i, 0 for background.
     mask
         (H, W) bool, the mask in which the chains were detected.
 
     Returns
     -------
-    Three DICE scores averaged over the cables, the numbers of cables and chains, and the chain matched with each cable.
+    PhotoScore
+        three DICE scores averaged over the cables (1 if there are no cables, 0 if there are no chains), the numbers of cables and
+        chains, and the chain matched with each cable.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
@@ -117,23 +120,24 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
     """Score a chain that was detected in the labelled pixels of one cable alone.
 
-    The cable's center line is the skeleton of its pixels. Specks of fewer than 30 px are left out, which the labels have at other
-    cables' edges. Where another cable lies on top, the center line is unknown. There the chain counts as near it anywhere in the
-    bridge: the other cables' pixels that morphological closing (disc of 41 px) adds to the cable's own.
+    The cable's center line is the skeleton of its labelled pixels, without regions of fewer than 30 px. Where another cable
+    covers this one, the center line is unknown; there, the chain counts as near it at any of the covering pixels (those of other
+    cables that a morphological closing with a disc of 41 px adds to the pixels of this cable).
 
     Parameters
     ----------
     chain
         the chain, joints in px; None if nothing was detected, which scores 0.
     labels
-        (H, W) int: i at the pixels that show cable i, 0 for background.
+        (H, W) int: i from 1 at the pixels that show cable i, 0 for background.
     cable
         number of the cable in the labels, from 1.
 
     Returns
     -------
-    Recall: fraction of the center line within 5 px of the chain. Precision: fraction of the chain within 5 px of the center line
-    or the bridge.
+    CableTrace
+        recall: fraction of the center line within 5 px of the chain; precision: fraction of the chain within 5 px of the center
+        line or of a covering pixel.
 
     Raises
     ------
@@ -152,20 +156,21 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
 
 
 def sample_chain(chain: Chain) -> Floats:
-    """Return evenly spaced points along a 2-D chain, at most 0.5 px apart: (P, 2) px."""
+    """Return P evenly spaced points along a 2-D chain, at most 0.5 px apart: (P, 2) px."""
     return chain.nodes(max(2, int(np.ceil(chain.length / SAMPLE_SPACING_PX)) + 1))
 
 
 def drawn_pixels(chain: Chain, shape: tuple[int, int]) -> Bools:
-    """Draw a 2-D chain with its own width, and return the pixels whose center is inside: (H, W) bool.
+    """Return the pixels that a 2-D chain covers when it is drawn with its own width: (H, W) bool.
 
-    The width runs linearly between the radii at a segment's two joints. The drawing is round at inner joints, and cut off flat
-    at the ends of an open chain.
+    A pixel is covered if its center is inside the drawing. The width changes linearly along a segment between the radii at its
+    two joints; unknown radii (NaN) count as 0. The drawing is round at inner joints, and cut off flat at the ends of an open
+    chain.
 
     Parameters
     ----------
     chain
-        the chain, joints in px.
+        the chain, joints and radii in px.
     shape
         (height, width) of the image.
     """
@@ -216,14 +221,14 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
 
 
 def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
-    """Return, for each pixel, the index of the chain whose center line is nearest: (P,) int.
+    """Return, for each of P pixels, the index of the chain whose center line is nearest: (P,) int.
 
     Parameters
     ----------
     chains
-        2-D, px; at least one.
+        the 2-D chains, joints in px; at least one.
     pixels
-        (P, 2), x and y of each pixel.
+        (P, 2) px, x and y of each pixel.
     """
     lines = [sample_chain(chain) for chain in chains]
     owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])

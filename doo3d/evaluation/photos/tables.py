@@ -21,10 +21,13 @@ _CSV_COLUMNS = (
 
 
 def format_rows(rows: Sequence[Row]) -> str:
-    """Return a text table with a line for each subset and one for all, then lists of the wrong rows.
+    """Return a text table with a line for each subset and one for all, followed by lists of errors and wrong results.
 
-    Columns for photographs: number, DICE in % (drawn, labelled, ordered), photographs with the right number of chains, median and
-    95th percentile of the time in ms, errors. For single cables: number, traced ones, recall and precision in %, time, errors.
+    Rows of photographs have the columns: number of photographs; DICE scores drawn, labelled and ordered in % (see `PhotoScore`);
+    photographs with the right number of chains; median and 95th percentile of the time in ms; number of errors.
+
+    Rows of single cables have the columns: number of cables; cables traced (see `CableTrace.traced`); mean recall and precision
+    in %; median and 95th percentile of the time in ms; number of errors.
     """
     single_cables = any(row.trace for row in rows)
     columns, cells = (_CABLE_COLUMNS, _cable_cells) if single_cables else (_PHOTO_COLUMNS, _photo_cells)
@@ -47,7 +50,7 @@ def format_rows(rows: Sequence[Row]) -> str:
 
 
 def caption(row: Row) -> str:
-    """Return one line of text on a row: its name, its scores in %, and its error if there was one."""
+    """Return a caption for the picture of a row, in one line: name, scores in %, and the error if there was one."""
     if row.trace:
         text = f"recall {100 * row.trace.recall:.1f}   precision {100 * row.trace.precision:.1f}"
     else:
@@ -58,10 +61,10 @@ def caption(row: Row) -> str:
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """Return the rows as CSV: a line of column names and a line for each row, numbers in full.
+    """Return the rows as CSV text: a line of column names and a line for each row.
 
-    Columns: subset, image, cable, cables, chains, drawn, labelled, ordered, recall, precision, ms, error, code. Values that a row
-    does not have are left empty; ms is nan after an error.
+    Columns: subset, image, cable, cables, chains, drawn, labelled, ordered, recall, precision, ms, error, code. The scores are
+    fractions, 0 to 1. Values that a row does not have are left empty; ms is nan after an error.
     """
     file = io.StringIO()
     table = csv.writer(file, lineterminator="\n")

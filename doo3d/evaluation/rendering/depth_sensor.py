@@ -13,27 +13,28 @@ from ...types import Array, Bools, Camera, Floats
 
 @dataclass(frozen=True)
 class Sensor:
-    """The errors of a depth camera.
+    """The errors of a simulated depth camera.
 
     Attributes
     ----------
     baseline
-        m between the two cameras of a stereo sensor, whose noise is constant in disparity and so grows with the square of the
-        distance; 0 for noise that is constant in depth.
+        distance in m between the two cameras of a stereo sensor, whose noise is constant in disparity and so grows with the
+        square of the depth; 0 for a sensor whose noise is constant in depth.
     noise
-        (least, greatest) standard deviation, px of disparity with a baseline, else m; one value between them is drawn per frame.
+        (least, greatest) standard deviation of the noise, in px of disparity if there is a baseline, else in m; one value between
+        them is drawn for each frame.
     correlation
-        px, sigma of the Gaussian blur that correlates the noise of neighboring pixels.
+        sigma, in px, of the Gaussian blur that correlates the noise of neighboring pixels.
     disparity_step
-        px, the disparity is rounded to multiples of it; 0 for no rounding.
+        px; the disparity is rounded to multiples of this step; 0 for no rounding.
     depth_step
-        m, the stored depth is rounded to multiples of it; 0 for no rounding.
+        m; the depth is rounded to multiples of this step; 0 for no rounding.
     flying
-        fraction of the pixels at depth edges that measure a depth between both sides.
+        fraction, 0 to 1, of the pixels at depth edges that measure a depth between the near and the far side.
     missing
-        fraction of the pixels at depth edges that measure nothing.
+        fraction, 0 to 1, of the pixels at depth edges that measure nothing.
     holes
-        fraction of the image that is lost in small holes.
+        fraction, 0 to 1, of the image that is lost in small holes.
     """
 
     baseline: float = 0.0
@@ -69,11 +70,11 @@ def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, r
     shiny
         (H, W) bool, pixels of surfaces that the sensor cannot measure.
     camera
-        the intrinsics; fx relates disparity to depth.
+        the intrinsics; only fx is used, to relate disparity to depth.
     sensor
-        the errors.
+        the errors of the sensor.
     rng
-        source of the noise; the same state gives the same image.
+        the random number generator of the noise; the same state gives the same image.
     """
     valid = exact > 0
     depth = _noisy(_with_edges(exact, sensor, rng), camera, sensor, rng)

@@ -38,15 +38,15 @@ class Hits:
     Attributes
     ----------
     depth
-        (R,) distance along the ray, in lengths of its direction vector; inf if nothing is hit.
+        (R,) t such that the ray meets the surface at origin + t * direction; inf if nothing is hit.
     label
-        (R,) uint8: i for cable i, from 1; 255 for an occluder; 0 for the table or nothing.
+        (R,) uint8: i for cable i, from 1; 255 for another solid; 0 for the table or nothing.
     normals
-        (R, 3) unit surface normals, interpolated between the vertices on cables.
+        (R, 3) unit normals of the surface; on cables, interpolated between the vertices of the mesh.
     solid
-        (R,) int, index of the solid: cables from 0, then occluders; -1 for the table, -2 for nothing.
+        (R,) int, index of the solid that is hit: cables from 0, then occluders; -1 for the table, -2 for nothing.
     shiny
-        (R,) bool, the hit is on a stretch of cable where the sensor measures no depth.
+        (R,) bool, whether the hit is on a stretch of cable where the sensor measures no depth.
     """
 
     depth: Floats
@@ -57,7 +57,24 @@ class Hits:
 
 
 class RayCaster:
-    """A scene prepared for ray casting, in the scene's camera optical frame (x right, y down, z forward)."""
+    """A scene prepared for ray casting, in the optical frame of its camera (x right, y down, z forward).
+
+    Parameters
+    ----------
+    scene
+        the scene; its cables become tubes of triangles.
+
+    Attributes
+    ----------
+    scene
+        the scene.
+    tubes
+        the surface of each cable.
+
+    Raises
+    ------
+    MissingDependency : open3d is not installed.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -69,15 +86,15 @@ class RayCaster:
             self._caster.add_triangles(_tensor(vertices.astype(np.float32)), _tensor(triangles.astype(np.uint32)))
 
     def cast(self, origins: Floats, directions: Floats) -> Hits:
-        """Return the first hit of each ray.
+        """Return the first hit of each of R rays, at least one.
 
         Parameters
         ----------
         origins
-            (R, 3) m, in the camera frame.
+            (R, 3) m, in the camera's optical frame.
         directions
-            (R, 3), of any length; the depth of a hit is in units of this length. For rays from the camera with z = 1, that is the
-            depth in m.
+            (R, 3), of any length; the depth of a hit is in units of this length. So for rays from the camera whose direction has
+            z = 1, it is the depth in m.
         """
         parts = [
             self._cast(origins[k : k + RAYS_AT_ONCE], directions[k : k + RAYS_AT_ONCE])
@@ -118,14 +135,14 @@ class RayCaster:
         normals[nearer] = table.normal
 
     def in_shadow(self, points: Floats, normals: Floats) -> Bools:
-        """Tell which points on surfaces are in shadow, (R,) bool: a solid is between them and the light.
+        """Tell which of R points on surfaces are in shadow: (R,) bool, true if a solid is between the point and the light.
 
         Parameters
         ----------
         points
-            (R, 3) m, in the camera frame.
+            (R, 3) m, in the camera's optical frame; at least one.
         normals
-            (R, 3) unit, away from the surface.
+            (R, 3) unit vectors, away from the surface.
         """
         light = np.broadcast_to(np.asarray(self.scene.light), points.shape)
         rays = np.hstack((points + SHADOW_OFFSET * normals, light)).astype(np.float32)
@@ -135,15 +152,15 @@ class RayCaster:
         return np.concatenate(parts)
 
     def seen_samples(self, cable: Truth) -> Bools:
-        """Tell at which axis samples the camera sees a cable's surface, (P,) bool.
+        """Tell at which of its P axis points the camera sees a cable's surface: (P,) bool.
 
-        Five rays per sample are sent to points across the half of the surface that faces the camera. The sample is seen if most
-        of them arrive and its position is in the image.
+        A point counts as seen if it is in the image, and if at least three of five points across the half of the surface that
+        faces the camera are not hidden.
 
         Parameters
         ----------
         cable
-            in the camera's optical frame.
+            the cable, in the camera's optical frame.
         """
         normals = parallel_frames(cable.axis, tangents(cable.axis, cable.closed))
         view = cable.axis / np.linalg.norm(cable.axis, axis=1, keepdims=True)

@@ -33,7 +33,7 @@ class Rendered:
     frame
         color and depth, with the errors of the sensor.
     labels
-        (H, W) uint8: i at the pixels of cable i, from 1; 0 for table and background; 255 for occluders.
+        (H, W) uint8: i at the pixels of cable i, from 1; 0 for table and background; 255 for other solids.
     mask
         (H, W) bool, the pixels of all cables.
     truths
@@ -55,13 +55,13 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
     Parameters
     ----------
     scene
-        in the optical frame of its camera.
+        the scene, in the optical frame of its camera.
     sensor
         simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
 
     Raises
     ------
-    ValueError : no such sensor.
+    ValueError : there is no such sensor.
     MissingDependency : open3d is not installed.
     """
     if sensor not in SENSORS:
@@ -81,16 +81,16 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
 
 
 def pixel_rays(camera: Camera, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """Return the direction of the ray through each pixel, (H * W, 3), row by row.
+    """Return the direction of the ray through each pixel, (H * W, 3), row by row, in the camera's optical frame.
 
-    Directions are in the camera's optical frame with z = 1, so that t times the direction is the point at depth t.
+    Directions have z = 1, so that t times a direction is the point at depth t.
 
     Parameters
     ----------
     camera
-        the intrinsics and the image size.
+        the intrinsics and the image size, W x H px.
     shift
-        (x, y) px from the pixel's center to the point that the ray passes through.
+        (x, y) px from the center of the pixel to the point that the ray passes through.
     """
     v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1).astype(float)
     return camera.unproject(np.column_stack((u + shift[0], v + shift[1])), np.ones(len(u)))

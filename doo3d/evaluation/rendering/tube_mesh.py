@@ -21,16 +21,16 @@ AXIS_STRIDE = 2
 
 @dataclass(frozen=True)
 class Tube:
-    """The surface of a cable as a triangle mesh.
+    """The surface of a cable as a triangle mesh of V vertices and T triangles.
 
     Attributes
     ----------
     vertices
-        (V, 3) m.
+        (V, 3) m, in the frame of the cable.
     normals
-        (V, 3) unit, outwards, at the vertices.
+        (V, 3) unit normals at the vertices, outwards.
     triangles
-        (T, 3) int, indices of vertices.
+        (T, 3) int, indices of vertices; use `normals` to tell outside from inside, not the order of the indices.
     arcs
         (T,) m, arc length along the cable's axis at each triangle.
     """
@@ -42,12 +42,12 @@ class Tube:
 
 
 def tangents(points: Floats, closed: bool = False) -> Floats:
-    """Return the unit tangent of a polyline at each point, (P, 3), by central differences.
+    """Return the unit tangent at each of P points of a polyline, (P, 3), by central differences (one-sided at the ends).
 
     Parameters
     ----------
     points
-        (P, 3) m.
+        (P, 3) m; at least two.
     closed
         whether the polyline is a ring, whose first point follows the last and is not repeated.
     """
@@ -59,17 +59,21 @@ def tangents(points: Floats, closed: bool = False) -> Floats:
 
 
 def parallel_frames(points: Floats, tangent: Floats) -> Floats:
-    """Return rotation-minimizing frames along a polyline: two unit normals at each point, (P, 2, 3).
+    """Return two unit normals at each of P points of a polyline, (P, 2, 3), which twist as little as possible along it.
 
-    The two normals are orthogonal to the tangent and to each other, and turn about the tangent as little as possible from point
-    to point: the double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation Minimizing Frames" (2008).
+    The two normals are orthogonal to the tangent and to each other.
 
     Parameters
     ----------
     points
-        (P, 3) m.
+        (P, 3) m; no two successive points may be the same.
     tangent
-        (P, 3) unit, at the points.
+        (P, 3) unit tangents at the points.
+
+    Notes
+    -----
+    These are rotation-minimizing frames by the double reflection of Wang, Juettler, Zheng and Liu, "Computation of Rotation
+    Minimizing Frames" (2008).
     """
     result = np.empty((len(points), 2, 3))
     result[0] = np.linalg.svd(tangent[:1])[2][1:]
@@ -84,7 +88,7 @@ def parallel_frames(points: Floats, tangent: Floats) -> Floats:
 
 
 def sweep(cable: Truth) -> Tube:
-    """Return the surface of a cable: a tube round its axis, with a half sphere at each tip if it is open."""
+    """Return the surface of a cable as a triangle mesh: a tube round its axis, closed by half spheres if the cable is open."""
     if cable.closed:
         points, arcs = cable.axis[::AXIS_STRIDE], cable.arcs[::AXIS_STRIDE]
     else:

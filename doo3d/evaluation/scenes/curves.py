@@ -25,10 +25,10 @@ class CurveCrossings:
     Attributes
     ----------
     first, second
-        (C,) positions of the crossing on its two strands (the pieces of curve that meet there), as fractional indices into the
-        points of all curves; first < second.
+        (C,) positions of the crossing on the two pieces of curve that meet there, as fractional indices into the points of all
+        curves (2.5 is halfway from point 2 to point 3); first < second.
     angles
-        (C,) radians between the two strands, 0 to pi/2.
+        (C,) radians between the two pieces, 0 to pi/2.
     """
 
     first: Floats
@@ -37,20 +37,20 @@ class CurveCrossings:
 
 
 def random_curves(rng: Generator, count: int, length: float, min_radius: float) -> Floats:
-    """Draw planar curves of random, smoothly changing curvature: (count, P, 2) m.
+    """Draw planar curves of random, smoothly changing curvature: (count, P, 2) m, P points each, 2 mm apart.
 
-    Their points are 2 mm apart. They start near the origin along x, and may cross themselves.
+    Each curve starts near the origin, and may cross itself.
 
     Parameters
     ----------
     rng
-        the random numbers.
+        the random number generator to draw from.
     count
         number of curves.
     length
-        m, of each curve.
+        length of each curve, m.
     min_radius
-        m, least radius of curvature.
+        least radius of curvature, m.
     """
     points = round(length / STEP) + 1
     knots = max(4, round(length / rng.uniform(0.06, 0.14)))
@@ -63,14 +63,16 @@ def random_curves(rng: Generator, count: int, length: float, min_radius: float) 
 
 
 def resample_polyline(points: Floats, step: float) -> Floats:
-    """Return points at even arc length along a planar polyline, (Q, 2) m, from its first point on.
+    """Return evenly spaced points along a planar polyline, (Q, 2) m, beginning with its first point.
+
+    The last point of the polyline is left out.
 
     Parameters
     ----------
     points
         (P, 2) m, the polyline.
     step
-        m, arc length from point to point.
+        distance along the polyline from one returned point to the next, m.
     """
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
     even_arcs = np.arange(0, arcs[-1], step)
@@ -78,14 +80,16 @@ def resample_polyline(points: Floats, step: float) -> Floats:
 
 
 def oriented_curve(curve: Floats, angle: float) -> Floats:
-    """Rotate a planar curve to a direction, and center its bounding box at the origin: (P, 2) m.
+    """Rotate a planar curve of P points to a given angle, and center its bounding box at the origin: (P, 2) m.
+
+    The curve may be mirrored, too.
 
     Parameters
     ----------
     curve
         (P, 2) m.
     angle
-        radians from the x axis to the curve's longest principal axis, positive towards y.
+        radians from the x axis to the longest principal axis, positive towards y.
     """
     centered = curve - curve.mean(axis=0)
     _, _, axes = np.linalg.svd(centered, full_matrices=False)
@@ -98,14 +102,17 @@ def oriented_curve(curve: Floats, angle: float) -> Floats:
 def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
     """Return every place where planar polylines cross themselves or each other.
 
-    Crossings are sorted by their position on the first of their two strands.
-
     Parameters
     ----------
     points
         (P, 2) m, the points of all polylines one after the other.
     strand
         (P,) int, index of the polyline that each point belongs to.
+
+    Returns
+    -------
+    CurveCrossings
+        sorted by `first`; of length 0 if there are none.
     """
     start = np.flatnonzero(strand[1:] == strand[:-1])
     a, b = points[start], points[start + 1]
@@ -123,7 +130,7 @@ def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
 
 
 def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float) -> tuple[Ints, Ints, Floats]:
-    """Return all pairs of points that are near each other but not neighbors along one polyline.
+    """Return the Q pairs of points that are near each other, except for neighbors along one polyline.
 
     Parameters
     ----------
@@ -132,7 +139,7 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
     strand
         (P,) int, index of the polyline that each point belongs to.
     max_distance
-        m, greatest distance of a pair.
+        greatest distance between the points of a pair, m.
     min_arc
         m; two points of the same polyline are a pair only if they are farther apart than this along it.
 
@@ -149,16 +156,16 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
 
 
 def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -> Bools:
-    """Tell which pairs of points are near each other because their curves cross there: (Q,) bool.
+    """Tell which of Q pairs of points are near each other because their curves cross there: (Q,) bool.
 
     Parameters
     ----------
     i, j
-        (Q,) indices of the points of each pair, i < j.
+        (Q,) indices of the points of each pair, i < j, as from `near_pairs`.
     crossings
-        of the same curves.
+        the crossings of the same curves; none gives False for all pairs.
     max_arc
-        m; both points lie within this arc length of the crossing.
+        m; a pair is at a crossing if each of its points lies within this length of the crossing, along the curve.
     """
     if len(crossings.first) == 0:
         return np.zeros(len(i), dtype=bool)
@@ -168,9 +175,10 @@ def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -
 
 
 def clear_crossings(points: Floats, strand: Ints, clearance: float, min_angle: float = np.radians(32.0)) -> CurveCrossings | None:
-    """Return the crossings of curves, or None if a crossing is unclear or curves come too near each other.
+    """Return the crossings of curves if cables can lie along these curves, else None.
 
-    A crossing is clear if its angle is large enough and no other crossing, nor a tip, is near it along a curve.
+    The result is None if curves cross at an angle below `min_angle`, if a crossing is too near to another one or to a tip along a
+    curve (about 1.5 to 2 clearances), or if curves come nearer to each other than `clearance` without crossing.
 
     Parameters
     ----------
@@ -179,9 +187,9 @@ def clear_crossings(points: Floats, strand: Ints, clearance: float, min_angle: f
     strand
         (P,) int, index of the curve that each point belongs to.
     clearance
-        m, least distance of curves away from crossings.
+        least distance between curves away from their crossings, m.
     min_angle
-        radians, least angle between curves that cross.
+        least angle between curves that cross, radians.
     """
     crossings = curve_crossings(points[::COARSE_STRIDE], strand[::COARSE_STRIDE])
     crossings = CurveCrossings(crossings.first * COARSE_STRIDE, crossings.second * COARSE_STRIDE, crossings.angles)

@@ -33,8 +33,8 @@ MIN_BEND_RADII = 4.0
 def straight(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one nearly straight cable on a table.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     length = rng.uniform(LENGTHS[0], max(LENGTHS[0] + 0.01, 0.95 * studio.usable_size()[0]))
@@ -47,8 +47,8 @@ def straight(rng: Generator, size: Size) -> Scene | None:
 def open_curve(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one smoothly curved cable that does not cross itself.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (0, 0))
 
@@ -56,8 +56,8 @@ def open_curve(rng: Generator, size: Size) -> Scene | None:
 def crossing(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself once.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (1, 1))
 
@@ -65,8 +65,8 @@ def crossing(rng: Generator, size: Size) -> Scene | None:
 def crossings(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself two to four times.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     return _one_on_table(rng, size, (2, 4))
 
@@ -81,8 +81,9 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable under one to three boxes.
 
     The boxes lie on the cable or are held above it, as grippers and hands are.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
@@ -111,8 +112,8 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
 def several(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of two to four cables of one color, which may cross each other.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curves: list[Floats] = []
@@ -134,8 +135,9 @@ def air(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in the air.
 
     It is a helix, a hanging curve, or a loop whose strands are far apart in height where they cross: the cable touches nothing.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     shape = (_helix, _hanging, _high_loop)[rng.integers(3)](rng, studio, radius)
@@ -184,25 +186,22 @@ def _high_loop(rng: Generator, studio: Studio, radius: float) -> Floats | None:
 
 
 def min_strand_distance(radius: float) -> float:
-    """Return the least distance in m between the axes of cables side by side, given their radius in m.
-
-    It is 5 radii, which leaves a gap of one and a half diameters.
-    """
+    """Return the least distance in m between the axes of cables side by side: 5 times their radius in m."""
     return 5 * radius
 
 
 def at_height(curve: Floats, height: float) -> Floats:
-    """Return a planar curve (P, 2) as points (P, 3) m in the world frame (z up), all at one height in m."""
+    """Return the points of a planar curve (P, 2) m at one height in m above the table: (P, 3) m in the world frame (z up)."""
     return np.column_stack((curve, np.full(len(curve), height)))
 
 
 def concatenate_curves(curves: list[Floats]) -> tuple[Floats, Ints]:
-    """Join curves to one array.
+    """Join curves, (P, 2) m each, to one array.
 
     Returns
     -------
-    points : (P, 2) m, the points of all curves one after the other.
-    strand : (P,) int, index of the curve that each point belongs to.
+    points : (sum of P, 2) m, the points of all curves one after the other.
+    strand : (sum of P,) int, index of the curve that each point belongs to.
     """
     return np.vstack(curves), np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
 
@@ -216,26 +215,27 @@ def planar_curve(
     strand_distance: float | None = None,
     min_angle: float = 32.0,
 ) -> Floats | None:
-    """Draw a curve on the table that is wholly in view and crosses itself a given number of times.
+    """Draw a curve on the table that is wholly in view and crosses itself a number of times within a range.
 
     Parameters
     ----------
     rng
-        the random numbers.
+        the random number generator to draw from.
     studio
         the camera above the table.
     radius, length
-        m, of the cable that will lie along the curve.
+        radius and length of the cable that will lie along the curve, m.
     crossing_range
-        (least, greatest) number of crossings with itself.
+        (least, greatest) number of crossings of the curve with itself.
     strand_distance
-        m, least distance between passes of the curve away from crossings; None for 5 radii.
+        least distance between two passes of the curve away from crossings, m; None for 5 radii.
     min_angle
-        degrees, least angle at a crossing.
+        least angle at a crossing, degrees.
 
     Returns
     -------
-    (P, 2) m, x and y in the world frame (table plane), points 2 mm apart; None if none of 60 drawn curves is like this.
+    (P, 2) m, x and y in the world frame (table plane) of P points 2 mm apart; None if none of 60 drawn curves meets the
+    conditions.
     """
     usable = np.array(studio.usable_size())
     distance = min_strand_distance(radius) if strand_distance is None else strand_distance
@@ -262,25 +262,25 @@ def cables_on_table(
     color: Color | None = None,
     over: Bools | None = None,
 ) -> Scene | None:
-    """Build the scene of cables that lie on a table along planar curves, stacked where they cross.
+    """Build the scene of cables that lie on a table along planar curves, on top of each other where they cross.
 
     Parameters
     ----------
     rng
-        the random numbers.
+        the random number generator, for what is not given.
     studio
         the camera above the table.
     curves
         (P, 2) m each, x and y in the world frame (table plane), points 2 mm apart.
     radius
-        m, of all cables.
+        radius of all cables, m.
     occluders
         other solids, in the camera's optical frame.
     color
-        of all cables; None draws one.
+        8-bit RGB of all cables; None draws a color from `rng`.
     over
-        (C,) bool, for each crossing in the order of `curve_crossings`: the strand that comes first along the curves is on top.
-        None draws this, too.
+        (C,) bool for the C crossings in the order of `curve_crossings`: True if the strand that comes first along the curves is
+        on top; None draws the order from `rng`.
 
     Returns
     -------

@@ -31,8 +31,8 @@ MAX_SOLIDS = 7
 def clutter(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of a cable with blobs and boxes of nearly its own hue beside it.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
@@ -85,8 +85,8 @@ def _blob(rng: Generator, center: Floats, half_width: float, studio: Studio, col
 def tangle(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that crosses itself four to ten times.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(RADII[0], 0.0045)
     curve = planar_curve(rng, studio, radius, rng.uniform(0.9, LENGTHS[1]), (4, 10), 3.4 * radius, 26.0)
@@ -97,8 +97,9 @@ def hairpin(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that turns back and runs along itself.
 
     The gap between the two legs is less than the cable's thickness.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.55, 0.75)), rng.uniform(*RADII)
     leg_distance = radius * (2 + 2 * rng.uniform(*HAIRPIN_GAP_DIAMETERS))
@@ -153,8 +154,8 @@ def _bent(points: Floats, curvature: float) -> Floats:
 def shiny(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable with stretches where the sensor gives color but no depth.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
@@ -171,8 +172,8 @@ def shiny(rng: Generator, size: Size) -> Scene | None:
 def thin(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that is two to three pixels wide in the image.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio = make_studio(rng, size)
     radius = rng.uniform(*THIN_WIDTHS_PX) * studio.distance / studio.camera.fx / 2
@@ -183,8 +184,8 @@ def thin(rng: Generator, size: Size) -> Scene | None:
 def far(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable at a distance of 1.1 to 1.5 m from the camera.
 
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (1.1, 1.5)), rng.uniform(0.004, RADII[1])
     curve = planar_curve(rng, studio, radius, rng.uniform(0.7, LENGTHS[1]), (0, int(rng.integers(3))))

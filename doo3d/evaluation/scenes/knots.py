@@ -30,8 +30,9 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in a loose overhand or figure-eight knot.
 
     The knot lies on the table, or is held in the air.
-    Return None if the drawn scene cannot be built, as when a cable leaves the image; a caller then draws again from `rng`.
-    `size` is (width, height) px of the image.
+
+    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
+    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(*RADII)
     curve = _knot_curve(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
@@ -66,11 +67,18 @@ def _knot_curve(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
 
 
 def alternating(crossings: CurveCrossings) -> Bools:
-    """Choose the upper strand at each crossing of one curve, so that it passes over and under in turn.
+    """Choose the upper strand at each of the C crossings of one curve, so that the curve passes over and under in turn.
+
+    The first pass along the curve is over.
+
+    Parameters
+    ----------
+    crossings
+        the crossings of the curve with itself, from `curve_crossings`.
 
     Returns
     -------
-    (C,) bool: True where the strand that comes first along the curve is on top. The curve's first pass is over.
+    (C,) bool: True where the pass that comes first along the curve is on top.
     """
     visits = np.argsort(np.argsort(np.concatenate((crossings.first, crossings.second))))
     return np.asarray(visits[: len(crossings.first)] % 2 == 0)

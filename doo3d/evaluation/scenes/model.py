@@ -15,23 +15,23 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Truth:
-    """One true cable.
+    """A cable whose shape is known: the truth that detections are scored against.
 
     Attributes
     ----------
     axis
-        (P, 3) float64 m, points of the center line, in the camera's optical frame, at most 0.5 mm apart (1.5 mm if read from a
+        (P, 3) float64 m, P points of the center line in the camera's optical frame, at most 0.5 mm apart (1.5 mm if read from a
         file).
     radius
-        m.
+        radius of the cable, m.
     closed
-        whether the cable is a ring; its last point is followed by the first, which is not repeated.
+        whether the cable is a ring; the last point is then followed by the first, which is not repeated.
     color
         8-bit RGB.
     seen
         (P,) bool, whether the camera sees the cable's surface at each axis point; None before rendering.
     shiny
-        (start, end) m of arc length, for each stretch where the sensor measures no depth on the cable.
+        (start, end), arc lengths in m, of each stretch where the sensor measures no depth on the cable.
     """
 
     axis: Floats
@@ -61,14 +61,14 @@ class Truth:
 
 @dataclass(frozen=True)
 class Solid:
-    """An object that is not a cable, as a triangle mesh.
+    """An object that is not a cable, as a triangle mesh of V vertices and T triangles.
 
     Attributes
     ----------
     vertices
         (V, 3) m, in the camera's optical frame.
     triangles
-        (T, 3) int, indices of vertices.
+        (T, 3) int, indices of vertices, in either order of rotation.
     color
         8-bit RGB.
     """
@@ -87,7 +87,7 @@ class Table:
     point
         (3,) m, any point of the plane, in the camera's optical frame.
     normal
-        (3,) unit, towards the camera.
+        (3,) unit vector from the plane towards the side of the camera, in the camera's optical frame.
     color
         8-bit RGB.
     """
@@ -99,26 +99,28 @@ class Table:
 
 @dataclass(frozen=True)
 class Scene:
-    """All that the renderer needs, in the camera's optical frame (x right, y down, z forward).
+    """Cables, other solids, table, light and camera: all that is needed to render a frame.
+
+    All positions and directions are in the camera's optical frame (x right, y down, z forward).
 
     Attributes
     ----------
     name
-        of the frame rendered from the scene.
+        name of the frame that will be rendered from the scene.
     family, seed
-        what the scene was made from; they also seed the noise of the renderer.
+        family name and number that the scene was made from; they also seed the noise of the rendered frame.
     camera
-        the intrinsics.
+        the intrinsics and the image size.
     cables
         the true cables.
     occluders
         the other solids; not all of them hide a cable.
     table
-        None for a scene without a table.
+        the plane below the cables; None for a scene without a table.
     light
         (3,) unit vector towards the light.
     background
-        8-bit RGB where no surface is.
+        8-bit RGB of pixels where there is no surface.
     """
 
     name: str
@@ -133,27 +135,27 @@ class Scene:
 
 
 def cuboid_triangles() -> Ints:
-    """Return the triangles of a cuboid as indices of its 8 corners, (12, 3) int.
+    """Return the 12 triangles of a cuboid as indices of its 8 corners, (12, 3) int, counter-clockwise seen from outside.
 
-    The corners are in the order of `np.ndindex(2, 2, 2)`: (0, 0, 0), (0, 0, 1), (0, 1, 0) and so on, z changing fastest.
+    The corners must be in the order of `np.ndindex(2, 2, 2)`: (0, 0, 0), (0, 0, 1), (0, 1, 0) and so on, z changing fastest.
     """
     faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
     return np.array([*faces, (1, 5, 7), (1, 7, 3)], dtype=np.int64)
 
 
 def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats], name: str) -> Scene:
-    """Return the scene after a rigid motion of cables, solids, table and light relative to the camera.
+    """Return the scene after its cables, solids, table and light made a rigid motion relative to the camera.
 
     Parameters
     ----------
     scene
-        in the camera's optical frame.
+        the scene, in the camera's optical frame.
     move_points
-        maps points (N, 3) m before the motion to those after it, both in the camera's optical frame.
+        function that maps points (N, 3) m before the motion to their positions after it, (N, 3) m, in the camera's optical frame.
     rotate
-        maps a direction (3,) by the rotation of the same motion.
+        function that maps a direction (3,) by the rotation of the same motion.
     name
-        of the returned scene.
+        name of the returned scene.
     """
     table = scene.table
     return replace(

@@ -41,7 +41,7 @@ MAX_ATTEMPTS = 400
 
 
 def family_rng(family: str, seed: int) -> Generator:
-    """Return a random number generator; the same family name and seed give the same numbers."""
+    """Return a random number generator for a family of scenes and a seed; the same name and seed give the same numbers."""
     return np.random.default_rng([zlib.crc32(family.encode()), seed])
 
 
@@ -51,17 +51,18 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     Parameters
     ----------
     family
-        a name such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
+        name of a kind of scene such as "crossing" (a key of FAMILIES), or "tubes:" and the path of a text file of tubes, in the
+        format that `read_tubes` reads.
     seed
-        0 or more.
+        integer, 0 or more.
     size
         (width, height) px of the image.
 
     Raises
     ------
-    ValueError : no such family.
+    ValueError : there is no such family.
     RuntimeError : no scene of this family fits an image of this size.
-    InputError : the file cannot be read, or is not a tube configuration.
+    InputError : the file of tubes cannot be read, or is not a tube configuration.
     """
     family, _, path = family.partition(":")
     if family not in FAMILIES and not (family == TUBES and path):

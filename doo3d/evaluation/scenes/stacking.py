@@ -26,10 +26,6 @@ MIN_VERTICAL_BEND_RADII = 10.0
 def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, over: Bools, radius: float) -> Floats | None:
     """Return the lowest heights at which cables rest on the table and on each other without intersecting.
 
-    A linear program with the least sum of heights. Each point is at least a radius above the table. Where two strands (pieces of
-    cable that pass each other) are nearer in the plane than their thickness, the upper one is so much higher that they do not
-    intersect. The second difference of the heights is bounded, so that bends up and down are gentle.
-
     Parameters
     ----------
     points
@@ -39,14 +35,20 @@ def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, ove
     crossings
         where the cables cross in the plane.
     over
-        (C,) bool, for each crossing: the strand that comes first along the points is on top.
+        (C,) bool, for each of the C crossings: True if the strand that comes first along the points is on top.
     radius
-        m, of all cables.
+        radius of all cables, m.
 
     Returns
     -------
     (P,) m, height of the axis above the table at each point; None if there are no such heights, because crossings are too near
     each other.
+
+    Notes
+    -----
+    The heights solve a linear program with the least sum of heights. Each point is at least a radius above the table. Where two
+    pieces of cable are nearer in the plane than their thickness, the upper one is enough higher not to intersect the lower one.
+    The second difference of the heights is bounded, so that bends up and down are gentle.
     """
     if len(crossings.first) == 0:
         return np.full(len(points), radius)
@@ -102,14 +104,14 @@ def _second_difference(strand: Ints) -> csr_matrix:
 
 
 def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = False) -> Floats:
-    """Return points at even arc length on the cubic spline through given points, (Q, D) m.
+    """Return evenly spaced points on the cubic spline through given points, (Q, D) m.
 
     Parameters
     ----------
     points
-        (P, D) m.
+        (P, D) m, P points.
     spacing
-        m, greatest arc length from one returned point to the next.
+        greatest arc length from one returned point to the next, m.
     closed
         whether the curve is a ring, whose first point follows the last; it is repeated neither in `points` nor in the result.
     """
@@ -125,16 +127,16 @@ def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = Fa
 
 
 def min_clearance(axes: list[Floats], radius: float) -> float:
-    """Return the least distance between cables' axes in diameters: 1 if they touch, 2 at most.
+    """Return the least distance between the axes of cables, in diameters: 1 if they touch, below 1 if they intersect, 2 at most.
 
-    Parts of one cable count, too, if they are more than 6 radii apart along it.
+    Two parts of one cable count like two cables if they are more than 6 radii apart along it.
 
     Parameters
     ----------
     axes
-        (P, 3) m each, points 0.5 mm apart.
+        (P, 3) m for each cable, P points 0.5 mm apart.
     radius
-        m, of all cables.
+        radius of all cables, m.
     """
     points = np.vstack(axes)
     strand = np.repeat(np.arange(len(axes)), [len(axis) for axis in axes])
@@ -147,9 +149,10 @@ def min_clearance(axes: list[Floats], radius: float) -> float:
 
 
 def min_bend_radius(axis: Floats) -> float:
-    """Return the least radius of curvature in m of an axis (P, 3) m with evenly spaced points.
+    """Return the least radius of curvature in m along an axis, (P, 3) m, of P evenly spaced points.
 
-    Directions are taken over 8 points, so that rounding does not matter.
+    It is a huge number, but finite, for a straight axis. The axis needs at least 17 points, because directions are taken over 8
+    points.
     """
     step = 8
     first, second = axis[step:-step] - axis[: -2 * step], axis[2 * step :] - axis[step:-step]

@@ -34,14 +34,16 @@ MARGIN_FRACTION = 0.05
 class Studio:
     """A camera above a table, and its light.
 
-    The world frame has the table in its plane z = 0, z up, and its origin where the optical axis meets the table.
+    In the world frame, the table is the plane z = 0, z points up, and the origin is where the optical axis meets the table.
 
     Attributes
     ----------
     camera
-        the intrinsics.
-    rotation, distance
-        (3, 3) and m, world to camera: p_camera = rotation @ p_world + (0, 0, distance).
+        the intrinsics and the image size.
+    rotation
+        (3, 3), from the world frame to the camera's optical frame: p_camera = rotation @ p_world + (0, 0, distance).
+    distance
+        distance from the camera to the table along the optical axis, m.
     light
         (3,) unit vector towards the light, in the camera's optical frame.
     table_color
@@ -59,21 +61,18 @@ class Studio:
         return np.asarray(points @ self.rotation.T + (0.0, 0.0, self.distance))
 
     def table(self, height: float = 0.0) -> Table:
-        """Return the horizontal plane at a height in m above the world's z = 0, in the camera's optical frame."""
+        """Return the table: a horizontal plane at a height in m above the world's z = 0, in the camera's optical frame."""
         return Table(self.to_camera(np.array([[0.0, 0.0, height]]))[0], self.rotation[:, 2].copy(), self.table_color)
 
     def contains(self, points: Floats) -> bool:
-        """Tell whether all points (N, 3) m, in the world frame, are in the image.
-
-        They must be off its edges by 5 % of its width and height.
-        """
+        """Tell whether all points (N, 3) m, in the world frame, are in the image, outside a margin of 5 % on each side."""
         pixels = self.camera.project(self.to_camera(points)) / (self.camera.width, self.camera.height)
         return bool(((pixels > MARGIN_FRACTION) & (pixels < 1 - MARGIN_FRACTION)).all())
 
     def usable_size(self) -> tuple[float, float]:
-        """Return the size of the part of the table that cables may lie on: along world x and y, m.
+        """Return the approximate size of the part of the table that cables may lie on: (x, y) m, along the axes of the world.
 
-        It is approximate: the image without its margins, for a camera that is not tilted.
+        It is the part in the image without a margin of 5 % on each side, for a camera that is not tilted.
         """
         scale = self.distance * (1 - 2 * MARGIN_FRACTION) / self.camera.fx
         return self.camera.width * scale, self.camera.height * scale
@@ -82,18 +81,19 @@ class Studio:
 def make_studio(
     rng: Generator, size: tuple[int, int], distances: tuple[float, float] = (0.55, 0.85), max_tilt: float = 12.0
 ) -> Studio:
-    """Draw a camera that looks down on a table, with a random distance, tilt, light and table color.
+    """Draw a camera that looks down on a table, with random distance, tilt, light and table color.
 
     Parameters
     ----------
     rng
-        the random numbers.
+        the random number generator to draw from.
     size
         (width, height) px of the image.
     distances
-        (least, greatest) m from the camera to the table, along the optical axis.
+        (least, greatest) distance from the camera to the table along the optical axis, m.
     max_tilt
-        degrees, greatest tilt about the image's x axis, either way; 0.6 of it about the y axis.
+        greatest tilt about the image's x axis in degrees, drawn from -max_tilt to max_tilt. The tilt about the image's y axis is
+        at most 0.6 * max_tilt either way; the roll about the optical axis, at most 10 degrees.
     """
     width, height = size
     focal = round(FOCAL_LENGTHS_PX.get(width, 0.72 * width) * rng.uniform(0.985, 1.015), 2)
@@ -120,9 +120,9 @@ def box(center: Floats, size: tuple[float, float, float], angle: float, studio: 
     center
         (3,) m, in the world frame (z up, table at z = 0).
     size
-        (x, y, z) edge lengths in m, before the rotation.
+        edge lengths (x, y, z) in m, before the rotation.
     angle
-        radians about the world's z, counter-clockwise seen from above.
+        rotation about the world's z axis in radians, counter-clockwise seen from above.
     studio
         the camera above the table.
     color

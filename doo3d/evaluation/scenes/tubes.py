@@ -1,8 +1,8 @@
 """Read tubes in a bin from a text file of straight cylinders.
 
-First line: the number of tubes. Then per tube `id nodes edges`; nodes `id x y z radius`; edges, of which only the name
-`e_a_b` and the two nodes a and b are used. Metres, z up, the bin's floor at z = 0. The edges give the order of a tube's
-nodes, the file does not.
+The file begins with the number of tubes. Each tube begins with a line `id nodes edges` (its number, its numbers of nodes and of
+edges). A line `id x y z radius` follows for each node, then a line for each edge, of which only the two nodes a and b (after the
+name `e_a_b`) are used. Positions are in m, z up, with the bin's floor at z = 0. Only the edges give the order of a tube's nodes.
 """
 
 from __future__ import annotations
@@ -27,14 +27,20 @@ DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
-    """Read a tube configuration: (nodes, radius) of each tube, (K, 3) m from end to end, and m.
+    """Read a tube configuration, a text file of tubes made of straight cylinders: a list with (nodes, radius) for each tube.
 
-    A tube configuration is a text file of tubes, each a sequence of straight cylinders from node to node. The nodes are in the
-    file's frame: z up, the bin's floor at z = 0.
+    `nodes` is (K, 3) m, the K points from one end of the tube to the other between which the cylinders run, in the file's frame
+    (z up, the bin's floor at z = 0); `radius` is in m.
 
     Raises
     ------
     InputError : the file cannot be read, or is not a tube configuration.
+
+    Notes
+    -----
+    The file begins with the number of tubes. Each tube begins with `id nodes edges` (its number, its numbers of nodes and of
+    edges), followed by a line `id x y z radius` for each node and a line of 13 words for each edge, of which the second and the
+    third are the ids of the two nodes that it joins.
     """
     try:
         words = iter(Path(path).read_text(encoding="utf-8").split())
@@ -79,15 +85,16 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     Parameters
     ----------
     path
-        a tube configuration: a text file of tubes made of straight cylinders.
+        a tube configuration: a text file of tubes made of straight cylinders, in the format that `read_tubes` reads.
     rng
-        the random numbers of the camera and the color.
+        the random number generator for the camera and the color.
     size
         (width, height) px of the image.
 
     Returns
     -------
-    The scene in the camera's optical frame; None if the camera would be more than 2.5 m away: then draw again from `rng`.
+    The scene in the camera's optical frame; None if the camera would be more than 2.5 m away. Call again with the same `rng` to
+    draw another camera.
 
     Raises
     ------

@@ -20,11 +20,11 @@ def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera
     Parameters
     ----------
     color
-        (h, w, 3) uint8 RGB, the image of `color_camera`.
+        (h, w, 3) uint8 RGB, the image of `color_camera`, h x w px.
     color_camera
         pinhole camera of the colour image.
     depth
-        (H, W) float m, the image of `camera`; 0 or not finite = none.
+        (H, W) float m, the image of `camera`, H x W px; 0 or not finite where there is no measurement.
     camera
         pinhole camera of the depth image.
     extrinsics

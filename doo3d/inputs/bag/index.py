@@ -46,7 +46,7 @@ class TopicIndex:
     stamps
         time in the header of each message, ns; 0 without header.
     locations
-        where each message is in the bag, four numbers per message in one flat array.
+        where each message is in the bag, four numbers per message in one flat array; read with `location`.
     """
 
     topic: Topic
@@ -61,8 +61,9 @@ class TopicIndex:
     def location(self, index: int) -> MessageLocation:
         """Return where message number `index` (from 0) of the topic is in the bag, to be read by `Bag.message`.
 
-        These are four numbers: of the file, offset of the chunk (-1 if not compressed), offset in the chunk or in the file (in
-        SQLite: number of the row), length in bytes.
+        The result is (number of the file in the bag, byte offset of the chunk, byte offset of the message, length in bytes). The
+        chunk offset is -1 if the message is not in a compressed chunk. The message offset is within the decompressed chunk or,
+        without one, within the file (in SQLite: the row's number).
         """
         a, b, c, d = self.locations[4 * index : 4 * index + 4]
         return a, b, c, d
@@ -73,9 +74,10 @@ class TopicIndex:
         return min(self.stamps, default=0) > 0
 
     def clock(self, stamped: bool = True) -> Array:
-        """Return the time of each message, (messages,) int64 ns.
+        """Return the time of each of the M messages, (M,) int64 ns.
 
-        These are the times in the headers if `stamped` is true and every message has one; otherwise the times of recording.
+        The times are those in the message headers if `stamped` is true and every message has one above zero; otherwise they are
+        the times of recording.
         """
         return np.array(self.stamps if stamped and self.stamped else self.times, dtype=np.int64)
 
@@ -105,9 +107,9 @@ class Bag:
     def index(self) -> dict[str, TopicIndex]:
         """Scan the bag and return a dict topic name -> TopicIndex with the messages of each topic.
 
-        Only topics are listed whose messages can be decoded and are of a type that doo3d reads: images, CameraInfo, clouds,
-        transforms, RealSense's options. Of a bag without compression only the headers of messages are read. Damage is noted in
-        `faults`.
+        A topic is listed only if its messages can be decoded and are of a type that doo3d reads: images, CameraInfo, clouds,
+        transforms, RealSense's options. If the bag is not compressed, only the headers of messages are read. Damage raises no
+        error; `faults` returns it.
         """
         indices: dict[str, TopicIndex] = {}
         for storage in self.storages:
@@ -153,8 +155,8 @@ class Bag:
     def message(self, topic: Topic, location: MessageLocation) -> Any:
         """Read and decode a message; return an object with the ROS message's fields as attributes.
 
-        `topic` gives the message type; `location` is the message's place in the bag, from `TopicIndex.location`. Several threads
-        may call this at once.
+        `topic` gives the message type and encoding; `location` is where the message is, from `TopicIndex.location`. Several
+        threads may call this at once.
 
         Raises
         ------
@@ -183,8 +185,8 @@ class Bag:
 def decode_message(data: bytes, topic: Topic) -> Any:
     """Decode the bytes of a message into an object with the ROS message's fields as attributes.
 
-    The message type and encoding are those of `topic`. Bytes after the end of the message are ignored, since RealSense's SDK
-    appends some. Damaged bytes raise any exception (the decoders are generated code).
+    `topic` gives the message type and the encoding. Bytes after the end of the message are ignored, since RealSense's SDK appends
+    some. Damaged bytes may raise any exception, because the decoders are generated code.
     """
     store = _types(topic.encoding)
     definition = store.get_msgdef("tf2_msgs/msg/TFMessage" if topic.kind == "tf/msg/tfMessage" else topic.kind)
@@ -230,18 +232,18 @@ def _open_storage(path: Path, number: int) -> Storage:
 
 
 def files_of(path: Path) -> tuple[list[Path], bool]:
-    """Return the files of a bag in order, and whether each message is compressed on its own.
+    """Return the files of a bag in order, and whether its messages are compressed one by one.
 
-    `path` is a file, which is then the only one, or the folder of a ROS 2 bag. The files of a folder are listed in its
-    metadata.yaml; if that is missing (the recorder was killed), they are all .bag, .mcap and .db3 files, sorted by name.
+    `path` is a bag file or the folder of a ROS 2 bag. The files of a folder are those listed in its metadata.yaml; if that is
+    missing because the recorder was killed, they are all .bag, .mcap and .db3 files in the folder, sorted by name.
 
     Returns
     -------
-    (files, compressed): the list of paths, and whether each message is compressed on its own.
+    (files, compressed): the list of paths, and true if each message is compressed on its own (ROS 2 compression_mode "message").
 
     Raises
     ------
-    InputError : the metadata is invalid, or the files are compressed as a whole.
+    InputError : the metadata is invalid or lists no files, or the files are compressed as a whole.
     """
     if path.is_file():
         return [path], False
@@ -274,9 +276,9 @@ def stamp_of(path: Path) -> Stamp:
 
 @lru_cache(maxsize=1)
 def open_bag(path: Path, stamp: Stamp) -> Bag:
-    """Return the open bag at `path`; the bag opened last stays open and is returned again.
+    """Return the open bag at `path`; repeated calls with the same arguments return the same Bag.
 
-    Thus all frames of a bag share one open bag, also frames unpickled in another process. `stamp` is (path, modification time,
-    size) of each file: if it has changed, the bag is opened anew.
+    `stamp` is the result of `stamp_of(path)`: once a file of the bag has changed, the bag is opened anew. Only the bag opened
+    last is kept, so that all frames of a bag share one open bag in each process.
     """
     return Bag(path)

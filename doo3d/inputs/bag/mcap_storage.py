@@ -21,9 +21,9 @@ class Mcap(Chunked):
     """An open MCAP file: `scan` lists its messages, `read` returns the bytes of one."""
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+        """Yield a Message (topic, time, location; not the content) for each message of a type that doo3d reads, in file order.
 
-        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        The scan fills `topics` with all topics of the file, and `faults` with the damage found; damage raises no error.
         """
         schemas: dict[int, str] = {}
         channels: dict[int, Topic] = {}
@@ -80,9 +80,9 @@ class Mcap(Chunked):
         return size, checksum, name, at + _CHUNK_HEADER.size + letters + 8
 
     def decompress(self, at: int) -> bytes:
-        """Return the decompressed records of a chunk, after checking their size and checksum.
+        """Return the decompressed content of a chunk, which is a series of records, after checking its size and checksum.
 
-        `at` is the byte of the file at which the chunk record's data begins, after its op code and length.
+        `at` is the byte offset in the file of the chunk record's data, after the record's op code and length.
 
         Raises
         ------

@@ -41,8 +41,9 @@ _FIELDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8
 def encoding_of(message: Any) -> str:
     """Return the encoding of an image message (sensor_msgs Image or CompressedImage).
 
-    For an Image it is the message's own, such as "16UC1" or "rgb8". For a CompressedImage it is "compressedDepth" (of ROS's
-    compressed_depth_image_transport), "compressed 16-bit PNG", or "compressed" for all others, such as JPEG.
+    For an Image it is the message's field `encoding`, such as "16UC1" or "rgb8". For a CompressedImage it is one of three:
+    "compressedDepth" (of ROS's compressed_depth_image_transport), "compressed 16-bit PNG", and "compressed" for everything else,
+    such as JPEG.
     """
     if hasattr(message, "encoding"):
         return str(message.encoding)
@@ -55,7 +56,7 @@ def encoding_of(message: Any) -> str:
 def is_depth(encoding: str) -> bool:
     """Return whether an encoding, as from `encoding_of`, is one of depth images.
 
-    These are 16UC1, mono16 and 32FC1 of an Image; "compressedDepth" and "compressed 16-bit PNG" of a CompressedImage.
+    True for 16UC1, mono16 and 32FC1 (of an Image), and for "compressedDepth" and "compressed 16-bit PNG" (of a CompressedImage).
     """
     return encoding in DEPTH or encoding in (_TRANSPORT, _PNG16)
 
@@ -63,7 +64,7 @@ def is_depth(encoding: str) -> bool:
 def is_color(encoding: str) -> bool:
     """Return whether an encoding, as from `encoding_of`, is one of colour or grey images that can be read.
 
-    These are RGB, BGR, grey, Bayer and YUV 4:2:2 encodings with 8 bits, and "compressed" of a CompressedImage.
+    True for 8-bit RGB, BGR, grey, Bayer and YUV 4:2:2 encodings (of an Image), and for "compressed" (of a CompressedImage).
     """
     return encoding in _TO_RGB or encoding.lower() in _TO_RGB or encoding == "compressed"
 
@@ -90,7 +91,8 @@ def size_of(message: Any) -> tuple[int, int]:
 def depth_of(message: Any, scale: float) -> Array:
     """Return the depth in an image message, (H, W) float32 m along the optical axis; 0 or NaN = none.
 
-    `scale` is the units per metre of 16-bit integers (1000, for millimetres, by REP 118). Floats are in metres already.
+    If the pixels are 16-bit integers, `scale` is their number of units per metre; ROS prescribes 1000 (millimetres, REP 118). If
+    they are floats, they are in metres and `scale` is ignored.
 
     Raises
     ------
@@ -204,8 +206,8 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
 
     Returns
     -------
-    The points, (N, 3) float64 m, in the coordinate frame that the message's header names, and the colours, (N, 3) uint8 RGB, or
-    None.
+    (points, colours): the N points left, (N, 3) float64 m, in the coordinate frame that the message's header names, and their
+    colours, (N, 3) uint8 RGB, or None if the message has no colours.
 
     Raises
     ------

@@ -21,7 +21,7 @@ _MAX_INTRINSICS_DIFFERENCE_PX = 0.01  # cameras whose intrinsics differ by less 
 def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float) -> Array:
     """Find the colour image nearest in time to each depth image.
 
-    Times are those in the headers if all messages of both topics have one, else the times of recording.
+    The times are those in the message headers if all messages of both topics have one, else the times of recording.
 
     Parameters
     ----------
@@ -34,8 +34,8 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
 
     Returns
     -------
-    (depth images,) int: for each depth image the number of its colour image in `color`, or -1 if none is within the tolerance.
-    One colour image may belong to several depth images.
+    (D,) int for D depth images: for each, the index into `color` of its colour image, or -1 if none is within the tolerance. One
+    colour image may belong to several depth images.
 
     Raises
     ------
@@ -63,8 +63,8 @@ def color_geometry(
 ) -> tuple[Lens, tuple[tuple[float, ...], ...] | None]:
     """Return the colour camera with its lens, and the transform from the depth camera to the colour camera.
 
-    The transform comes from RealSense's extrinsics or from the tree of coordinate frames (/tf). It is the identity for topics of
-    depth aligned to colour, and for images of the same frame_id.
+    The transform comes from RealSense's extrinsics or from the tree of coordinate frames (/tf). It is the identity if the depth
+    topic is depth aligned to colour, or if both images have the same frame_id.
 
     Parameters
     ----------

@@ -29,16 +29,18 @@ _OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 1
 class BagCapture:
     """A bag opened as a capture: ROS 1, ROS 2 or RealSense's SDK.
 
-    Frames are the depth images, each with the colour image nearest in time. A bag without depth images gives its clouds, else its
-    colour images alone. Frames are in the order of the times in the message headers. A depth image without a colour image within
-    `options.tolerance` is a frame without colour. Poses come from /tf: camera to world, the world is the
+    There is one frame per depth image, with the colour image nearest in time; if no colour image is within `options.tolerance`
+    (s), the frame has no colour. A bag without depth images gives one frame per cloud or, without clouds either, one per colour
+    image. Frames are in order of time, as in the message headers. Poses are camera to world and come from /tf; the world is the
     coordinate frame named map, odom or world.
 
-    Of a damaged bag the complete messages are read. It gets one more frame, which fails to load with a message about the damage.
+    Of a damaged bag all complete messages are read. One frame is added at its end, which fails to load with an InputError about
+    the damage.
 
     Raises
     ------
-    InputError : the bag cannot be read, or has no such messages. MissingDependency : the package rosbags is not installed.
+    InputError : the bag cannot be read, or has no depth image, cloud or colour image.
+    MissingDependency : the package rosbags is not installed.
     """
 
     what: ClassVar[str] = (
@@ -73,7 +75,7 @@ class BagCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a file with the signature or suffix of a bag, or the folder of a ROS 2 bag."""
+        """Return whether `path` is a file with the first bytes or the suffix of a bag, or the folder of a ROS 2 bag."""
         if path.is_dir():
             return _describes_bag(path / METADATA) or any(file.suffix in (".mcap", ".db3") for file in path.iterdir())
         return storage_class(path) is not None or path.suffix.lower() in SUFFIXES

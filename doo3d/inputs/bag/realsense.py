@@ -25,21 +25,21 @@ _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 def stream_of(topic: str) -> str | None:
     """Return the common prefix of a RealSense stream's topics, from the topic of the stream's images.
 
-    For "/device_0/sensor_0/Depth_0/image/data" it is "/device_0/sensor_0/Depth_0". None if `topic` is no topic of images of the
-    SDK.
+    For "/device_0/sensor_0/Depth_0/image/data" it is "/device_0/sensor_0/Depth_0". None if `topic` is not named like an image
+    topic of RealSense's SDK.
     """
     match = _STREAM.fullmatch(topic)
     return f"{match[1]}/{match[2]}" if match else None
 
 
 def is_depth_stream(topic: str) -> bool:
-    """Return whether a topic has depth images of RealSense's SDK, judged by its name."""
+    """Return whether `topic` is named like a topic of depth images of RealSense's SDK."""
     match = _STREAM.fullmatch(topic)
     return match is not None and match[2].startswith("Depth")
 
 
 def is_color_stream(topic: str) -> bool:
-    """Return whether a topic has colour images of RealSense's SDK, judged by its name."""
+    """Return whether `topic` is named like a topic of colour images of RealSense's SDK."""
     match = _STREAM.fullmatch(topic)
     return match is not None and match[2].startswith("Color")
 
@@ -56,7 +56,7 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
 
     Raises
     ------
-    InputError : the bag has no unit, or an impossible one.
+    InputError : the bag does not state the unit of depth, or its value is impossible.
     """
     match = _STREAM.fullmatch(topic)
     assert match is not None

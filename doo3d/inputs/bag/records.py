@@ -31,7 +31,7 @@ class Topic(NamedTuple):
     Attributes
     ----------
     name
-        such as "/camera/depth/image_raw".
+        name of the topic, such as "/camera/depth/image_raw".
     kind
         message type in ROS 2 notation, such as "sensor_msgs/msg/Image".
     encoding
@@ -53,8 +53,9 @@ class Message(NamedTuple):
     time
         time of recording, ns.
     location
-        where the message is in the bag: number of the file, offset of its chunk (-1 if not compressed), offset in the chunk or in
-        the file (in SQLite: number of the row), length in bytes.
+        where the message is in the bag, to be passed to `Storage.read`: (number of the file in the bag, byte offset of the chunk,
+        byte offset of the message, length in bytes). The chunk offset is -1 if the message is not in a compressed chunk. The
+        message offset is within the decompressed chunk or, without one, within the file (in SQLite: the row's number).
     """
 
     topic: Topic
@@ -72,7 +73,7 @@ class Storage(Protocol):
     topics
         all topics in the file; complete after `scan`.
     faults
-        damage found by `scan`, each a phrase that continues the file's name, such as "ends after 3 of 7 chunks".
+        damage found by `scan`: phrases to be put after the file's name, such as "ends after 3 of 7 chunks".
     """
 
     path: Path
@@ -80,10 +81,10 @@ class Storage(Protocol):
     faults: list[str]
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that doo3d reads, in file order; fill `topics` and `faults`."""
+        """Yield the messages of the types that doo3d reads, in file order, without their content; fill `topics` and `faults`."""
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of the message at `location` (as in `Message`), or only the first `limit` bytes."""
+        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`."""
 
     def close(self) -> None:
         """Close the file."""
@@ -99,14 +100,14 @@ def ros2_type(kind: str) -> str:
 
 
 class Chunked:
-    """Base class of open bag files whose messages lie in chunks (ROS 1 and MCAP).
+    """Base class of open bag files whose messages lie in chunks, blocks compressed as a whole (ROS 1 and MCAP).
 
-    The chunk decompressed last is cached.
+    The chunk decompressed last is kept in memory.
 
     Attributes
     ----------
     path, file, size
-        path, open file and size in bytes.
+        path of the bag file, the open binary file, and its size in bytes.
     number
         number of this file in its bag, from 0.
     topics, faults
@@ -129,16 +130,20 @@ class Chunked:
     __del__ = close
 
     def decompress(self, at: int) -> bytes:
-        """Return the decompressed content of the chunk whose data begins at byte `at` of the file.
+        """Return the decompressed content of a chunk; each subclass defines this for its format.
 
-        To be defined by each format. Raises DamagedRecord.
+        `at` is the byte offset in the file of the chunk record's data.
+
+        Raises
+        ------
+        DamagedRecord : the chunk is damaged, or its compression is unknown.
         """
         raise NotImplementedError
 
     def chunk_content(self, at: int) -> bytes:
-        """Return the decompressed content of the chunk at byte `at` of the file.
+        """Return the decompressed content of a chunk, kept in memory until another chunk is requested.
 
-        It is kept in memory until another chunk is requested.
+        `at` is the byte offset in the file of the chunk record's data.
 
         Raises
         ------
@@ -149,7 +154,7 @@ class Chunked:
         return self._cached_chunk[1]
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of the message at `location`, or only the first `limit` bytes.
+        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`.
 
         Raises
         ------
@@ -162,16 +167,20 @@ class Chunked:
         return read_exactly(self.file, at, count)
 
     def source(self, chunk: int) -> BinaryIO:
-        """Return a binary file from which to read the records of a chunk.
+        """Return a binary file from which to read records: a chunk's decompressed content, or the bag file itself.
 
-        `chunk` is the byte of the bag file where the chunk begins; the result is then the decompressed content of the chunk. For
-        -1 (records that are not compressed) it is the bag file itself.
+        `chunk` is the byte offset in the bag file of the chunk record's data; -1 returns the bag file, for records that are not
+        compressed.
+
+        Raises
+        ------
+        DamagedRecord : the chunk cannot be decompressed.
         """
         return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
 
 
 def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:
-    """Return `count` bytes of a file, from byte `at` on.
+    """Return `count` bytes of a binary file, starting at byte offset `at`.
 
     Raises
     ------

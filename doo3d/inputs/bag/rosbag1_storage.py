@@ -18,9 +18,9 @@ class Rosbag1(Chunked):
     """An open ROS 1 bag file (`.bag`): `scan` lists its messages, `read` returns the bytes of one."""
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+        """Yield a Message (topic, time, location; not the content) for each message of a type that doo3d reads, in file order.
 
-        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        The scan fills `topics` with all topics of the file, and `faults` with the damage found; damage raises no error.
         """
         connections: dict[int, Topic] = {}
         chunks, declared = 0, None
@@ -67,9 +67,9 @@ class Rosbag1(Chunked):
                 self.topics.append(connections[number])
 
     def decompress(self, at: int) -> bytes:
-        """Return the decompressed content of a chunk, bz2 or lz4 as its first bytes say.
+        """Return the decompressed content of a chunk; its first bytes tell whether it is bz2 or lz4.
 
-        `at` is the byte of the file at which the chunk record's data begins, after its header and length.
+        `at` is the byte offset in the file of the chunk record's data, after the record's header and length.
 
         Raises
         ------

@@ -15,7 +15,7 @@ MAGIC = b"SQLite format 3\0"
 class Db3:
     """An open SQLite file (`.db3`) of a ROS 2 bag: `scan` lists its messages, `read` returns the bytes of one.
 
-    The location of a message is (number of the file in the bag, -1, number of the row, length in bytes).
+    The location of a message is (number of the file in the bag, -1, `id` in the table `messages`, length in bytes).
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
@@ -38,9 +38,9 @@ class Db3:
     __del__ = close
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that doo3d reads (time, topic, location; not the content), in file order.
+        """Yield a Message (topic, time, location; not the content) for each message of a type that doo3d reads, in file order.
 
-        Meanwhile `topics` is filled with all topics, and `faults` with the damage found; damage raises no error.
+        The scan fills `topics` with all topics of the file, and `faults` with the damage found; damage raises no error.
         """
         try:
             rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
@@ -56,7 +56,7 @@ class Db3:
             self.faults.append(f"is cut off or damaged ({error})")
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of the message at `location`, or only the first `limit` bytes.
+        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`.
 
         Raises
         ------

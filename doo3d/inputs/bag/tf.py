@@ -32,8 +32,8 @@ class Transforms:
     def add(self, parent: str, child: str, time: int, values: tuple[float, ...], static: bool) -> None:
         """Add the transform of one message, child to parent: x_parent = T @ x_child.
 
-        A transform that is not finite is skipped. One that is not static is skipped as well if its child already has a static
-        transform or another parent.
+        A transform with a value that is not finite is skipped. A transform that is not static is skipped too if `child` already
+        has a static transform or another parent.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class Transforms:
                 self._values.setdefault(child, array("d")).extend(values)
 
     def finish(self) -> None:
-        """Sort the transforms of each frame by time; to be called once, after the last `add`."""
+        """Sort the transforms of each frame by time; call this once, after the last `add` and before `pose` or `between`."""
         for child, times in self._times.items():
             order = np.argsort(np.array(times), kind="stable")
             self._times[child] = array("q", np.array(times)[order].tolist())
@@ -67,9 +67,9 @@ class Transforms:
     def pose(self, frame: str, time: int) -> Floats | None:
         """Return the (4, 4) pose of a frame in the world at a time (ns): x_world = pose @ x_frame, m.
 
-        The world is the frame named "map", "odom" or "world" above `frame` in the tree, preferred in this order. Between two
-        transforms at most 1 s apart the pose is interpolated. Up to 0.1 s before the first transform or after the last one, that
-        transform is used. None if there is no such world, or no transform at this time.
+        The world is the first of the frames "map", "odom" and "world" that is above `frame` in the tree. Between two transforms
+        at most 1 s apart, the pose is interpolated. Up to 0.1 s before the first transform the first one is used, up to 0.1 s
+        after the last transform the last one. None if the tree has none of the three frames, or no transform at this time.
         """
         ancestors = [name for name, _ in self._chain(frame)]
         world = next((name for name in FIXED if name in ancestors), None)
@@ -78,8 +78,8 @@ class Transforms:
     def between(self, source: str, target: str, time: int) -> Floats | None:
         """Return the (4, 4) transform T between two frames at a time (ns): x_target = T @ x_source, m.
 
-        None if the two frames are not connected, or a transform between them is unknown at this time (gaps of up to 1 s are
-        interpolated).
+        Transforms are interpolated over gaps of up to 1 s. None if the two frames are not connected in the tree, or a transform
+        between them is unknown at this time.
         """
         if source == target:
             return np.eye(4)
@@ -128,7 +128,7 @@ class Transforms:
 
 
 def matrix(values: tuple[float, ...]) -> Floats:
-    """Return the (4, 4) transform of seven values: translation x, y, z and quaternion x, y, z, w (scalar last).
+    """Return a (4, 4) transform from seven values: translation x, y, z, then quaternion x, y, z, w (scalar last).
 
     A quaternion of length zero gives the identity rotation.
     """

@@ -33,13 +33,13 @@ class Stream:
     topic_index
         the messages of the topic.
     encoding
-        of the first complete image, such as "16UC1", "rgb8" or "compressed".
+        encoding of the first complete image, such as "16UC1", "rgb8" or "compressed".
     size
         (width, height) px.
     lens
-        pinhole camera and distortion; None if unknown.
+        pinhole camera and lens distortion; None if unknown.
     scale
-        units per metre of depth images of integers.
+        units per metre of depth images with integer pixels; without meaning for other images.
     """
 
     topic_index: TopicIndex
@@ -55,17 +55,20 @@ class Stream:
 
 
 class Streams:
-    """The topics of a bag to read, chosen by the options or else by names and encodings.
+    """The topics of a bag to read: a depth and a colour topic, or a cloud topic.
 
-    Preferred are a depth topic that is aligned to colour or rectified by its name, and a colour topic named color or rgb beside
-    it. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and no image topic is requested.
+    A topic that the options name is taken. Otherwise topics are chosen by name and encoding: best a depth topic whose name says
+    that it is aligned to colour or rectified, and a colour topic with color or rgb in its name that shares the most leading parts
+    of the depth topic's name. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and
+    the options set neither `depth_topic` nor `color_topic`.
 
     Attributes
     ----------
     depth, color
-        topics of images; None if absent or excluded by the option value "none". `depth` has a known lens.
+        topic of the depth images, with a known lens, and topic of the colour images; None if the bag has none, or the option is
+        "none", or `options.cloud_topic` names a topic.
     cloud
-        messages of the cloud topic; None if no clouds are read.
+        messages of the cloud topic; None if no clouds are read. If it is set, it is to be read instead of `color`.
 
     Raises
     ------

@@ -45,7 +45,8 @@ class Lens:
     def check(self) -> None:
         """Raise InputError if the distortion model is unknown or its coefficients are impossible.
 
-        Impossible are a wrong number of coefficients, and values that are not finite.
+        Impossible means a number of coefficients that the model does not have, or a value that is not finite. A lens whose
+        coefficients are all zero passes with any model.
         """
         if not self.is_undistorted and self.model not in (*PLUMB_BOB, *FISHEYE):
             models = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
@@ -61,9 +62,10 @@ class Lens:
     def undistorted(self, image: Array, nearest: bool) -> Array:
         """Return the image that the pinhole camera would take, from an image distorted by this lens.
 
-        `image` is (H, W) or (H, W, 3) with the size of `camera`; the result has the same size, type and intrinsics. With
-        `nearest` each pixel is the nearest one instead of interpolated: use it for depth, where the mean of two surfaces lies on
-        neither. Pixels that lie outside the distorted image are 0.
+        `image` is (H, W) or (H, W, 3) with the size of `camera`; the result has the same shape and type, and the intrinsics of
+        `camera`. If `nearest` is true, a pixel of the result is a copy of the nearest pixel of `image`, else it is interpolated.
+        Use `nearest` for depth, where the mean of two surfaces lies on neither. Pixels seen outside the distorted image are 0.
+        Without distortion `image` itself is returned.
 
         Raises
         ------

@@ -24,7 +24,7 @@ class Points(NamedTuple):
     Attributes
     ----------
     points
-        (N, 3), m.
+        (N, 3) m, the coordinates of N points.
     colors
         (N, 3) RGB, uint8 or floats from 0 to 1; None if the file has none.
     viewpoint
@@ -39,11 +39,12 @@ class Points(NamedTuple):
 def read_open3d(path: Path, kind: str) -> Points:
     """Read points, colours and viewpoint of a PLY or PCD file by Open3D.
 
-    `kind` is "ply" or "pcd". Only a PCD has a viewpoint, in its header; the default 0 0 0 1 0 0 0 counts as unknown.
+    `kind` is "ply" or "pcd". Only a PCD file has a viewpoint, in its header; the header's default 0 0 0 1 0 0 0 counts as
+    unknown.
 
     Raises
     ------
-    InputError : the file has no points, or is damaged (Open3D only prints a warning then, and returns noise or nothing).
+    InputError : the file has no points, or is damaged. MissingDependency : Open3D is not installed.
     """
     reader = open3d().io
     with capture_native_output() as native:
@@ -105,13 +106,13 @@ def _first_message(text: str) -> str:
 def read_xyz(path: Path) -> Points:
     """Read a text file with a point per row: x y z in m, or x y z r g b.
 
-    Columns are separated by blanks, commas or semicolons. If there are exactly six and the last three hold whole numbers from 0
-    to 255, those are colours; otherwise the columns after z are ignored. Rows of unequal length are an error (Open3D skips them,
-    trimesh joins them).
+    Columns are separated by blanks, commas or semicolons; lines that begin with # or // are skipped. If there are exactly six
+    columns and the last three hold whole numbers from 0 to 255, those are the colours; otherwise all columns after z are ignored.
 
     Raises
     ------
-    InputError : there are no rows, or they are not equally many numbers, at least three.
+    InputError : the file has no rows, a row has fewer than three numbers or another number of columns than the others, or a
+        value is not a number.
     """
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
@@ -135,7 +136,7 @@ def read_xyz(path: Path) -> Points:
 
 
 def read_npz(path: Path) -> Points:
-    """Read a cloud from an NPZ file with the array `points` (N, 3) m and optionally `colors` (N, 3).
+    """Read a cloud of N points from an NPZ file with the array `points`, (N, 3) m, and optionally `colors`, (N, 3) RGB.
 
     Raises
     ------

@@ -22,9 +22,9 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 def read_las(path: Path) -> Points:
     """Read the points (m) and colours of a LAS or LAZ file; the viewpoint is None.
 
-    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours have
-    16 bits (LAS 1.4 R15, Point Data Record Format 2) and are reduced to 8; if no value is above 255, the writer left them at 8
-    bits. Colours that are all zero count as absent.
+    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours are
+    uint8: the file's 16-bit colours (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
+    value is above 255. Colours that are all zero count as absent.
 
     Raises
     ------
@@ -92,13 +92,15 @@ def count_e57(path: Path) -> int:
 def read_e57(path: Path, scan: int) -> Points:
     """Read scan number `scan` (from 0) of an E57 file, in the coordinates of the file.
 
-    The pose (R, t) maps scanner to file: x_file = R x_scanner + t (ASTM E2807). The viewpoint is t, the scanner's position. If
-    the pose is absent or the identity, as in merged clouds, the viewpoint is None. Points marked as invalid are left out;
-    coordinates may be cartesian or spherical; colours are scaled to 8 bits.
+    The file stores points in the scanner's frame with the scanner's pose, a rotation R and a translation t in m; the points
+    returned are x_file = R x_scanner + t (ASTM E2807), and the viewpoint is t, the scanner's position. If the pose is absent or
+    the identity, as in merged clouds, the viewpoint is None. Points marked as invalid are left out. Coordinates in the file may
+    be cartesian or spherical; colours are scaled to 8 bits.
 
     Raises
     ------
-    InputError : the file holds no scans or not this one, or the scan is damaged. MissingDependency : pye57 is not installed.
+    InputError : the file holds no scans or no scan of this number, or the scan is damaged.
+    MissingDependency : pye57 is not installed.
     """
     library = _e57()
     image = _open_e57(library, path)

@@ -27,9 +27,9 @@ _MM_PER_M = 1000.0
 class BopCapture:
     """A scene folder of the BOP benchmark, opened as a capture: one frame per image number, without times.
 
-    Each image has its own intrinsics, unit of depth and pose in `scene_camera.json`. Poses there are world to camera in mm;
-    frames have camera to world in m. The mask is the union of the visible parts of all annotated objects (`mask_visib/`), or None
-    if that union is empty or the whole image.
+    Each image has its own intrinsics, unit of depth and pose in `scene_camera.json`. That file has poses world to camera in mm;
+    the frames of the capture have poses camera to world in m. The mask is the union of the visible parts of all annotated objects
+    (`mask_visib/`), or None if that union is empty or the whole image.
     """
 
     what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"

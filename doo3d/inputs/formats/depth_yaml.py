@@ -31,13 +31,13 @@ class DepthImageInfo(BaseModel):
     Attributes
     ----------
     camera
-        fx, fy, cx, cy, px.
+        the intrinsics (fx, fy, cx, cy) in px.
     depth_scale
         units of the depth image per metre.
     color, mask
-        paths of the colour and of the mask image, relative to the YAML file; None without.
+        paths of the colour and of the mask image, relative to the YAML file; None if there is no such image.
     pose
-        (4, 4) as four rows, camera to world, x_world = pose @ x_camera, m; None if unknown.
+        camera to world as the four rows of a (4, 4) matrix, x_world = pose @ x_camera, m; None if unknown.
     timestamp
         time of the frame, s; None if unknown.
     """
@@ -76,8 +76,8 @@ class PairsCapture:
     def can_read(path: Path) -> bool:
         """Return whether `path` is a pair of a depth image and a YAML file, or a folder with such pairs.
 
-        Either file of the pair may be given. The two have the same name but for the suffix, and the YAML file has the key
-        `camera`.
+        `path` may be either file of a pair. The two files have the same name except for the suffix, and the YAML file has the
+        key `camera`.
         """
         if path.is_dir():
             return bool(_yaml_files(path))

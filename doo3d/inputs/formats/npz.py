@@ -30,8 +30,8 @@ _DAMAGE_ERRORS = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError,
 class ArraysCapture:
     """An NPZ file of arrays, opened as a capture of N frames (1 if `depth` is a single image).
 
-    An array without the leading dimension N applies to all frames, except `color`. Loading a frame reads only that frame's part
-    of `depth`, `color` and `mask`.
+    An array without the leading dimension N applies to all frames; only `color` must have it if `depth` has it. Loading a frame
+    reads only that frame's part of `depth`, `color` and `mask`.
 
     Notes
     -----
@@ -113,17 +113,17 @@ class _ArrayHeader:
 
     @property
     def stacked(self) -> bool:
-        """Whether there is a part for each frame, not one for all frames."""
+        """Whether the array has one part per frame along its first axis; false if one part applies to all frames."""
         return len(self.shape) == self.part_ndim + 1
 
     @property
     def part(self) -> tuple[int, ...]:
-        """The shape of one frame's part."""
+        """The shape of one frame's part of the array: without the frame axis, if it has one."""
         return self.shape[1:] if self.stacked else self.shape
 
     @property
     def part_bytes(self) -> int:
-        """Bytes of one frame's part."""
+        """Number of bytes of one frame's part of the array."""
         return math.prod(self.part) * self.dtype.itemsize
 
 
@@ -225,13 +225,23 @@ class _Stack:
         self._lock = Lock()
 
     def part(self, index: int) -> Array:
-        """Return the frame's part, or the part that all frames share."""
+        """Return the part of the array for frame number `index` (from 0), or the part that all frames share.
+
+        Raises
+        ------
+        InputError : the file is cut off or damaged.
+        """
         header = self._header
         data = self.bytes_at(index * header.part_bytes if header.stacked else 0, header.part_bytes)
         return data.view(header.dtype).reshape(header.part, order=header.order)
 
     def bytes_at(self, start: int, length: int) -> Array:
-        """Return (length,) uint8 from byte `start` of the array's data."""
+        """Return `length` bytes of the array's data from byte offset `start` on, as (length,) uint8.
+
+        Raises
+        ------
+        InputError : the file is cut off or damaged.
+        """
         with self._lock:
             try:
                 if self._file is None or start < self._at:

@@ -26,9 +26,10 @@ class FolderCapture:
     """A folder as written by Open3D's recorder, opened as a capture: one frame per depth image.
 
     The folder has `depth/`, optionally `color/` and `mask/`, and `camera_intrinsic.json`; frames have no times and no poses.
-    Images of one frame have the same stem; if no stem agrees and there are equally many images, they are matched by order. Frames
-    come in natural order of their names (9 before 10). The options `camera` and `depth_scale` replace the folder's values; with
-    the camera in the options, `camera_intrinsic.json` may be missing, and the depth is in mm unless `depth_scale` is given too.
+    Images of one frame have the same file name except for the suffix; if no names agree and there are equally many images, they
+    are matched by order. Frames come in natural order of their names (9 before 10). The options `camera` and `depth_scale`
+    replace the folder's values; with the camera in the options, `camera_intrinsic.json` may be missing, and the depth is in mm
+    unless `depth_scale` is given too.
     """
 
     what: ClassVar[str] = (
@@ -96,10 +97,10 @@ def _load(
 
 
 def read_intrinsics(path: Path) -> tuple[Camera, float]:
-    """Read an Open3D file of intrinsics: return the Camera and the units of the depth images per metre.
+    """Read an Open3D file of intrinsics and return (camera, depth_scale), the latter in units of the depth images per metre.
 
-    The JSON file has width, height (px), intrinsic_matrix (nine numbers column by column) and optionally depth_scale; without it
-    the units are 1000 per metre (mm).
+    The JSON file has width and height (px), intrinsic_matrix (nine numbers column by column), and optionally depth_scale; without
+    it, depth_scale is 1000 (mm).
 
     Raises
     ------

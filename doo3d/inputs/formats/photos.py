@@ -19,9 +19,9 @@ PHOTO_FOLDERS, MASK_FOLDERS = ("color", "images", "rgb"), ("mask", "masks")  # p
 class PhotosCapture:
     """A photograph, or a folder of them in natural order of their names, opened as a capture for the 2-D mode.
 
-    Masks are searched in `mask/` or `masks/`. Photographs and masks are matched by stem; if no stem agrees and there are equally
-    many, by order. In a folder with masks, a photograph without a mask fails when it is loaded. A single photograph gets the mask
-    of its stem if there is one.
+    Masks are searched in the sub-folder `mask/` or `masks/`. A mask belongs to the photograph of the same file name except for
+    the suffix; if no names agree and there are equally many, they are matched by order. In a folder with masks, a photograph
+    without a mask raises InputError when it is loaded. A single photograph gets the mask of its name if there is one.
     """
 
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"

@@ -35,11 +35,11 @@ _MAX_ASPECT_ERROR = 1e-2  # relative difference of the aspect ratios of colour a
 
 
 class Record3DCapture:
-    """A recording of the iPhone app Record3D (`.r3d`), opened as a capture: one frame per number.
+    """A recording of the iPhone app Record3D (`.r3d`), opened as a capture.
 
-    Depth is in metres. Colour and intrinsics are scaled to the size of the depth image. Poses are camera to world for the optical
-    frame (x right, y down, z forward), converted from the app's camera frame (x right, y up, z backward). The file is a ZIP; its
-    members are read in place, not unpacked to disk.
+    There is one frame per pair of files `rgbd/<n>.depth` and `rgbd/<n>.jpg`. Depth is in metres. Colour and intrinsics are scaled
+    to the size of the depth image. Poses are camera to world for the optical frame (x right, y down, z forward), converted from
+    the app's camera frame (x right, y up, z backward). The file is a ZIP; its members are read in place, not unpacked to disk.
     """
 
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"

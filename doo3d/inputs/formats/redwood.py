@@ -45,9 +45,9 @@ class RedwoodCapture:
 
     Depth images are in `depth/`, colour images in the first that exists of `color/`, `rgb/` and `image/`. If the file names are
     like `0000001-000000033369` (number, time in microseconds), depth and colour are paired by time within the option `tolerance`,
-    each image at most once, and images without a partner are left out. Other names are matched by stem, else by order. Poses
-    (camera to world) come from a trajectory `.log` if there is one. Defaults are fx = fy = 525, cx = 319.5, cy = 239.5 px for
-    640x480, and 1000 units per metre.
+    each image at most once, and images without a partner are left out. With other names, depth and colour are matched by file
+    name without the suffix, else by order. Poses (camera to world) come from a trajectory `.log` if there is one. Defaults are fx
+    = fy = 525, cx = 319.5, cy = 239.5 px for 640x480, and 1000 units per metre.
     """
 
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
@@ -65,7 +65,8 @@ class RedwoodCapture:
     def can_read(path: Path) -> bool:
         """Return whether `path` is a folder of a Redwood data set.
 
-        It has `depth/` and no `camera_intrinsic.json`, and one of: a folder `image/`, file names with times, a trajectory file.
+        Such a folder has `depth/` and no `camera_intrinsic.json`, and at least one of: a sub-folder `image/`, file names with
+        times, a trajectory file.
         """
         if not _is_without_intrinsics(path):
             return False
@@ -103,7 +104,8 @@ class IclCapture:
     def can_read(path: Path) -> bool:
         """Return whether `path` is a folder of an ICL-NUIM sequence.
 
-        It has `depth/` and `associations.txt` or a file `*.gt.freiburg`, but neither `camera_intrinsic.json` nor `depth.txt`.
+        Such a folder has `depth/` and either `associations.txt` or a file `*.gt.freiburg`, but neither `camera_intrinsic.json`
+        nor `depth.txt`.
         """
         return (
             _is_without_intrinsics(path)

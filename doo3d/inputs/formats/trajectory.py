@@ -24,7 +24,7 @@ class Trajectory:
     Attributes
     ----------
     times
-        (N,) s, increasing.
+        (N,) s, increasing, of N poses.
     poses
         (N, 4, 4), camera to world: x_world = pose @ x_camera, m.
     """
@@ -35,8 +35,8 @@ class Trajectory:
     def at(self, time: float, tolerance: float) -> Floats | None:
         """Return the (4, 4) pose at a time (s), or None if no pose is within `tolerance` (s) of it.
 
-        If the nearest poses before and after are both within the tolerance, the pose is interpolated between them: linearly in
-        position, by slerp in rotation. If only one of them is, it is returned unchanged.
+        If the nearest poses before and after the time are both within the tolerance, the pose is interpolated between them:
+        linearly in position, by slerp in rotation. If only one of the two is within the tolerance, that pose is returned.
         """
         after = int(np.searchsorted(self.times, time))
         near = [i for i in (after - 1, after) if 0 <= i < len(self.times) and abs(self.times[i] - time) <= tolerance]
@@ -55,9 +55,9 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     Parameters
     ----------
     quaternion
-        qx, qy, qz, qw (scalar last).
+        the rotation R as (qx, qy, qz, qw), scalar last.
     position
-        t = x, y, z, m.
+        the translation t as (x, y, z) in m.
     where
         file and line, named in the error.
 
@@ -92,7 +92,7 @@ def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[st
     columns
         least number of words in a row; rows may have more.
     layout
-        the content of a row in words, for the error.
+        description of a row for the error message, such as "time and file name".
 
     Raises
     ------
@@ -120,9 +120,9 @@ def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[st
 
 
 def increasing_times(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Return the first word of each row as a time, (N,) s, after checking that the times increase.
+    """Return the first word of each of N rows as a time, (N,) s, after checking that the times increase.
 
-    `rows` are (line number, words), as read from `path`; the file and the line are named in the error.
+    `rows` is the table that `read_lines` read from `path`: (line number, words) per row. File and line are named in errors.
 
     Raises
     ------
@@ -157,8 +157,8 @@ def read_trajectory(path: Path) -> Trajectory:
 class PosedCapture:
     """A capture whose poses come from a trajectory file (TUM's format, camera to world) instead of its own.
 
-    A frame with a time gets the pose at that time, interpolated, or None if no pose is within `tolerance` s. If no frame has a
-    time, the lines of the file belong to the frames in order, and there must be as many lines as frames.
+    A frame with a time gets the pose interpolated at that time, or None if no pose in the file is within `tolerance` (s). If no
+    frame has a time, the first line of the file belongs to the first frame and so on; there must be as many lines as frames.
 
     Raises
     ------

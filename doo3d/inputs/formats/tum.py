@@ -64,14 +64,14 @@ class TumCapture:
 
 
 def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]:
-    """Pair the times of two lists, nearest pairs first, each time in one pair at most.
+    """Pair the times of two lists that are nearest to each other, each time in one pair at most.
 
-    This is the rule of the benchmark's associate.py.
+    Of all pairs within the tolerance, that with the least difference is taken first, as by the benchmark's associate.py.
 
     Parameters
     ----------
     one, other
-        (N,) and (M,) s, increasing.
+        times in s, increasing: (N,) and (M,).
     tolerance
         largest time difference within a pair, s.
 

@@ -36,8 +36,8 @@ class VideoCapture:
     """A video file for the 2-D mode, opened as a capture: frames named by number from 000000.
 
     The time of frame i is i / (frames per second), None if the frame rate is unknown. All frames are decoded once to count them,
-    since the number in the file's header is often wrong. A truncated video gets one more frame at its end, which fails to load
-    with a message about the truncation.
+    since the number in the file's header is often wrong. If the video is cut off, one frame is added at its end, which raises
+    InputError when it is loaded.
 
     Raises
     ------
@@ -62,7 +62,7 @@ class VideoCapture:
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a file with the signature of a video format or with a suffix of one."""
+        """Return whether `path` is a file with the first bytes or the suffix of a video format."""
         if not path.is_file():
             return False
         with path.open("rb") as file:
@@ -78,6 +78,7 @@ class _VideoContent:
     truncated: bool
 
     def time(self, index: int) -> float | None:
+        """Return the time of frame number `index` (from 0), s after the first frame; None if the frame rate is unknown."""
         return index / self.fps if self.fps else None
 
 
@@ -174,7 +175,10 @@ class _Reader:
         self._lock = Lock()
 
     def read(self, index: int, last: bool) -> Array | None:
-        """Return the frame (H, W, 3) uint8 BGR, or None if it cannot be decoded; the file is closed after the `last`."""
+        """Return frame number `index` (from 0) as (H, W, 3) uint8 BGR; None if it cannot be decoded.
+
+        `last` tells that this is the last frame of the video; the file is then closed.
+        """
         with self._lock, capture_native_output():
             if self._video is None or index < self._next:
                 self.close()

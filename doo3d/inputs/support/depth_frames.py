@@ -46,11 +46,12 @@ class DepthSensor(NamedTuple):
     Attributes
     ----------
     pinhole
-        fx, fy, cx, cy, px.
+        the tuple (fx, fy, cx, cy) in px.
     scale
         units of the depth image per metre, such as 1000 for millimetres.
     size
-        (width, height) px for which the intrinsics hold; None if they hold for the image whatever its size.
+        (width, height) in px that the image must have for these intrinsics; an image of another size raises InputError when it is
+        loaded. None: the intrinsics are used for an image of any size.
     """
 
     pinhole: Pinhole
@@ -81,11 +82,12 @@ def load_files(
     pose
         (4, 4) camera to world, x_world = pose @ x_camera, m; or None.
     required
-        what to do with a mask that is empty or covers the whole image: keep it if true, treat it as absent if false.
+        what to do if the union of the masks is empty or covers the whole image: if true, the union is returned; if false, None is
+        returned instead.
 
     Returns
     -------
-    FrameData with the Frame (depth in m), the union of the masks (None without mask files) and the pose.
+    FrameData with the Frame (depth in m), the union of the masks as (H, W) bool (None without mask files), and the pose.
 
     Raises
     ------
@@ -102,16 +104,16 @@ def load_files(
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:
-    """Return the Camera with these intrinsics and the size of this image.
+    """Return the Camera with the intrinsics `pinhole` and the size of an image.
 
     Parameters
     ----------
     pinhole
-        fx, fy, cx, cy, px.
+        the tuple (fx, fy, cx, cy) in px.
     shape
-        (H, W) of the image.
+        (H, W), height and width of the image in px.
     size
-        (width, height) px for which the intrinsics hold; None if they hold for the image whatever its size.
+        (width, height) in px that the image must have; None allows any size.
 
     Raises
     ------
@@ -133,7 +135,7 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
     Parameters
     ----------
     depth
-        (H, W) m; pixels that are 0, negative or not finite are ignored. Without any other pixel there is no error.
+        (H, W) m; pixels that are 0, negative or not finite are ignored. If no pixel is left, there is no error.
     path
         the depth image, named in the error.
     scale
@@ -222,7 +224,9 @@ def pose_of(rotation: Any, translation: Any, where: str) -> Floats:
 
 
 def check_pose(pose: Any, where: str) -> Floats:
-    """Return a rigid transform as (4, 4) float, after checking it; `where` (file and key) is named in the error.
+    """Check that `pose` is a rigid transform and return it as a (4, 4) float array.
+
+    `where` is the file and the key that the pose comes from, named in the error.
 
     Raises
     ------
@@ -249,7 +253,7 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
     where
         file and key, named in the error.
     code
-        code of the error, by the purpose of the numbers.
+        machine-readable code of the InputError, such as "pose-invalid" if the numbers are a pose.
 
     Raises
     ------

@@ -11,10 +11,11 @@ _RESULT_FILES = ("manifest.json", "config.yaml")  # mark a folder of results, wh
 
 
 def fingerprint(paths: Iterable[Path]) -> str:
-    """Return a SHA-256 (hex) of the paths, sizes and modification times of input files, to detect changes.
+    """Return a digest of input files that differs once a file was changed, added or removed.
 
-    No file content is read. Folders among `paths` count with all files below them, except folders of doo3d's results (those
-    with manifest.json and config.yaml). A file whose size and time cannot be read counts with its path alone.
+    The digest is the SHA-256, as 64 hexadecimal digits, of the paths, sizes and modification times; no file content is read. A
+    folder among `paths` stands for all files below it, except those in folders of doo3d's results (which hold manifest.json and
+    config.yaml). Of a file whose size and time cannot be read, only the path enters the digest.
     """
     files = sorted({file for path in paths for file in _files(path)})
     return hashlib.sha256("\n".join(map(_state, files)).encode(errors="surrogateescape")).hexdigest()

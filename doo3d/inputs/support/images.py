@@ -30,8 +30,8 @@ _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha,
 def read_depth(path: Path, scale: float) -> Array:
     """Read a depth image as metres along the optical axis, (H, W) float32; 0 or NaN = no measurement.
 
-    `scale` is the units per metre of an image of 16-bit integers, such as 1000 for millimetres. An image of floats is in metres
-    already, and `scale` is ignored.
+    If the pixels are 16-bit integers, `scale` is their number of units per metre, such as 1000 for millimetres. If they are
+    floats, they are taken to be metres and `scale` is ignored.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def read_depth(path: Path, scale: float) -> Array:
 
 
 def is_image(path: Path) -> bool:
-    """Return whether a file has the signature or the suffix of an image format (PNG, JPEG, ...)."""
+    """Return whether a file has the first bytes or the suffix of an image format (PNG, JPEG, ...); the file must exist."""
     with path.open("rb") as file:
         return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
 

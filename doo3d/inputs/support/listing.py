@@ -18,8 +18,8 @@ def natural_key(name: str) -> list[tuple[int, str]]:
 def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, Path]:
     """Return the images in a folder as a dict stem -> path, in natural order of the file names (9 before 10).
 
-    Hidden files are left out and sub-folders are not searched. The dict is empty if the folder does not exist. `suffixes` are
-    lower-case with the dot, such as ".png".
+    The stem is the file name without its suffix. Hidden files are left out and sub-folders are not searched. The dict is empty if
+    the folder does not exist. `suffixes` are the accepted file suffixes in lower case with the dot, such as ".png".
 
     Raises
     ------
@@ -41,8 +41,9 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
 def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[str, Path]:
     """Match images to frames and return them as a dict frame name -> path.
 
-    An image belongs to the frame whose name is its stem; then `images` is returned as it is, with stems that match no frame. If
-    no stem is a frame's name, images and frames are matched by order if there are equally many; else the dict is empty.
+    The stem of an image is its file name without the suffix. If the stem of at least one image is a frame's name, `images` is
+    returned unchanged, including images that belong to no frame. Otherwise the first image belongs to the first frame and so on,
+    if there are as many images as frames; if not, the dict is empty.
 
     Parameters
     ----------
@@ -59,9 +60,10 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
 
 
 def with_file(error: InputError, file: Path) -> InputError:
-    """Return an error with the path `file` before the message of `error`.
+    """Return an InputError whose message is the path `file` followed by the message of `error`; its code stays the same.
 
-    The error is returned unchanged if its message already has a path in the folder above the file's folder (the capture).
+    `error` itself is returned if its message already contains the path of the capture's folder, which is taken to be
+    `file.parent.parent`.
     """
     text = str(error)
     return error if str(file.parent.parent) in text else InputError(f"{file}: {text}", code=error.code)

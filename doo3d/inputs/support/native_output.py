@@ -13,7 +13,7 @@ from io import StringIO
 
 @dataclass
 class NativeOutput:
-    """The text captured by `capture_native_output`; `text` stays empty until the block has ended."""
+    """What `capture_native_output` captured: `text`, stripped of blanks at its ends; empty until the `with` block has ended."""
 
     text: str = ""
 

@@ -10,7 +10,7 @@ from ...types import Floats
 def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
     """Return the (4, 4) pose between two (4, 4) poses: linear in position, slerp in rotation.
 
-    `share` is the place between them, 0 to 1: 0 gives `one`, 1 gives `other`.
+    `share` is the fraction of the path from `one` to `other`, 0 to 1: 0 gives `one`, 1 gives `other`.
     """
     from scipy.spatial.transform import Rotation
 

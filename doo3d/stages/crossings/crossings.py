@@ -21,24 +21,25 @@ UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
 
 
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    """Find every place where two strands, of one chain or of two, cross in the view, and tell which is on top.
+    """Find every place where two strands (stretches of one chain or of two) cross in the view, and which one is on top.
 
-    The view is the camera's. A cloud is viewed from its viewpoint or, if that is unknown, from above along its z axis. In 2-D
-    only color tells which strand is upper; where it does not, the strand that comes first in `chains` is taken, with
-    confidence 0.
+    The view is the camera's. A cloud is viewed from its viewpoint or, if the viewpoint is unknown, from above, against its z
+    axis. In 2-D only color tells which strand is upper. Where nothing tells, the strand that comes first in `chains` is named as
+    the upper one, with confidence 0.
 
     Parameters
     ----------
     chains
         the chains of one frame, m (px in 2-D).
     context
-        what is known of the frame; depth, colors, camera and viewpoint of the foreground are used.
+        the data of the frame; depth, colors, camera and viewpoint of the foreground are used.
     config
         section `crossings` of the settings: whether colors count.
 
     Returns
     -------
-    The crossings, sorted by the first of the two strands, in the order of the chains and along them.
+    The crossings, each with upper and lower strand, point and confidence. They are sorted by whichever of their two segments
+    comes first in `chains`. Empty if no strands cross.
     """
     if not chains:
         return ()
@@ -72,10 +73,12 @@ def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odd
 
 
 def projection_of(foreground: Foreground) -> Projection:
-    """Return the projection to the view in which crossings of a foreground are looked for.
+    """Return the projection to the view in which the crossings of a foreground are looked for.
 
-    It is the camera's if there is one, to pixels. A cloud is viewed in perspective from its viewpoint, or parallel to its z axis
-    from above if the viewpoint is unknown. In 2-D the positions are those in the image.
+    - In 2-D: positions unchanged, px.
+    - With a camera: its pinhole projection, positions in px.
+    - A cloud with a viewpoint: perspective from there towards the middle of the points, positions as tangents (x / z, y / z).
+    - A cloud without a viewpoint: parallel projection from above, against the z axis, positions in m.
     """
     if foreground.points.shape[1] == 2:
         return Projection.planar()

@@ -42,25 +42,26 @@ Lookup = Callable[[Floats], Floats]
 class CrossingStrands:
     """The two strands at each of C crossings, with S samples along each strand, outside their overlap in the view.
 
-    The second axis of the arrays, of length 2, is the strand: the first or the second of the crossing.
+    The second axis of the arrays, of length 2, is the strand: the first or the second of the crossing. Positions and lengths in
+    the view are in its unit: px for a camera and in 2-D, tangents of angles for a cloud with a viewpoint, m otherwise.
 
     Attributes
     ----------
     middle
-        (C, 2, S, 2), positions in the view of the samples on the strand's axis: S / 2 before the overlap, S / 2 behind it. NaN
-        beyond the strand's ends.
+        (C, 2, S, 2), positions (u, v) in the view of the samples on the strand's axis: S / 2 before the overlap, then S / 2 after
+        the overlap. NaN for samples beyond the strand's ends.
     depth
-        (C, 2, S), distance of the axis from the viewpoint at the samples.
+        (C, 2, S) m, distance of the axis along the viewing direction at the samples; 0 in 2-D. NaN beyond the strand's ends.
     side
-        (C, 2, S, 2) unit, direction across the strand in the view at the samples.
+        (C, 2, S, 2) unit, direction across the strand in the view at the samples. NaN beyond the strand's ends.
     along
-        (C, 2, S), position of the samples along the strand, in half-widths from the crossing; negative before it.
+        (C, 2, S), position of the samples along the strand, in half-widths from the crossing; negative before the crossing.
     half_width
-        (C, 2), half the width of each strand, in the unit of the view.
+        (C, 2), half the width of each strand in the view.
     point
-        (C, 2), position of the crossing in the view.
+        (C, 2), position (u, v) of the crossing in the view.
     normal
-        (C, 2, 2) unit, direction across each strand in the view at the crossing.
+        (C, 2, 2) unit, direction (u, v) across each strand in the view at the crossing.
     """
 
     middle: Floats
@@ -80,9 +81,13 @@ def sample_strands(crossings: Intersections, chains: PolylineSet, half_width: Fl
     crossings
         C intersections of the chains in the view.
     chains
-        the joints of all chains as (u, v, distance): position in the view and distance from the viewpoint.
+        the joints of all chains as (u, v, distance): position in the view and distance along the viewing direction.
     half_width
-        (C, 2), half the width of each strand at the crossing, in the unit of the view.
+        (C, 2), half the width of each strand at the crossing, in the unit of u and v.
+
+    Returns
+    -------
+    The samples: 16 on either side of each crossing along each strand, up to 5 half-widths beyond the overlap.
     """
     joint = crossings.segment + crossings.t
     step = _segment_vectors(chains, crossings.chain, crossings.segment)
@@ -109,20 +114,21 @@ def _normals(vectors: Floats) -> Floats:
 
 
 def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, Floats]:
-    """Return positions in the view across both strands of each crossing, beside their overlap and inside it.
+    """Return positions in the view across both strands of each crossing, outside their overlap and inside it.
 
     Parameters
     ----------
     strands
         the two strands at C crossings, with S samples along each.
     offsets
-        (A,), lateral offsets from the middle of a strand, in its half-widths.
+        (A,), lateral offsets from the middle of a strand, in half-widths of the strand.
 
     Returns
     -------
-    beyond : (C, 2, S, A, 2), positions across each strand at its samples, which lie outside the overlap.
-    inside : (C, A, A, 2), positions in the overlap. [c, a, b] lies offsets[a] from the middle of the first strand and offsets[b]
-        from the middle of the second.
+    beyond : (C, 2, S, A, 2), positions (u, v) outside the overlap: [c, strand, s, a] lies offsets[a] half-widths across the
+        strand from sample s. NaN for samples beyond the strand's ends.
+    inside : (C, A, A, 2), positions (u, v) in the overlap: [c, a, b] lies offsets[a] half-widths from the middle of the first
+        strand and offsets[b] half-widths from the middle of the second.
     """
     lateral = (offsets * strands.half_width[..., None])[:, :, None, :, None]
     beyond = strands.middle[..., None, :] + lateral * strands.side[..., None, :]
@@ -138,27 +144,28 @@ def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, F
 def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius: Floats) -> tuple[Floats, Floats]:
     """Measure which strand's surface is in front, and to which strand the surface seen in the overlap belongs.
 
-    The surface of each strand is measured on both sides of the overlap and extrapolated across it by a parabola. The surface
-    measured in the overlap is that of the upper strand. Readings that differ from a strand's others by more than its
-    thickness belong to something else and are left out.
+    The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola. The
+    surface measured in the overlap belongs to the upper strand. Readings on a strand that differ by more than the strand's
+    thickness from its other readings belong to something else and are left out.
 
     Parameters
     ----------
     strands
         the two strands at C crossings.
     surface
-        function from positions (..., 2) in the view to the distance (...) of the object's surface there; NaN without a reading.
+        function from positions (..., 2) in the view to the distance (...) of the object's surface there along the viewing
+        direction, m; NaN without a reading.
     depth
-        (C, 2), distance of the strands' axes from the viewpoint at the crossing.
+        (C, 2) m, distance of the strands' axes along the viewing direction at the crossing.
     radius
-        (C, 2), radius of the strands, in the unit of `depth`.
+        (C, 2) m, radius of the strands.
 
     Returns
     -------
-    in_front : (C,), how much nearer the first strand's surface is than the second's: positive if the first is in front.
-        In the unit of `depth`; NaN if either strand's surface could not be extrapolated.
-    mismatch : (C,), how much better the first strand's surface agrees with the one in the overlap: positive if the first is
-        upper. In the unit of `depth`; NaN without a reading in the overlap.
+    in_front : (C,) m, distance of the second strand's surface minus that of the first strand's: positive if the first strand is
+        in front. NaN if either strand's surface could not be extrapolated.
+    mismatch : (C,) m, by how much the surface in the overlap differs from the second strand's minus by how much it differs from
+        the first strand's: positive if the first strand is upper. NaN without a reading in the overlap.
     """
     beyond, inside = sample_overlap(strands, SURFACE_OFFSETS)
     measured = _medians(surface(beyond))
@@ -201,24 +208,24 @@ def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:
 
 
 def color_order(strands: CrossingStrands, color: Lookup, noise: float) -> Floats:
-    """Measure how much better the first strand's colors explain those in the overlap than the second strand's do.
+    """Measure how much better the first strand's colors explain the colors in the overlap than the second strand's do.
 
-    The color profile across the upper strand (its middle, darker sides and highlight) continues through the overlap, whatever
-    the colors of both.
+    The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's colors on both
+    sides of the overlap are compared with the colors inside it.
 
     Parameters
     ----------
     strands
         the two strands at C crossings.
     color
-        function from positions (..., 2) in the view to colors (..., K); NaN outside the image.
+        function from positions (..., 2) in the view to colors (..., K) in K channels; NaN outside the image.
     noise
-        standard deviation of the colors, in their unit.
+        standard deviation of the colors, in their unit (such as grey levels of 255).
 
     Returns
     -------
-    (C,) log ratio of the mean squared color errors, positive if the first strand is upper. NaN if either strand has too few
-    samples on one side of the crossing.
+    (C,) natural logarithm of the second strand's mean squared color error over the first strand's; positive if the first strand
+    is upper. NaN if either strand has fewer than two samples on one side of the crossing, or the overlap leaves the image.
     """
     beyond, inside = sample_overlap(strands, COLOR_OFFSETS)
     colors, in_overlap = color(beyond), color(inside)

@@ -47,16 +47,16 @@ CLOUD_SEARCH_HALF_WIDTHS = 20.0
 def upper_strand_log_odds(
     intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
 ) -> Floats:
-    """Return the log odds that the first strand of each crossing is the upper one, by depth and color.
+    """Return the log odds that the first strand of each crossing is the upper one, judged by depth and color.
 
     Parameters
     ----------
     intersections
         C intersections of the chains in the view.
     chains
-        the joints of all chains as (u, v, distance): position in the view and distance from the viewpoint.
+        the joints of all chains as (u, v, distance): position in the view and distance along the viewing direction.
     radius
-        (C, 2) m (px in 2-D), radius of the two strands.
+        (C, 2) m (px in 2-D), radius of the two strands at each crossing.
     view
         the projection of points to the view.
     foreground
@@ -64,7 +64,7 @@ def upper_strand_log_odds(
 
     Returns
     -------
-    (C,) log odds, positive if the first strand is probably upper; 0 if nothing tells.
+    (C,) natural log odds, positive if the first strand is probably upper; 0 if neither depth nor color tells.
     """
     depth = chains.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2]
     strands = sample_strands(intersections, chains, radius * view.scale(depth))

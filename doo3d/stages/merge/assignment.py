@@ -25,14 +25,15 @@ FORCED_MIN_LENGTH_RATIO = 0.1
 
 
 class Link(NamedTuple):
-    """A connection of two chain ends and its cost. Links compare by cost.
+    """A connection (join) of two chain ends and its cost. Links sort by cost.
 
     Attributes
     ----------
     cost
-        cost units: 1 per mm of gap (1 per px in 2-D), weights per radian.
+        in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights (section `merge` of the
+        settings).
     first, second
-        the two ends, the lower one (by chain number, then side) first.
+        the two ends. `first` has the lower chain number or, in one chain, side 0.
     """
 
     cost: float
@@ -41,17 +42,17 @@ class Link(NamedTuple):
 
     @property
     def pair(self) -> Pair:
-        """The two ends, the lower first."""
+        """The two ends, (first, second)."""
         return self.first, self.second
 
 
 class ChainGroups:
-    """Groups of chains that are connected to each other, directly or through other chains (disjoint sets).
+    """The grouping of chains into connected groups: chains connected directly or through other chains share a group.
 
     Attributes
     ----------
     group
-        for each chain the number of its group.
+        for each chain the number of its group. Numbers are arbitrary; equal numbers mean the same group.
     """
 
     def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
@@ -65,16 +66,16 @@ class ChainGroups:
         return len(set(self.group))
 
     def of(self, end: End) -> int:
-        """Return the number of the group that an end's chain is in."""
+        """Return the number of the group of connected chains to which the chain of an end belongs."""
         return self.group[end.chain]
 
     def join(self, pair: Pair) -> None:
-        """Unite the groups that the chains of two ends are in."""
+        """Unite the groups of the two chains whose ends are given; changes the grouping in place."""
         kept, gone = self.of(pair[0]), self.of(pair[1])
         self.group = [kept if group == gone else group for group in self.group]
 
     def large(self, sizes: Sequence[int]) -> set[int]:
-        """Return the numbers of the groups with at least a tenth of the segments of the largest group.
+        """Return the numbers of the groups that have at least a tenth as many segments as the largest group.
 
         Parameters
         ----------
@@ -90,24 +91,24 @@ class ChainGroups:
 def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
     """Choose which chain ends to connect, by the configured strategy.
 
-    If a number of chains is wanted and more are left, further connections are then forced, which may cost up to three times
-    `max_cost`.
+    Each connection costs at most `max_cost`. If `chains` is set and more chains are left, further connections are forced, each of
+    which may cost up to three times `max_cost`.
 
     Parameters
     ----------
     cost
-        (E, E) cost units, of connecting two ends without their gap path. Only the upper triangle counts; infinite where a
-        connection is not allowed.
+        (E, E) cost units, cost of connecting each pair of E ends, without the gap path. Only entries [i, j] with i < j are used;
+        infinite where a connection is not allowed.
     sizes
         number of segments of each chain.
     gap_costs
-        function from pairs of ends to the costs of their gap paths, which come on top of `cost` and are not negative.
+        function from pairs of ends to the costs of their gap paths, which are added to `cost` and are not negative.
     config
-        section `merge` of the settings: strategy, number of chains wanted, largest cost.
+        section `merge` of the settings: `strategy`, `chains`, `max_cost`, `allow_closed_chains`.
 
     Returns
     -------
-    The chosen connections with their whole costs; no end is in two of them.
+    The chosen connections, each with its cost including the gap path; no end is in two of them.
     """
     links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), gap_costs, config)
     if config.chains is not None:
@@ -178,28 +179,28 @@ STRATEGIES: dict[str, Callable[[Floats, GapCosts, MergeConfig], list[Link]]] = {
 def force_merges(
     links: Sequence[Link], cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig
 ) -> list[Link]:
-    """Choose further connections, the cheapest first, until the wanted number of chains is left.
+    """Choose further connections, the cheapest first, until `config.chains` groups of connected chains are left.
 
-    Each may cost up to FORCED_COST_FACTOR (3) times `max_cost`. Connected chains that together have less than a tenth of the
-    segments of the longest such group are left alone: they are probably clutter.
+    Each connection may cost up to FORCED_COST_FACTOR (3) times `max_cost`. A group with less than a tenth as many segments as the
+    largest group is not connected: it is probably clutter.
 
     Parameters
     ----------
     links
         the connections chosen before.
     cost
-        (E, E) cost units, of connecting two ends without their gap path. Only the upper triangle counts; infinite where a
-        connection is not allowed.
+        (E, E) cost units, cost of connecting each pair of E ends, without the gap path. Only entries [i, j] with i < j are used;
+        infinite where a connection is not allowed.
     sizes
         number of segments of each chain.
     gap_costs
-        function from pairs of ends to the costs of their gap paths, which come on top of `cost`.
+        function from pairs of ends to the costs of their gap paths, which are added to `cost` and are not negative.
     config
-        section `merge` of the settings: number of chains wanted (1 if not set) and largest cost.
+        section `merge` of the settings: `chains` (1 if not set) and `max_cost`.
 
     Returns
     -------
-    The further connections, without those given; fewer than wanted if none is cheap enough.
+    The further connections, without `links`. There are too few of them if no other connection is cheap enough.
     """
     groups = ChainGroups(len(sizes), links)
     used = {end for link in links for end in link.pair}
@@ -236,7 +237,7 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
 
 
 def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
-    """Return those of the connections that close a ring of chains (the first ring found); None if there is no ring.
+    """Return the connections that together close a ring of chains (the first ring found); None if there is no ring.
 
     Parameters
     ----------

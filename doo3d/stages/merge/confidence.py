@@ -12,18 +12,19 @@ from .assignment import Link
 
 
 def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_rings: bool = False) -> list[float]:
-    """Return the confidence of each connection, 0 to 1.
+    """Return the confidence of each connection, 0 to 1: how much the best solution without the connection costs more.
 
-    It is the rise of the least total cost if the connection is not made, divided by `max_cost`. Without a connection each of
-    its two ends stays free, which costs half of `max_cost`, or is connected to another end. If that other end
-    was connected itself, its former partner stays free or is connected elsewhere. Up to three connections change in that way.
+    The confidence is the rise of the total cost divided by `max_cost`. The total is the cost of all connections, plus half of
+    `max_cost` for each end that stays free. In the solution without a connection each of its two ends stays free or is connected
+    to another end. If that other end was connected itself, its former partner stays free or is connected elsewhere.
 
     Parameters
     ----------
     links
         the chosen connections.
     cost
-        (E, E) cost units, of connecting two ends. Only the upper triangle counts; infinite where a connection is not allowed.
+        (E, E) cost units, cost of connecting each pair of E ends, gap path included. Only entries [i, j] with i < j are used;
+        infinite where a connection is not allowed.
     max_cost
         cost of leaving both ends of a connection free. If infinite, a little over twice the largest finite cost is used.
     allow_rings
@@ -31,7 +32,8 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
 
     Returns
     -------
-    One confidence per connection, in the order of the links.
+    One confidence per connection, in the order of the links; 0 if a solution without the connection costs no more,
+    1 - cost / `max_cost` if the only alternative is to leave both ends free.
     """
     if not np.isfinite(max_cost):
         max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1

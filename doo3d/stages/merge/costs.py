@@ -1,7 +1,8 @@
 """The cost of joining two chain ends, for all pairs of E ends at once: equations 1 to 3 and 5 of Keipour et al. (RA-L 2022).
 
-points : (E, D) m (px in 2-D), the ends. tangents : (E, D) unit, pointing out of the chains; or (E, E, D), the tangent of end i
-expected half way to end j. Costs of pairs are (E, E).
+points : (E, D) m (px in 2-D), the positions of E ends. tangents : (E, D) unit, pointing out of the chains; or (E, E, D), the
+tangent that end i is expected to have half way to end j. Costs of pairs are (E, E), in cost units: 1 per mm of gap (1 per px in
+2-D), plus angles in radians times their weights (section `merge` of the settings).
 """
 
 from __future__ import annotations
@@ -39,9 +40,10 @@ COINCIDENT = 1e-12
 
 
 def custom_cost(name: str) -> CustomCost:
-    """Return the user's cost term that is registered in CUSTOM_COSTS under a name.
+    """Return the user's cost function that is registered in CUSTOM_COSTS under a name.
 
-    It is a function of the ends' points (E, D) and outward tangents (E, D) to costs (E, E).
+    The function takes the positions (E, D) m, D = 3 (in 2-D: px, D = 2) and the outward unit tangents (E, D) of E chain ends, and
+    returns (E, E), the cost of joining each pair. Only entries [i, j] with i < j are used.
 
     Raises
     ------
@@ -57,57 +59,57 @@ def custom_cost(name: str) -> CustomCost:
 
 
 def euclidean(points: Floats) -> Floats:
-    """Return the distance between the two ends of each pair: equation 1 of Keipour et al. (RA-L 2022).
+    """Return the distances between E chain ends: equation 1 of Keipour et al. (RA-L 2022).
 
     Parameters
     ----------
     points
-        (E, D) m (px in 2-D), the ends.
+        (E, D) m, D = 3 (in 2-D: px, D = 2), positions of the ends.
 
     Returns
     -------
-    (E, E) m (px in 2-D).
+    (E, E) m (px in 2-D), distance of each pair, symmetric.
     """
     return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
 
 
 def direction(tangents: Floats) -> Floats:
-    """Return the angle by which the direction changes between the two ends of each pair.
+    """Return for each pair of chain ends the angle by which a line turns that leaves by one end and enters by the other.
 
-    Equation 2 of Keipour et al. (RA-L 2022). The angle is 0 if the tangents point straight against each other, as at a gap in
-    a straight line.
+    The angle is 0 if the tangents point straight against each other, as at a gap in a straight line. This is equation 2 of
+    Keipour et al. (RA-L 2022).
 
     Parameters
     ----------
     tangents
-        (E, D) unit, tangent of each end pointing out of its chain; or (E, E, D), where [i, j] is the tangent that end i is
-        expected to have half way to end j.
+        (E, D) unit, D = 2 or 3, tangent of each of E ends pointing out of its chain; or (E, E, D), where [i, j] is the tangent
+        that end i is expected to have half way to end j.
 
     Returns
     -------
-    (E, E) radians, 0 to pi.
+    (E, E) radians, 0 to pi, symmetric.
     """
     outward = _pairwise(tangents)
     return angle(outward, -outward.swapaxes(0, 1))
 
 
 def curvature(points: Floats, tangents: Floats) -> Floats:
-    """Return the angle by which the connection of each pair bends at its ends, the larger of the two.
+    """Return for each pair of chain ends the angle by which an end must bend to head straight for the other end.
 
-    Equation 3 of Keipour et al. (RA-L 2022). At each end it is the angle between the tangent and the straight line to the other
-    end; 0 for ends that coincide.
+    That is the angle between the tangent of an end and the straight line to the other end; of the two angles of a pair the larger
+    is returned. This is equation 3 of Keipour et al. (RA-L 2022).
 
     Parameters
     ----------
     points
-        (E, D) m (px in 2-D), the ends.
+        (E, D) m, D = 3 (in 2-D: px, D = 2), positions of E ends.
     tangents
         (E, D) unit, tangent of each end pointing out of its chain; or (E, E, D), where [i, j] is the tangent that end i is
         expected to have half way to end j.
 
     Returns
     -------
-    (E, E) radians, 0 to pi.
+    (E, E) radians, 0 to pi, symmetric; 0 for ends that coincide.
     """
     gap = points[None] - points[:, None]
     bend = angle(_pairwise(tangents), gap)
@@ -116,15 +118,26 @@ def curvature(points: Floats, tangents: Floats) -> Floats:
 
 
 def count_in(ends: Bools) -> Floats:
-    """Return for each pair of ends how many of the two are marked in `ends` (E,) bool: (E, E), 0, 1 or 2."""
+    """Return for each pair of E ends how many of the two are marked: 0, 1 or 2.
+
+    Parameters
+    ----------
+    ends
+        (E,) bool, True for a marked end.
+
+    Returns
+    -------
+    (E, E) float, symmetric; 0 or 2 on the diagonal.
+    """
     return ends[:, None].astype(float) + ends[None]
 
 
 def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, config: MergeConfig) -> dict[str, Floats]:
-    """Return the weighted cost terms of every pair of ends.
+    """Return the terms of the cost of connecting each pair of chain ends, each already multiplied by its weight.
 
-    They are those of equation 5 of Keipour et al. (RA-L 2022) and further ones. The further terms are the user's own and the
-    cost of ends in plain view, which are probably real tips.
+    The terms are "distance", "direction" and "curvature" of Keipour et al. (RA-L 2022, equation 5), those that the user named in
+    `merge.custom_costs`, and "exposed ends" if `merge.exposed_end_cost` is set: the cost of joining ends in plain view, which are
+    probably real tips.
 
     Parameters
     ----------
@@ -133,13 +146,18 @@ def cost_terms(ends: ChainEnds, radius: float, visibility: Visibility | None, co
     radius
         radius of the object, m (px in 2-D).
     visibility
-        tells which ends are in plain view; None for a cloud without camera views.
+        tells which ends are in plain view; None for a cloud without camera views, which has no term "exposed ends".
     config
         section `merge` of the settings: the weights.
 
     Returns
     -------
-    Name of the term -> (E, E) cost units.
+    Name of the term -> (E, E), what the term adds to the cost of each pair, in cost units: 1 per mm of gap (1 per px in 2-D),
+    plus angles in radians times their weights. The terms are symmetric, except perhaps those of the user.
+
+    Raises
+    ------
+    ConfigError : `merge.custom_costs` names a term that is not registered in CUSTOM_COSTS.
     """
     distance = euclidean(ends.points)
     expected = _expected_tangents(ends, distance, radius, config)
@@ -160,15 +178,17 @@ def pair_costs(
 ) -> Floats:
     """Return the cost of connecting each pair of ends; infinite where a connection is not allowed.
 
-    Not allowed are ends that are too far apart or cost too much, ends of a ring, the two ends of one chain (unless rings are
-    allowed), and two ends that both leave the view. The lower triangle is infinite too, so that each pair counts once.
+    The cost is the sum of the terms. Not allowed are ends farther apart than `max_gap`; costs above `max_cost` without the term
+    "exposed ends" (above 3 times `max_cost` if `chains` is set); ends of a ring; the two ends of one chain, unless
+    `allow_closed_chains` is set; and two ends that both leave the view, unless `free_space_weight` is 0. The diagonal and the
+    entries below it are infinite too, so that each pair counts once.
 
     Parameters
     ----------
     ends
         position and tangent of the E ends of all chains.
     terms
-        name of the term -> (E, E) cost units.
+        name of the term -> (E, E) cost units, as `cost_terms` returns them.
     radius
         radius of the object, m (px in 2-D).
     visibility
@@ -178,7 +198,7 @@ def pair_costs(
 
     Returns
     -------
-    (E, E) cost units: 1 per mm of gap (1 per px in 2-D), weights per radian.
+    (E, E) in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights.
     """
     total = np.zeros((len(ends.points), len(ends.points)))
     for name, term in terms.items():

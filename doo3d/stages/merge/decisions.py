@@ -16,18 +16,18 @@ from .gap_path_costs import GapCost, GapPaths
 
 @dataclass(frozen=True)
 class Candidate:
-    """Two chain ends that are or could be connected, and what the connection costs.
+    """Two chain ends that are or could be connected, and the cost of connecting them.
 
-    Costs are in cost units: 1 per mm of gap (1 per px in 2-D).
+    Costs are in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights.
 
     Attributes
     ----------
     ends
-        the two ends, the lower first. Chain numbers are indices in the list of chains that pruning left.
+        the two ends, that of the lower chain first. `End.chain` is an index in the list of chains that pruning left.
     points
-        (2, D) m (px in 2-D), the positions of the two ends.
+        (2, D) m, D = 3 (in 2-D: px, D = 2), the positions of the two ends.
     terms
-        name of the term -> cost, without the cost of the gap path.
+        name of the cost term, such as "distance" -> cost. The cost of the gap path is not among them.
     """
 
     ends: Pair
@@ -37,12 +37,16 @@ class Candidate:
 
     @property
     def gap_cost(self) -> GapCost:
-        """The cost of the gap path, in free and in unknown space; measured on first access if merging did not need it."""
+        """The cost of the path across the gap, in cost units (1 per mm, 1 per px in 2-D, times a weight of the settings).
+
+        It has two parts, for the length in free space and in unknown space, and is computed on first access if merging did not
+        need it.
+        """
         return self._gap_paths.cost(self.ends)
 
     @property
     def cost(self) -> float:
-        """The whole cost of the connection: all terms and the cost of the gap path."""
+        """The whole cost of the connection in cost units: the sum of all terms and of the cost of the gap path."""
         return sum(self.terms.values()) + sum(self.gap_cost)
 
 
@@ -55,11 +59,12 @@ class MergeDecision:
     chosen
         the two ends that were connected.
     runner_up
-        the cheapest other pair that includes one of the two ends, compared by their straight connections; None if there is none.
+        the cheapest other pair that includes one of the two ends; None if there is none. To find it, the gaps of all pairs are
+        taken as straight.
     confidence
         confidence of the connection, 0 to 1.
     kept
-        False if the connection is part of an object that was dropped in the end.
+        False if the object that the connection belongs to was dropped.
     """
 
     chosen: Candidate
@@ -86,14 +91,14 @@ class DroppedChain:
 
 @dataclass(frozen=True)
 class Merged:
-    """The result of merging.
+    """The objects that merging put together from chains, and a record of what it decided.
 
     Attributes
     ----------
     assemblies
-        one per object: its pieces in order, with the paths across the gaps. Longest first.
+        one per object, longest first: the chains of the object in order, with the paths across the gaps between them.
     decisions
-        the connections made, the cheapest first.
+        one record per connection made, the cheapest connection first.
     dropped
         the chains that are part of no assembly.
     """
@@ -111,21 +116,21 @@ def record_decisions(
     alternatives: Floats,
     gap_paths: GapPaths,
 ) -> tuple[MergeDecision, ...]:
-    """Return a record of each connection with its cost and its cheapest alternative, the cheapest first.
+    """Return one record per connection, with its cost and its cheapest alternative; the cheapest connection comes first.
 
     Parameters
     ----------
     links
         the chosen connections.
     confidence
-        of each connection, 0 to 1.
+        confidence of each connection, 0 to 1.
     kept
         for each connection, whether it is part of an object that was kept.
     terms
-        name of the term -> (E, E), cost of each pair of ends.
+        name of the term -> (E, E) cost units, what the term adds to the cost of each pair of E ends.
     alternatives
-        (E, E) cost units, of each pair by its straight connection. Only the upper triangle counts; infinite where a connection is
-        not allowed.
+        (E, E) cost units, cost of connecting each pair of ends across a straight gap. Only entries [i, j] with i < j are used;
+        infinite where a connection is not allowed.
     gap_paths
         the gap paths of all pairs of ends, with their costs.
     """

@@ -1,4 +1,4 @@
-"""The two ends of every chain: what they are called, where they lie and how they head out."""
+"""The two ends of every chain: their names, positions, tangents and curvatures."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ...types import Bools, Chain, Floats
 
 @dataclass(frozen=True, order=True, slots=True)
 class End:
-    """One end of a chain.
+    """Name of one end of a chain. Ends sort by chain, then by side.
 
     Attributes
     ----------
     chain
-        number of the chain.
+        index of the chain in the list of chains that are merged.
     side
         0 for the chain's first joint, 1 for its last.
     """
@@ -27,7 +27,7 @@ class End:
 
     @property
     def index(self) -> int:
-        """The row of this end in arrays over all E ends: 2 chain + side."""
+        """The row of this end in arrays over all ends of all chains: 2 * chain + side."""
         return 2 * self.chain + self.side
 
     @property
@@ -44,24 +44,25 @@ Pair = tuple[End, End]
 
 
 def ends_of(count: int) -> list[End]:
-    """Return both ends of each of `count` chains: first joint, last joint of chain 0, then of chain 1, and so on."""
+    """Return both ends of each of `count` chains: side 0, side 1 of chain 0, then of chain 1, and so on."""
     return [End(chain, side) for chain in range(count) for side in (0, 1)]
 
 
 @dataclass(frozen=True)
 class ChainEnds:
-    """All E ends of the chains as arrays: rows 2 c and 2 c + 1 are the first and the last joint of chain c.
+    """The E ends of all chains as arrays: rows 2 c and 2 c + 1 are the first and the last joint of chain c.
 
     Attributes
     ----------
     points
-        (E, D) m (px in 2-D), position of each end.
+        (E, D) m, D = 3 (in 2-D: px, D = 2), position of each end.
     tangents
         (E, D) unit, tangent at each end, pointing out of its chain.
     curvatures
-        (E, D) 1/m (1/px in 2-D), curvature vector at each end: perpendicular to the tangent, towards the inside of the bend.
+        (E, D) 1/m (1/px in 2-D), curvature vector at each end: perpendicular to the tangent, towards the inside of the bend; its
+        length is 1 / radius of the bend, 0 for a straight chain.
     closed
-        (E,) bool, True if the chain is already a ring.
+        (E,) bool, True if the end's chain is already a ring.
     """
 
     points: Floats
@@ -71,7 +72,7 @@ class ChainEnds:
 
     @property
     def unit_cost(self) -> float:
-        """The cost units per unit of length: 1000 per m in 3-D (1 per mm), 1 per px in 2-D."""
+        """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm; 1 per px in 2-D."""
         return 1000.0 if self.points.shape[1] == 3 else 1.0
 
 
@@ -81,9 +82,13 @@ def measure_ends(chains: list[Chain], window: float) -> ChainEnds:
     Parameters
     ----------
     chains
-        at least one.
+        the chains, at least one.
     window
         m (px in 2-D), length of chain at the end to which a parabola is fitted; at least the last segment is used.
+
+    Returns
+    -------
+    Both ends of every chain, in the order of the chains.
     """
     bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
     joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))

@@ -26,14 +26,14 @@ CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 
 
 class GapCost(NamedTuple):
-    """The cost of a gap path, in cost units.
+    """The cost of a gap path in two parts, in cost units: 1 per mm (1 per px in 2-D) times a weight of the settings.
 
     Attributes
     ----------
     free_space
-        for the length that runs through space the camera saw to be empty.
+        cost of the length that runs through space the camera saw to be empty, or out of the image.
     unknown
-        for the length that runs through places without a depth reading.
+        cost of the length that runs through places without a depth reading.
     """
 
     free_space: float
@@ -42,7 +42,7 @@ class GapCost(NamedTuple):
 
 @dataclass(frozen=True)
 class GapPaths:
-    """The gap paths of all pairs of chain ends and their costs, each computed on first use and kept.
+    """The gap paths (paths across the gap) of all pairs of chain ends, and their costs, each computed on first use and kept.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class GapPaths:
     visibility
         tells free from hidden space; None for a cloud without camera views, where all space counts as unknown.
     config
-        section `merge` of the settings: the weights, and whether gap paths run outside or inside.
+        section `merge` of the settings: `free_space_weight`, `unknown_weight`, `gap_side`, `tangent_window_radii`.
     """
 
     ends: ChainEnds
@@ -64,7 +64,7 @@ class GapPaths:
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
 
     def path(self, start: End, end: End) -> GapPath:
-        """Return the gap path from one end to another: an arc, a straight line, an arc.
+        """Return the path across the gap from one end to another, m (px in 2-D): an arc, a straight line, an arc.
 
         The path from `end` to `start` is the same curve reversed, up to rounding.
         """
@@ -77,7 +77,20 @@ class GapPaths:
         return self._paths[start, end]
 
     def costs(self, pairs: Sequence[Pair]) -> list[float]:
-        """Return the cost of each pair's gap path in cost units, for free and unknown space together."""
+        """Return the cost of the gap path of each pair of ends: what its length in free space and in unknown space costs.
+
+        The cost is 0 for ends nearer than `tangent_window_radii` radii whose straight connection meets no free space, and for all
+        pairs if both weights are 0.
+
+        Parameters
+        ----------
+        pairs
+            pairs of ends, in each the lower end first.
+
+        Returns
+        -------
+        One cost per pair, in cost units: 1 per mm (1 per px in 2-D) times the weight.
+        """
         if not (self.config.free_space_weight or self.config.unknown_weight):
             return [0.0] * len(pairs)
         if missing := [pair for pair in pairs if pair not in self._costs]:
@@ -85,7 +98,7 @@ class GapPaths:
         return [cost.free_space + cost.unknown for cost in map(self._costs.__getitem__, pairs)]
 
     def cost(self, pair: Pair) -> GapCost:
-        """Return the costs of one pair's gap path for free and for unknown space, each in cost units."""
+        """Return the cost of the gap path of one pair of ends in its two parts, for free and for unknown space, in cost units."""
         self.costs([pair])
         return self._costs.get(pair, GapCost(0.0, 0.0))
 
@@ -111,18 +124,18 @@ class GapPaths:
         return np.array([(0.0, steps(path).sum()) for path in paths])
 
     def with_straight_gaps(self, cost: Floats) -> Floats:
-        """Add to the cost of each pair of ends what a straight connection through free and unknown space costs.
+        """Return the cost of each pair of ends with the cost of a straight gap, through free and unknown space, added.
 
-        Gap paths are too expensive to compute for all pairs. Straight connections suffice to compare the alternatives.
+        Straight gaps stand in for gap paths, which are too expensive to compute for all pairs.
 
         Parameters
         ----------
         cost
-            (E, E) cost units without gap paths, infinite where ends may not be connected.
+            (E, E) cost units, cost of connecting each pair of E ends without the gap; infinite where ends may not be connected.
 
         Returns
         -------
-        (E, E) cost units, a new array.
+        (E, E) cost units, a new array; infinite where `cost` is.
         """
         total = cost.copy()
         first, second = np.nonzero(np.isfinite(cost))

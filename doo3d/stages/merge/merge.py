@@ -19,23 +19,26 @@ from .gap_path_costs import GapPaths
 def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
-    The method is that of Keipour et al. (RA-L 2022), section III-F, with further costs. Ends are connected at the lowest
-    total cost (equation 5) until no pair is cheap enough or the wanted number of chains is left. Where a camera is known, the
-    part of a gap path in free space costs extra. Of the objects, longest first, the wanted number is kept; if no number is
-    set, those of at least `min_length` radii.
+    Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
+    wanted number of chains is left. The part of a gap path in free space, which the camera saw to be empty, costs extra. Kept are
+    the `config.chains` longest objects or, if that is not set, the objects of at least `config.min_length` radii.
 
     Parameters
     ----------
     chains
         the chains that pruning left.
     context
-        what is known of the frame: radius, segment length, visibility.
+        the data of the frame; radius, segment length and visibility are used.
     config
         section `merge` of the settings.
 
     Returns
     -------
-    The objects, a record of each connection, and the chains dropped.
+    The objects, longest first, a record of each connection, and the chains dropped.
+
+    Raises
+    ------
+    ConfigError : `merge.custom_costs` names a cost that is not registered.
     """
     if not chains:
         return Merged([])
@@ -72,9 +75,9 @@ class Route:
     Attributes
     ----------
     entries
-        for each chain, in order, the end at which it is entered.
+        for each chain, in order, the end at which the object enters the chain; the object leaves it at the other end.
     closed
-        True if the last chain is connected to the first.
+        True if the last chain is connected to the first, or if the only chain is a ring.
     """
 
     entries: tuple[End, ...]
@@ -82,15 +85,19 @@ class Route:
 
     @property
     def gaps(self) -> list[tuple[End, End]]:
-        """The two ends at each gap, in order: the end at which one chain is left, and the end at which the next is entered."""
+        """The two ends at each gap, in order: the end at which one chain is left, then the end at which the next is entered.
+
+        A closed route has one more gap, from the last chain to the first.
+        """
         following = [*self.entries[1:], *(self.entries[:1] if self.closed else ())]
         return [(entry.other, end) for entry, end in zip(self.entries, following, strict=False)]
 
 
 def trace_routes(chains: Sequence[Chain], links: Sequence[Link]) -> list[Route]:
-    """Return the routes through all chains along the connections.
+    """Return in which order and direction the connections lead through the chains, one route per object.
 
-    A chain without a connection is a route of its own. Routes between free ends come first, in the order of the ends, then rings.
+    A chain without a connection is a route of its own. Routes between two free ends come first, in the order of their first ends,
+    then rings that the connections close. Each chain is in exactly one route.
 
     Parameters
     ----------

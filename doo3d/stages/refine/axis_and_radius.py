@@ -71,10 +71,10 @@ class _Estimate:
 
 
 def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
-    """Infer the viewpoint (position of the sensor) of a cloud that comes without one.
+    """Return the foreground with a viewpoint (position of the sensor) inferred for a cloud that has none.
 
-    If the points look like half shells (the half of a cylinder that one camera sees) seen from the origin, the foreground is
-    returned with the origin as its viewpoint. Otherwise, and if the viewpoint is known, it is returned unchanged.
+    If the points look like half shells (the half of a cylinder that one camera sees) seen from the origin, the viewpoint is the
+    origin. If they do not, if the viewpoint is known, and in 2-D, the foreground is returned unchanged.
 
     Parameters
     ----------
@@ -96,8 +96,9 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
 def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Samples:
     """Move samples from the seen surface to the axis of the object, and estimate the radius at each; one iteration.
 
-    The axis is measured in the mask and the depth, in the masks of all views, or in the points alone, whichever there are. Each
-    path is then smoothed by a Whittaker smoother, whose weights say how well the axis is known in each direction.
+    The axis is measured in the mask (and depth) if there is one, else in the masks of the camera views, else in the points: as
+    half shells if the viewpoint is known, else by fitting circles. Each path is then smoothed by a Whittaker smoother, weighted
+    by how well the axis is known in each direction.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
 
     Returns
     -------
-    New samples, as many as given.
+    As many samples as given, in the same order, with new positions and radii, m (px in 2-D).
     """
     planar = samples.positions.shape[1] == 2
     tangent = samples.tangents()
@@ -176,22 +177,23 @@ def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) 
 
 
 def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples: Samples) -> float:
-    """Return the noise of an axis measured in depth: the robust standard deviation, as a multiple of the radius.
-
-    It comes from second differences of positions so far apart that their windows of measurement do not overlap. The second
-    difference of independent errors has six times their variance. The median ignores the bends, the smaller part of an
-    object. With too few samples the result is 0.
+    """Return the depth noise of a measured axis: its robust standard deviation, as a multiple of the object's radius.
 
     Parameters
     ----------
     positions
-        (S, 3) m, measured positions on the axis.
+        (S, 3) m, measured positions of S samples on the axis.
     depth_axis
-        (S, 3) unit, away from the sensor.
+        (S, 3) unit, pointing away from the sensor at each position.
     measured
         (S,) bool, False for a position to leave out.
     samples
         the samples at which the positions were measured.
+
+    Returns
+    -------
+    The noise in radii, 0 if there are too few samples. It is measured by second differences of positions so far apart that their
+    pooled measurements share no points; the median over them ignores the bends.
     """
     step = 2 * samples.window_half + 1
     first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)

@@ -1,9 +1,9 @@
 """The cross-sections of a cylinder at samples along its axis: its surface points there, and the circle they lie on.
 
-A camera sees half a shell: its points lie in front of the axis, pi / 4 of a radius in the mean. In the plane square to
-the axis a point with the lateral offset u from the axis lies sqrt(r^2 - u^2) in front of it. All functions work on S samples
-along all paths of a frame; `path` (S,) int is the path of each, and estimates are pooled over `window_half` samples of the same
-path on either side.
+All functions work on S samples along all paths of a frame; `path` (S,) int is the index of the path of each, and estimates are
+pooled over `window_half` samples of the same path on either side. A camera sees half a shell: its points lie in front of the
+axis, pi / 4 of a radius in the mean. In the plane perpendicular to the axis a point with the lateral offset u from the axis lies
+sqrt(r^2 - u^2) in front of the axis, where r is the radius.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ GAUSS_NEWTON_STEPS = 8
 class SectionAxes:
     """Three perpendicular unit axes at each of S samples along an object: the frame of its cross-sections.
 
-    In 2-D there is no depth axis, and its vectors are zero.
+    An image has no depth axis, so in 2-D `depth` holds zero vectors.
 
     Attributes
     ----------
     tangent
-        (S, D), along the object.
+        (S, D), D = 2 or 3, along the object.
     lateral
         (S, D), across the object, perpendicular to the line of sight.
     depth
-        (S, D), across the object, away from the sensor.
+        (S, D), across the object, pointing away from the sensor; arbitrary if the position of the sensor is unknown.
     """
 
     tangent: Floats
@@ -54,14 +54,16 @@ class SectionAxes:
 
 
 def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -> SectionAxes:
-    """Return the axes of the cross-sections at samples, as seen from a viewpoint; depth = tangent x lateral.
+    """Return the axes of the cross-sections at S samples: along the object, across the line of sight, away from the sensor.
+
+    The axes are right-handed: depth = tangent x lateral. Where the object points at the sensor, lateral and depth are arbitrary.
 
     Parameters
     ----------
     positions
-        (S, 3) m, the samples.
+        (S, 3) m, the samples; at least one.
     tangent
-        (S, 3) unit, along the object.
+        (S, 3) unit, along the object at each sample.
     viewpoint
         (3,) m, position of the sensor in the frame of the samples. None if unknown: lateral and depth are then arbitrary, but
         turn little from one sample to the next.
@@ -81,35 +83,36 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
 
 
 def planar_axes(tangent: Floats) -> SectionAxes:
-    """Return the axes of the cross-sections at samples in an image.
-
-    The lateral axis is the tangent turned by 90 degrees from x towards y; the depth axis is zero.
+    """Return the axes of the cross-sections at S samples in an image.
 
     Parameters
     ----------
     tangent
-        (S, 2) unit, along the object in the image.
+        (S, 2) unit, along the object at each sample.
+
+    Returns
+    -------
+    The tangent; as lateral axis (S, 2) the tangent turned by 90 degrees from x (right) towards y (down). An image has no depth
+    axis, so `depth` holds zero vectors (S, 2).
     """
     return SectionAxes(tangent, np.column_stack((-tangent[:, 1], tangent[:, 0])), np.zeros_like(tangent))
 
 
 def window_sum(values: Array, path: Ints, window_half: int) -> Floats:
-    """Return moving sums of values at samples, within each path.
-
-    Each sum is over a sample and `window_half` samples on either side of it.
+    """Return at each sample the sum of the values at the sample and at its neighbors on the same path.
 
     Parameters
     ----------
     values
-        (S,) or (S, C).
+        (S,) or (S, C): one value, or C values, at each of S samples.
     path
-        (S,) int, the path of each sample; the samples of one path are consecutive.
+        (S,) int, index of the path of each sample; the samples of one path are consecutive.
     window_half
-        number of samples on either side, fewer at the ends of a path.
+        number of neighbors on either side that are summed; fewer at the first and last samples of a path, also of a ring.
 
     Returns
     -------
-    The sums, in the shape of the values.
+    The sums, in the shape of `values`.
     """
     total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
     index = np.arange(len(values))
@@ -121,22 +124,32 @@ def window_sum(values: Array, path: Ints, window_half: int) -> Floats:
 
 
 def thinned(points: Array) -> Array:
-    """Subsample points (N, C) evenly, to at most MAX_SURFACE_POINTS (10,000): every k-th point is kept."""
+    """Return every k-th of N points, k being the least that leaves at most MAX_SURFACE_POINTS (10,000) of them.
+
+    Parameters
+    ----------
+    points
+        (N, C), N points of C numbers each.
+
+    Returns
+    -------
+    (K, C), the K points kept, in the order given; a contiguous array.
+    """
     return np.ascontiguousarray(points[:: max(1, -(-len(points) // MAX_SURFACE_POINTS))])
 
 
 @dataclass(frozen=True)
 class CrossSections:
-    """Surface points of the object, each in the cross-section of the sample it is nearest to.
+    """K surface points of the object, each in the cross-section of the nearest sample.
 
     Attributes
     ----------
     sample
-        (N,) int, index of the sample of each point.
+        (K,) int, index of the sample that each point is nearest to.
     lateral
-        (N,) m, offset of the point from the sample along the lateral axis (across the line of sight).
+        (K,) m, offset of the point from that sample along the lateral axis (across the line of sight).
     depth
-        (N,) m, offset of the point from the sample along the depth axis, positive away from the sensor.
+        (K,) m, offset of the point from that sample along the depth axis, positive away from the sensor.
     """
 
     sample: Ints
@@ -150,13 +163,17 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
     Parameters
     ----------
     points
-        (N, 3) m, surface points.
+        (N, 3) m, N surface points.
     positions
-        (S, 3) m, samples along the object.
+        (S, 3) m, S samples along the object.
     axes
         the axes of the cross-section at each sample.
     reach
-        (S,) m; points farther from their nearest sample than its reach are left out.
+        (S,) m, one per sample; a point farther than this from its nearest sample is left out.
+
+    Returns
+    -------
+    The points that are near enough, in the order given, as sample index and offsets.
     """
     distance, near = nearest(points, positions, float(reach.max()), True)
     kept = distance < reach[near]
@@ -169,25 +186,25 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
 def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half: int) -> tuple[Floats, Floats]:
     """Estimate how far behind each sample the axis of the object lies.
 
-    The samples lie in the middle of the silhouette. The estimate is the mean of w + sqrt(r^2 - u^2) over the surface points
+    The samples must lie in the middle of the silhouette. The estimate is the mean of w + sqrt(r^2 - u^2) over the surface points
     with |u| < 0.8 r, where u and w are a point's lateral and depth offset from the sample and r is the radius. Points that
-    differ by more than three standard deviations are left out.
+    differ by more than three standard deviations from the mean are left out.
 
     Parameters
     ----------
     sections
         surface points in the cross-sections of the samples.
     path
-        (S,) int, the path of each sample.
+        (S,) int, index of the path of each of S samples.
     radius
-        (S,) m, of the object at each sample.
+        (S,) m, radius of the object at each sample.
     window_half
-        number of samples on either side, in the same path, whose points are pooled.
+        number of samples on either side, on the same path, whose points are pooled with those of a sample.
 
     Returns
     -------
-    depth : (S,) m from the sample to the axis, positive away from the sensor.
-    count : (S,) number of points in each mean; the depth means nothing where it is 0.
+    depth : (S,) m from the sample to the axis, positive away from the sensor; 0 where there are no points.
+    count : (S,) number of points in each mean, after pooling.
     """
     good = np.abs(sections.lateral) < CENTRAL_PART * radius[sections.sample]
     sample = sections.sample[good]
@@ -206,26 +223,26 @@ def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half:
 
 
 def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tuple[Floats, Floats, Floats]:
-    """Fit the half of a cylinder that one camera sees (a half shell) to the points of each cross-section.
+    """Estimate middle and radius of the object at each sample from the lateral spread of the points that one camera sees.
 
-    The radius r follows from the variance of the lateral offsets: r^2 / 3 for points spread evenly over the width, as in a
-    depth image, and r^2 / 2 for points spread evenly over the surface, as after a voxel filter. The kurtosis of the offsets,
-    1.8 or 1.5, tells which of the two it is, or how far the points lie between them.
+    The camera sees the half of a cylinder (a half shell). The variance of the points' lateral offsets is r^2 / 3 for points
+    spread evenly over the width, as in a depth image, and r^2 / 2 for points spread evenly over the surface, as after a voxel
+    filter, where r is the radius. The kurtosis of the offsets (1.8 or 1.5) tells where between these two cases the points lie.
 
     Parameters
     ----------
     sections
         surface points in the cross-sections of the samples.
     path
-        (S,) int, the path of each sample.
+        (S,) int, index of the path of each of S samples.
     window_half
-        number of samples on either side, in the same path, whose points are pooled.
+        number of samples on either side, on the same path, whose points are pooled with those of a sample.
 
     Returns
     -------
-    middle : (S,) m, lateral offset of the shell's middle from the sample.
-    radii : (S,) m; NaN for fewer than MIN_POINTS (5) points.
-    count : (S,) number of points.
+    middle : (S,) m, lateral offset of the object's middle from the sample; 0 where there are no points.
+    radii : (S,) m, radius at each sample; NaN where `count` is below MIN_POINTS (5).
+    count : (S,) number of points at each sample, after pooling.
     """
 
     def pooled(values: Floats) -> Floats:
@@ -248,8 +265,9 @@ def is_seen_from(
     """Tell whether surface points look like half shells seen from a viewpoint.
 
     A half shell is the half of a cylinder's surface that one camera sees. A circle is fitted to each cross-section. For a
-    half shell its center lies behind the mean of the points, as seen from the viewpoint; for the points of a whole tube the
-    two coincide.
+    half shell the circle's center lies behind the mean of the points, as seen from the viewpoint; for the points of a whole tube
+    center and mean coincide. The result is True if the center lies more than 0.4 radii behind the mean, in the median over the
+    samples; False if no sample has enough points.
 
     Parameters
     ----------
@@ -258,13 +276,13 @@ def is_seen_from(
     sections
         surface points in the cross-sections of the samples.
     path
-        (S,) int, the path of each sample.
+        (S,) int, index of the path of each of S samples.
     positions
         (S, 3) m, the samples.
     axes
         the axes of the cross-section at each sample.
     window_half
-        number of samples on either side, in the same path, whose points are pooled.
+        number of samples on either side, on the same path, whose points are pooled with those of a sample.
     """
     center, radii, count = fit_circles(sections, path, None, window_half)
     mean = np.zeros_like(center)
@@ -281,29 +299,27 @@ def is_seen_from(
 def fit_circles(
     sections: CrossSections, path: Ints, radius: Floats | None, window_half: int, steps: int = GAUSS_NEWTON_STEPS
 ) -> tuple[Floats, Floats, Floats]:
-    """Fit a circle to the points of each cross-section by Gauss-Newton.
-
-    The sum of the squared distances from the circle is minimised. The iteration starts from the algebraic fit of Kasa (1976),
-    which by itself makes the circles of short arcs too small.
+    """Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
 
     Parameters
     ----------
     sections
         surface points in the cross-sections of the samples.
     path
-        (S,) int, the path of each sample.
+        (S,) int, index of the path of each of S samples.
     radius
         (S,) m, fixes the radius of the circles, so that only their centers are fitted; None fits the radius too.
     window_half
-        number of samples on either side, in the same path, whose points are pooled.
+        number of samples on either side, on the same path, whose points are pooled with those of a sample.
     steps
         number of Gauss-Newton iterations.
 
     Returns
     -------
-    center : (S, 2) m, lateral and depth offset of the circle's center from the sample.
-    radii : (S,) m; NaN for fewer than MIN_POINTS (5) points.
-    count : (S,) number of points.
+    center : (S, 2) m, lateral and depth offset of the circle's center from the sample; finite but meaningless where `radii` is
+        NaN.
+    radii : (S,) m, radius of each circle; NaN where `count` is below MIN_POINTS (5), even if the radius was given.
+    count : (S,) number of points at each sample, after pooling.
     """
     samples, u, w, at = len(path), sections.lateral, sections.depth, sections.sample
 

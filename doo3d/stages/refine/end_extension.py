@@ -49,16 +49,16 @@ GAP_CHECKS = 10
 
 @dataclass(frozen=True)
 class SurfaceAhead:
-    """The surface points along the tangent at a free end of a path, ahead of the end and a little behind it.
+    """N surface points near the tangent line at a free end of a path, ahead of the end and a little behind it.
 
     Attributes
     ----------
     axial
-        (N,) m (px in 2-D), position of each point along the tangent, ascending: 0 at the end, positive ahead of it.
+        (N,) m (px in 2-D), position of each point along the tangent, ascending: 0 at the end, positive outside the path.
     lateral
         (N,) m (px in 2-D), distance of each point from the tangent line.
     tangent
-        (D,) unit, pointing out of the path.
+        (D,) unit, D = 2 or 3, tangent at the end, pointing out of the path.
     """
 
     axial: Floats
@@ -67,31 +67,44 @@ class SurfaceAhead:
 
 
 def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
-    """Return the free ends of one path as (sample index, direction) pairs; nothing for a ring.
+    """Return the free ends of one path as (sample index, direction) pairs; an empty tuple for a ring.
 
-    The first sample has the direction 1, the last -1: the sign of the index steps that lead from the end into the path.
+    The direction is that of the sample indices from the end into the path: 1 at the path's first sample, -1 at its last.
+
+    Parameters
+    ----------
+    samples
+        samples along all paths.
+    path
+        index of the path.
     """
     part = samples.of_path(path)
     return () if samples.closed[path] else ((part.start, 1), (part.stop - 1, -1))
 
 
 def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spacing: float) -> SurfaceAhead:
-    """Find the surface points along the tangent at a free end, up to the first stretch of a radius without points.
+    """Find the surface points near the tangent line at a free end of a path, up to the first stretch ahead without points.
 
-    Surface that is nearer to another part of any path does not count.
+    That stretch is a radius long, or two `spacing` if that is more. Points are taken up to 6 radii from the end along each
+    coordinate axis and up to 1.6 radii from the tangent line. Points that are nearer to another path, or to a part of the path
+    far from the end, are left out.
 
     Parameters
     ----------
     samples
         samples along all paths.
     end
-        index of the end's sample.
+        index of the sample at the end.
     inwards
         direction from the end into its path: 1 towards higher sample indices, -1 towards lower.
     points
-        (N, D) m (px in 2-D), the surface points, sorted by their first coordinate.
+        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points, sorted by their first coordinate.
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
+
+    Returns
+    -------
+    The points found, in the order of their position along the tangent; no points if there is no surface.
     """
     tip, radius = samples.positions[end], float(samples.radius[end])
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
@@ -112,6 +125,8 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
 def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, spacing: float) -> list[Path]:
     """Extend the free ends of paths straight ahead, as far as the surface of the object reaches.
 
+    Surface is looked for up to 6 radii from the end along each coordinate axis, as `surface_ahead` finds it.
+
     Parameters
     ----------
     paths
@@ -119,7 +134,7 @@ def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, s
     samples
         samples along these paths.
     points
-        (N, D) m (px in 2-D), the surface points, sorted by their first coordinate.
+        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points, sorted by their first coordinate.
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
 
@@ -161,24 +176,26 @@ class _Fragment:
 def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibility: Visibility | None) -> list[Path]:
     """Attach visible fragments of the object to the free ends of paths, across hidden gaps.
 
-    A fragment is a piece of surface ahead of an end, too short for a chain of its own. A gap is hidden if the camera saw
-    something nearer in front of it. The pair of end and fragment that are
-    nearest to each other is joined first. An end takes at most one fragment.
+    A fragment is a piece of surface up to 8 radii ahead of an end, too short for a chain of its own. A gap is hidden if the
+    camera saw something nearer in front of at least 0.3 of it, and free space nowhere in it. The nearest pair of end and fragment
+    is joined first. An end takes at most one fragment.
 
     Parameters
     ----------
     paths
-        polylines along the seen surface, m.
+        polylines along the seen surface, m in the camera's optical frame.
     samples
         samples along these paths.
     points
-        (N, D) m, the surface points.
+        (N, 3) m, the N surface points in the same frame.
     visibility
-        tells what is hidden. None, or without depth: the paths are returned as they are.
+        tells what is hidden. If it is None or has no single depth image (in 2-D, for a fused cloud), the paths are returned
+        unchanged.
 
     Returns
     -------
-    The paths in the same order, with the two ends of its fragment added at each end that took one.
+    The paths in the same order. An end that took a fragment has two more points, the near and the far end of the fragment; the
+    step across the gap is marked in `filled`.
     """
     if visibility is None or visibility.depth is None:
         return paths

@@ -22,11 +22,11 @@ class ViewMeasurement:
     Attributes
     ----------
     sample
-        (K,) int, index of each sample.
+        (K,) int, index of each of the K samples in `Samples`, ascending.
     lateral
         (K, 3) unit, in the frame of the cloud: perpendicular to the object and to the camera's line of sight.
     offset
-        (K,) m, from the sample to the middle of the mask, along `lateral`.
+        (K,) m, from the sample to the middle of the mask, positive along `lateral`; 0 if no mask is near the sample.
     radius
         (K,) m, half the width of the mask; 0 if no mask is near the sample.
     """
@@ -43,13 +43,13 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     Parameters
     ----------
     samples
-        S samples, m in the frame of the cloud.
+        S samples along the objects, m in the frame of the cloud.
     tangent
-        (S, 3) unit, along the object, in the frame of the cloud.
+        (S, 3) unit, along the object at each sample, in the frame of the cloud.
     view
         the camera, its pose (camera-to-cloud) and the mask.
     reach
-        radii; mask pixels farther than this from a sample do not belong to it.
+        multiple of the object's radius; mask pixels farther than this from every sample are left out.
 
     Returns
     -------
@@ -73,7 +73,19 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
 
 
 def median_radius(measurements: Sequence[ViewMeasurement], count: int) -> Floats:
-    """Return the median radius over all views at each of `count` samples: (count,) m; NaN where no view shows the object."""
+    """Return the median over all views of the object's radius at each sample.
+
+    Parameters
+    ----------
+    measurements
+        one per view; a radius of 0 (no mask near the sample) is left out.
+    count
+        number of all samples.
+
+    Returns
+    -------
+    (count,) m; NaN at samples where no view shows the object.
+    """
     table = np.full((len(measurements) + 1, count), np.nan)
     for row, measured in zip(table, measurements, strict=False):
         row[measured.sample] = np.where(measured.radius > 0, measured.radius, np.nan)

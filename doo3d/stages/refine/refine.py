@@ -29,20 +29,20 @@ OCCLUSION_REACH_RADII = 1.5
 
 
 def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
-    """Extend the free ends of paths along the seen surface and to visible fragments beyond an occluder.
+    """Extend the free ends of paths to where the object's surface ends, and to visible fragments beyond an occluder.
 
-    A fragment is a piece of the object's surface too short for a chain of its own.
+    A fragment is a piece of the object's surface too short for a chain of its own. Rings are not changed.
 
     Parameters
     ----------
     paths
         polylines on the seen surface (in 2-D in the mask), one per object, m (px in 2-D).
     context
-        what is known of the frame.
+        the data of the frame.
 
     Returns
     -------
-    The extended polylines in the same order.
+    The extended polylines in the same order; empty if there are no paths.
     """
     if not paths:
         return []
@@ -54,17 +54,17 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
 
 
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
-    """Return the context with the viewpoint (position of the sensor) of a cloud decided.
+    """Return the context with a viewpoint (position of the sensor) inferred for a cloud that has none.
 
-    A viewpoint that is given stays. Otherwise it is the origin if the points look like half shells (the half of a cylinder that
-    one camera sees) seen from there. If they do not, it stays unknown.
+    The viewpoint is set to the origin if the points look like half shells (the half of a cylinder that one camera sees) seen from
+    the origin. If they do not, it stays None. A viewpoint that is known stays, and so does everything in 2-D.
 
     Parameters
     ----------
     paths
-        polylines on the seen surface, one per object, m.
+        polylines on the seen surface, one per object, m. Without paths the context is returned unchanged.
     context
-        what is known of the frame.
+        the data of the frame.
     """
     if not paths:
         return context
@@ -75,20 +75,26 @@ def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameConte
 def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> Samples | None:
     """Estimate the axis and the radius of each object, starting from its path on the seen surface.
 
-    Where there is a mask, its width gives the radius and the middle between its sides the lateral position.
+    Radius and axis are measured, by the first of these that the data has:
+
+    - a mask: its width gives the radius, the middle between its sides the lateral position, the depth (in 3-D) the rest;
+    - camera views of a fused cloud: the masks of all views together, and circles fitted to the cross-sections of the cloud;
+    - a viewpoint: the spread of the points across the object gives the radius and the middle, their depth the rest;
+    - points alone: circles fitted to the cross-sections.
 
     Parameters
     ----------
     paths
         polylines on the seen surface, one per object, m (px in 2-D).
     context
-        what is known of the frame.
+        the data of the frame.
     config
-        section `refine` of the settings: the number of iterations.
+        section `refine` of the settings: the number of iterations; 0 leaves the samples on the paths, with `context.radius`.
 
     Returns
     -------
-    Samples on the axes, close together along each path, with the radius at each; None if there are no paths.
+    Samples on the axes, about 0.4 radii apart or less along each path, with the radius at each, m (px in 2-D); None if there are
+    no paths.
     """
     if not paths:
         return None
@@ -106,15 +112,17 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     samples
         samples on the axes of all objects, with radii; None if there are no objects.
     paths
-        the polyline of each object, whose gaps and connections are transferred to the chain.
+        the polyline of each object that was sampled, in the same order; its connections are transferred to the chain.
     context
-        what is known of the frame.
+        the data of the frame.
     config
         section `refine` of the settings: which segments count as occluded, and how thin a chain may be.
 
     Returns
     -------
-    The chains, longest first. A chain starts at the end nearer the left edge of the view (ties: nearer the top).
+    The chains, longest first, with radii, occluded segments and connections. A chain starts at the end nearer the left edge of
+    the image (ties: nearer the top); without a camera, at the end with the smaller x (ties: smaller y). Objects shorter than half
+    a segment, and rings of fewer than three segments, give no chain.
     """
     if samples is None:
         return []

@@ -24,26 +24,26 @@ MIN_SAMPLES = 4
 class Samples:
     """S samples along all paths of a frame, at which the axis and the radius of the object are estimated.
 
-    They are listed path by path, and in order along each path.
+    The samples are listed path by path, and in order along each path.
 
     Attributes
     ----------
     positions
-        (S, D) m (px in 2-D).
+        (S, D) m, D = 3 (in 2-D: px, D = 2).
     path
         (S,) int, index of the path that each sample lies on.
     filled
         (S,) bool, True for a sample in a gap that was filled.
     closed
-        for each path, True if its last sample is followed by its first.
+        for each path, True for a ring, on which the last sample is followed by the first.
     radius
         (S,) m (px in 2-D), radius of the whole path that the sample lies on.
     radii
         (S,) m (px in 2-D), radius at the sample itself.
     window_half
-        number of samples on either side whose measurements are pooled with a sample's own.
+        number of samples on either side of a sample whose measurements are pooled with its own.
     spacing
-        m (px in 2-D), distance of neighboring samples along a path.
+        m (px in 2-D), approximate distance of neighboring samples along a path; less on very short paths.
     """
 
     positions: Floats
@@ -56,13 +56,13 @@ class Samples:
     spacing: float
 
     def of_path(self, number: int) -> slice:
-        """Return the slice of the samples that lie on the path of the given index."""
+        """Return the slice that selects the samples of path `number` (its index) in the arrays over all samples."""
         return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
 
     def position_inside(self, end: int, inwards: int, distance: float) -> Floats:
-        """Return the position (D,) of the sample that lies a given distance inside a path from one of its ends.
+        """Return the position of the sample at a given distance along a path from one of the path's ends: (3,) m, in 2-D (2,) px.
 
-        At least one step inside, and at most the other end.
+        The sample is at least one sample away from the end; on a path shorter than `distance` it is the opposite end.
 
         Parameters
         ----------
@@ -71,28 +71,32 @@ class Samples:
         inwards
             direction into the path: 1 from its first sample, -1 from its last.
         distance
-            m (px in 2-D), along the path.
+            m (px in 2-D), from the end along the path; rounded to whole samples.
         """
         path = self.of_path(int(self.path[end]))
         index = end + inwards * max(1, round(distance / self.spacing))
         return np.asarray(self.positions[min(max(index, path.start), path.stop - 1)])
 
     def tangents(self) -> Floats:
-        """Return the unit tangent of the path at each sample, (S, D), pointing towards higher sample indices."""
+        """Return the unit tangent of the path at each of the S samples, (S, 3), in 2-D (S, 2), towards higher sample indices."""
         return np.concatenate([tangents(self.positions[self.of_path(p)], closed) for p, closed in enumerate(self.closed)])
 
 
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
-    """Take samples at equal arc length along each path.
+    """Take evenly spaced samples along each path, about 0.4 radii apart, or half a segment if that is less.
 
     Parameters
     ----------
     paths
-        polylines along the objects, m (px in 2-D).
+        polylines along the objects, m (px in 2-D); at least one.
     radius
         radius of the objects, m (px in 2-D), which every sample gets at first.
     segment_length
-        m (px in 2-D). Samples are 0.4 radii apart, or half a segment if that is less.
+        m (px in 2-D), length of the segments of the chains to be laid.
+
+    Returns
+    -------
+    The samples of all paths, at least four per path. Both ends of an open path are samples.
     """
     spacing = min(SAMPLE_SPACING_RADII * radius, segment_length / 2)
     positions, numbers, filled = [], [], []

@@ -31,7 +31,8 @@ class Silhouette:
     Attributes
     ----------
     offset
-        (S,) m (px in 2-D), from the sample to the middle of the mask, along the lateral axis.
+        (S,) m (px in 2-D), from the sample to the middle of the mask, positive along the lateral axis; 0 if no mask is near the
+        sample.
     radius
         (S,) m (px in 2-D), half the width of the mask; 0 if no mask is near the sample.
     """
@@ -49,28 +50,31 @@ def measure_silhouette(
     reach: Floats,
     window_half: int,
 ) -> Silhouette:
-    """Measure the middle and the width of the object's mask at samples, across the object.
+    """Measure the middle and half the width of the object's mask at samples, across the object.
 
-    Every pixel of the mask belongs to the sample nearest to it in the image. The number of a sample's pixels, over the length
-    of image that the sample stands for, is the width, without bias from the pixel grid. The mean of the pixels' offsets is
-    the middle.
+    Every pixel of the mask is assigned to the nearest sample in the image. The number of pixels of a sample, divided by the
+    length of path in the image around the sample, is the width; the mean of their lateral offsets is the middle.
 
     Parameters
     ----------
     positions
-        (S, D) m in the camera's optical frame (px in 2-D), the samples.
+        (S, 3) m in the camera's optical frame, in 2-D (S, 2) px: the positions of S samples.
     axes
         the axes of the cross-section at each sample.
     path
-        (S,) int, the path of each sample.
+        (S,) int, index of the path that each sample lies on; the samples of one path are consecutive.
     mask_pixels
-        (N, 2), the pixels (u, v) of the mask.
+        (N, 2) int, the N pixels (u, v) of the mask.
     camera
         the intrinsics; None if the positions are pixels.
     reach
-        (S,) m (px in 2-D); pixels farther than this from a sample do not belong to it.
+        (S,) m (px in 2-D), one per sample; pixels farther than this from their sample are left out.
     window_half
-        number of samples on either side, in the same path, whose pixels are pooled.
+        number of samples on either side, on the same path, whose pixels are pooled with those of a sample.
+
+    Returns
+    -------
+    Offset of the middle and half-width at each sample, m (px in 2-D).
     """
     pixels, across, scale = _project_axes(positions, axes, camera)
     some = on_lattice(mask_pixels).astype(float)
@@ -102,10 +106,19 @@ def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -
 
 
 def on_lattice(pixels: Array) -> Array:
-    """Subsample pixels (N, 2) evenly to about MAX_MASK_PIXELS (20,000).
+    """Return about MAX_MASK_PIXELS (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
 
-    The pixels kept lie on a lattice that is nearly as fine in every direction. In each row every k-th
-    pixel is taken, shifted from row to row by about the golden section of k. Areas therefore keep their share of the pixels.
+    Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
+    section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
+
+    Parameters
+    ----------
+    pixels
+        (N, 2) int (u, v).
+
+    Returns
+    -------
+    (K, 2) int, the K pixels kept, in the order given.
     """
     step = -(-len(pixels) // MAX_MASK_PIXELS)
     if step <= 1:

@@ -1,4 +1,4 @@
-"""Segment the object: rather lose some of it than keep other things (Keipour et al., RA-L 2022, section III-A)."""
+"""Segment the object: rather lose part of the object than keep something else (Keipour et al., RA-L 2022, section III-A)."""
 
 from .segment import segment, segment_extended
 from .segmentation import Segmentation

@@ -45,9 +45,9 @@ class Readings(NamedTuple):
     pixels
         (N, 2) int64 (u, v).
     depth
-        (N,) m, as measured.
+        (N,) m, z coordinate in the camera's optical frame, as measured.
     filtered
-        (N,) m, with the noise averaged away.
+        (N,) m, the same with the noise averaged away.
     """
 
     pixels: Ints
@@ -56,11 +56,11 @@ class Readings(NamedTuple):
 
 
 def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentConfig) -> tuple[Readings, float, int]:
-    """Drop the outliers among the depth readings of a mask, and average the noise of the others away.
+    """Drop the outliers among the depth readings of a mask, and average the noise of the remaining readings away.
 
-    A reading is kept if at least 7 of the 24 neighbors around it, or half of those that have a reading, agree with it. They
-    agree if they differ by less than the slope below, per pixel of distance. The noise is averaged away over the neighbors that
-    agree or, if it is large, by a sigma filter in a larger window.
+    A reading is kept if it agrees with at least 7 of the 24 pixels around it, or with half of those in the mask that have a
+    reading. Two readings agree if they differ by less than `slope` (see Returns) per pixel of distance between them. The noise is
+    averaged away over the neighbors that agree or, if the noise is large, by a sigma filter in a larger window.
 
     Parameters
     ----------
@@ -69,15 +69,16 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
     mask
         (H, W) bool, the pixels of the object.
     radius
-        m, half-width of the mask; 0 if unknown.
+        m, radius of the object; 0 if unknown.
     config
-        section `segment` of the settings: range of depths, `outlier_slope`.
+        section `segment` of the settings: `min_depth`, `max_depth`, `outlier_slope`.
 
     Returns
     -------
-    readings : those kept, in row-major order of the pixels.
-    slope : m per pixel, the largest depth step between neighboring readings that still counts as one surface.
-    outliers : number of readings dropped, of those within the range of depths.
+    readings : the readings kept, in row-major order of their pixels.
+    slope : m per pixel, the largest depth step between neighboring readings of one surface: `outlier_slope`, or three times the
+        measured depth noise if that is more.
+    outliers : number of readings in the mask, between `min_depth` and `max_depth`, that were dropped.
     """
     v, u = np.divmod(np.flatnonzero(mask), frame.camera.width)
     depth = frame.depth[v, u]
@@ -98,14 +99,14 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
 def depth_noise(depth: Array, mask: Bools) -> float:
     """Return the depth noise in a mask, m: the median absolute difference of horizontally neighboring readings.
 
-    It is 0 if no two readings are neighbors.
+    The result is 0 if no two readings are horizontal neighbors.
 
     Parameters
     ----------
     depth
         (H, W) m, 0 = no reading.
     mask
-        (H, W) bool; only differences between two pixels in it count.
+        (H, W) bool; only readings of pixels in the mask are compared.
     """
     if not mask.any():
         return 0.0
@@ -116,10 +117,10 @@ def depth_noise(depth: Array, mask: Bools) -> float:
 
 
 def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) -> int:
-    """Return the half-width of the averaging window, in pixels, that brings the depth error down to 0.3 radii.
+    """Return the half-width in px of the averaging window that brings the depth error down to 0.3 radii.
 
-    The number of readings in the window is taken to be its length times the width of the strand. At most 20 px; 0 if the
-    radius or the noise is unknown.
+    The window is a square of 2 * half-width + 1 pixels. A strand crosses it, so the readings averaged are taken to number the
+    window's length times the strand's width, both in pixels.
 
     Parameters
     ----------
@@ -128,9 +129,13 @@ def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) ->
     mask
         (H, W) bool, the pixels of the object.
     radius
-        m, half-width of the mask; 0 if unknown.
+        m, radius of the object; 0 if unknown.
     noise
-        m, median depth difference of horizontal neighbors.
+        m, depth noise as `depth_noise` measures it; 0 if it could not be measured.
+
+    Returns
+    -------
+    Half-width in px, at most 20; 0 (no averaging) if `radius` or `noise` is 0.
     """
     if not (radius and noise):
         return 0

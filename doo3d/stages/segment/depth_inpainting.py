@@ -18,7 +18,7 @@ INPAINT_MIN_HOLE_PX = 2
 
 
 def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: float) -> Readings:
-    """Add readings in the holes of the depth, where the mask shows the object but the sensor has no reading.
+    """Add readings in the holes of the depth: pixels of the mask at which the sensor has no reading.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
 
     Returns
     -------
-    The measured and the inpainted readings, in row-major order of their pixels.
+    The measured and the inpainted readings, in row-major order of their pixels. `depth` and `filtered` of an inpainted reading
+    are equal. Holes in which every pixel lies within 2 px of a reading are not filled.
     """
     u, v = readings.pixels.T
     usable = mask & (depth <= 0)
@@ -47,29 +48,29 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
 
 
 def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_slope: float) -> tuple[Ints, Floats]:
-    """Inpaint the depth in the holes of a mask.
+    """Interpolate the depth in the holes of a mask, the pixels without a reading.
 
-    The depth in a hole solves Laplace's equation with the readings at its border, and no flux through the edge of the mask.
-    Along a strand that is a straight line from reading to reading, and constant beyond the last one. Pixels where the
-    inpainted depth changes by more than `max_slope` lie between two strands and are left out.
+    Along a strand the depth is a straight line from reading to reading, and constant beyond the last reading: it solves Laplace's
+    equation with the readings at the border of the hole and no flux through the edge of the mask. Pixels where the inpainted
+    depth changes by more than `max_slope` lie between two strands and are left out.
 
     Parameters
     ----------
     mask
         (H, W) bool, the pixels of the object.
     pixels
-        (N, 2) int64 (u, v) of the readings.
+        (N, 2) int64, the pixels (u, v) of the N readings.
     depth
         (N,) m, the readings.
     min_hole
-        px; a hole must have pixels farther than this from any reading, otherwise it is left alone.
+        px; only holes with pixels farther than this (in rows or columns) from every reading are filled.
     max_slope
         m per pixel, the largest depth step between neighboring pixels of one surface.
 
     Returns
     -------
-    pixels : (Q, 2) int64 (u, v) of the inpainted pixels.
-    depth : (Q,) m, the depth there.
+    pixels : (Q, 2) int64 (u, v), the Q inpainted pixels, without those that have a reading; Q = 0 if nothing was filled.
+    depth : (Q,) m, the depth of each inpainted pixel.
     """
     if not len(pixels) or len(pixels) == np.count_nonzero(mask):
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)

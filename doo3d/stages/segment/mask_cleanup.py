@@ -23,7 +23,7 @@ class CleanedMask(NamedTuple):
     mask
         (H, W) bool, after all steps.
     selected
-        number of pixels before.
+        number of pixels in the mask before the first step.
     removed_small
         pixels removed as small connected components.
     closed_holes
@@ -56,6 +56,10 @@ def clean_mask(
         (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
+
+    Returns
+    -------
+    The cleaned mask, and the number of pixels that each step changed.
     """
     solid = remove_small_components(mask, config.min_component)
     selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
@@ -68,8 +72,7 @@ def clean_mask(
 def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None = None, focal: float = 1.0) -> Bools:
     """Return the mask without regions that are wide in every direction, such as a gripper.
 
-    A region is wide if its width exceeds `max_width`, or `max_width_ratio` times the median width of the mask along its medial
-    axis.
+    A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask.
 
     Parameters
     ----------
@@ -81,6 +84,10 @@ def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None 
         (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
+
+    Returns
+    -------
+    (H, W) bool; `mask` itself if nothing is wide.
     """
     box = bounding_box(mask)
     part = mask[box]
@@ -98,11 +105,22 @@ def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None 
 
 
 def remove_small_components(mask: Bools, min_pixels: int) -> Bools:
-    """Return the mask (H, W) without components, and with closed holes, of fewer than `min_pixels` pixels.
+    """Return the mask without its small connected components, and with its small holes filled.
 
-    Components are 8-connected and count with their holes filled; holes are 4-connected. Sizes follow from the contours (Suzuki
-    and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, and
-    has a - b / 2 + 1 inside it.
+    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected. Sizes follow from the contours
+    (Suzuki and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, of which
+    a - b / 2 + 1 lie inside.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool.
+    min_pixels
+        number of pixels; smaller components and holes are small.
+
+    Returns
+    -------
+    (H, W) bool; `mask` itself if nothing is small.
     """
     if min_pixels <= 1 or not mask.any():
         return mask

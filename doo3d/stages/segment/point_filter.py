@@ -19,14 +19,14 @@ FAR_OUTLIER_BOX_SIZES = 3
 
 
 def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
-    """Drop the outliers of a cloud (N, 3) m, and average the noise of the other points away.
+    """Drop the outliers of a cloud of N points, (N, 3) m, and average the noise of the other points away.
 
-    Outliers are points far from all others, and points with less than 0.15 of the median number of neighbors.
+    Outliers are points far from all others, and points with less than 0.15 times the median number of neighbors.
 
     Returns
     -------
-    points : (K, 3) m, the points kept, as measured.
-    means : (K, 3) m, the mean of each of them and its neighbors.
+    points : (K, 3) m, the K points kept, in the order given, as measured.
+    means : (K, 3) m, for each point kept the mean of the point and its neighbors.
     outliers : number of points dropped, N - K.
     """
     near = points[~far_outliers(points)]
@@ -38,20 +38,21 @@ def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
 def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats]:
     """Count the neighbors of each point of a cloud, and average their positions.
 
-    Points are sorted into cubic cells. The neighbors of a point are the points in its cell and in the 26 cells around it, the
-    point itself included.
+    Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around that cell,
+    the point itself included.
 
     Parameters
     ----------
     points
-        (N, 3) m.
+        (N, 3) m, the N points of the cloud.
     cell_spacings
-        edge of a cell, in typical distances between neighboring points.
+        edge of a cell, as a multiple of the typical distance between neighboring points of the cloud.
 
     Returns
     -------
-    counts : (N,) number of neighbors.
-    means : (N, 3) m, mean position of the neighbors.
+    counts : (N,) float, number of neighbors of each point.
+    means : (N, 3) m, mean position of the neighbors of each point. If the cloud is too wide for such small cells, each point is
+        its own only neighbor.
     """
     if not len(points):
         return np.zeros(0), points
@@ -65,9 +66,10 @@ def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats
 
 
 def far_outliers(points: Floats) -> Bools:
-    """Tell which points (N, 3) m lie far from the rest: (N,) bool.
+    """Tell which of N points, (N, 3) m, lie far from the rest: (N,) bool.
 
-    Far is outside the box of the central 96 % of the points by more than three times the diagonal of that box.
+    A point is far if it lies outside the axis-aligned box of the central 96 % of the points by more than three times the diagonal
+    of that box.
     """
     low, high = np.percentile(points, [2, 98], axis=0) if len(points) else np.zeros((2, 3))
     margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)

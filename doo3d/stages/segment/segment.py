@@ -30,9 +30,10 @@ EXTENT_TOLERANCE = 10
 
 
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Segmentation:
-    """Select the pixels or points of the object, and drop those that are not surely part of it.
+    """Select the pixels or points of the object, and drop doubtful ones: rather lose part of the object than keep something else.
 
-    Keipour et al. (RA-L 2022), section III-A: rather lose part of the object than keep something else.
+    The steps are the method of the config (or the mask given), removal of small and wide regions, removal of outliers, and
+    averaging of the depth noise (Keipour et al., RA-L 2022, section III-A).
 
     Parameters
     ----------
@@ -41,18 +42,22 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     config
         section `segment` of the settings.
     mask
-        (H, W) for a Frame or an Image, (N,) for a Cloud: the caller's own segmentation. It replaces the method of the config.
+        the caller's own segmentation, which replaces the method of the config: bool or integers, non-zero = object. (H, W) for a
+        Frame or an Image, (N,) for a Cloud of N points. None uses the method of the config.
     seed
-        seed of the random numbers that a method draws.
+        seed of the random numbers that the method `plane` draws.
 
     Returns
     -------
-    The points of the object, m (px in 2-D), with the mask, and how many pixels or points each step dropped.
+    The points of the object, m (px in 2-D), with the mask, and how many pixels or points each step dropped. If the method of the
+    config selects nothing, there are no points and `foreground.notes` says what to change.
 
     Raises
     ------
-    InputError : the mask is empty or of another size; it has no depth; the depth is out of all proportion (wrong unit); a cloud
-        has fewer than two different points; the method does not fit the data.
+    InputError : the mask given is empty or of another size, or covers a whole image; no pixel of the object has depth; the depth
+        lies outside `min_depth` to `max_depth` (wrong unit); a cloud has fewer than two different points; the method does not fit
+        the data.
+    MissingDependency : the method is `ridge` and scikit-image is not installed.
     """
     if config.method == MASK and mask is None and not (isinstance(data, Cloud) and data.segmented):
         raise InputError(
@@ -66,7 +71,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
-    """Segment with a mask that `extend_mask` made by extending the mask of an earlier segmentation.
+    """Segment a frame again, with the mask of an earlier segmentation extended by `extend_mask`.
 
     Parameters
     ----------
@@ -75,17 +80,18 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     config
         section `segment` of the settings.
     mask
-        (H, W) bool, the extended mask; treated as one that the caller gives.
+        (H, W) bool, the extended mask; treated like a mask that the caller gives.
     base
-        the segmentation whose mask was extended; its own mask may have been extended too.
+        the earlier segmentation; its mask may have been extended too.
 
     Returns
     -------
-    The segmentation. Its `method` is "extended" and its `base` the first segmentation, whose mask was not yet extended.
+    The new segmentation. Its `method` is "extended", and its `base` is the first segmentation, whose mask was not extended.
 
     Raises
     ------
-    InputError : the mask has another size or no depth, or the depth is out of all proportion (wrong unit).
+    InputError : the mask has another size; no pixel in the mask has depth; the depth lies outside `min_depth` to `max_depth`
+        (wrong unit).
     """
     return replace(segment(data, config, mask), method=EXTENDED, base=base.base or base)
 

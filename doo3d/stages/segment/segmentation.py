@@ -17,13 +17,15 @@ EXTENDED = "extended"
 class Segmentation:
     """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
-    Pixels in the mask: selected - removed_small + closed_holes - removed_wide. Points in 2-D: one per pixel of the mask.
-    Points in 3-D: without_depth + outliers - inpainted fewer than that. Points of a cloud: selected - outliers.
+    - Pixels in the mask = selected - removed_small + closed_holes - removed_wide.
+    - Points of an Image = pixels in the mask.
+    - Points of a Frame = pixels in the mask - without_depth - outliers + inpainted.
+    - Points of a Cloud = selected - outliers; the other numbers are 0.
 
     Attributes
     ----------
     foreground
-        the points of the object.
+        the points of the object, with mask and camera if there are any.
     method
         "mask" if the caller gave a mask, "extended" if `extend_mask` extended one; otherwise the name of the segmentation method
         that was used.

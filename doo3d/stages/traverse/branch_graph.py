@@ -31,11 +31,11 @@ class Branch:
     Attributes
     ----------
     a, b
-        the nodes at its first and its last point; FREE_END (-1) if it ends at a tip.
+        numbers of the nodes at its first and at its last point; FREE_END (-1) for a tip.
     points
-        (P, D) m (px in 2-D), from a to b, without the positions of the nodes.
+        (P, D) m, D = 3 (in 2-D: px, D = 2), P points from a to b, without the positions of the nodes.
     length
-        m (px in 2-D), from node to node.
+        m (px in 2-D), from node to node; set by `BranchGraph.add`.
     """
 
     a: int
@@ -44,7 +44,18 @@ class Branch:
     length: float = 0.0
 
     def from_end(self, node: int) -> tuple[int, Floats]:
-        """Return the node at the other end of the branch, and the points (P, D) ordered from `node` to that end."""
+        """Return the node at the far end of the branch, and the points in the order from `node` to there.
+
+        Parameters
+        ----------
+        node
+            number of the node at one end of the branch; FREE_END (-1) for its tip.
+
+        Returns
+        -------
+        far : number of the node at the far end; FREE_END (-1) for a tip.
+        points : (P, D) m, D = 3 (in 2-D: px, D = 2), the P points of the branch, without the positions of the nodes.
+        """
         return (self.b, self.points) if self.a == node else (self.a, self.points[::-1])
 
 
@@ -57,7 +68,7 @@ class BranchGraph:
     branches
         all branches, in no particular order.
     positions
-        number of each node -> its position (D,) m (px in 2-D).
+        number of each node -> its position (D,) m, D = 3 (in 2-D: px, D = 2).
     """
 
     branches: list[Branch] = field(default_factory=list)
@@ -71,14 +82,17 @@ class BranchGraph:
         a, b
             numbers of the nodes; FREE_END (-1) for a tip.
         points
-            (P, D) m (px in 2-D), from a to b, without the positions of the nodes.
+            (P, D) m, D = 3 (in 2-D: px, D = 2), from a to b, without the positions of the nodes.
         """
         branch = Branch(a, b, points)
         branch.length = float(steps(self.all_points(branch)).sum())
         self.branches.append(branch)
 
     def all_points(self, branch: Branch) -> Floats:
-        """Return the points of a branch with the positions of the nodes at its ends: (P to P + 2, D) m (px in 2-D)."""
+        """Return the points of a branch with the positions of its nodes added, in order from a to b.
+
+        A free end has no node, so P points become P to P + 2 points: (P to P + 2, D) m, D = 3 (in 2-D: px, D = 2).
+        """
         parts = [branch.points]
         if branch.a != FREE_END:
             parts.insert(0, self.positions[branch.a][None])
@@ -95,7 +109,15 @@ class BranchGraph:
         return branch.a == branch.b != FREE_END and len(self.branches_at(branch.a)) == 2
 
     def contract(self, bridge: Branch) -> None:
-        """Remove a branch between two nodes and unite the nodes half way between them."""
+        """Remove a branch and unite the two nodes at its ends to one, half way between them; changes the graph in place.
+
+        The united node has the number `bridge.a`, and all branches of both nodes end there.
+
+        Parameters
+        ----------
+        bridge
+            a branch of the graph between two different nodes, neither of them a free end.
+        """
         self.branches.remove(bridge)
         self.positions[bridge.a] = (self.positions[bridge.a] + self.positions[bridge.b]) / 2
         del self.positions[bridge.b]
@@ -105,10 +127,10 @@ class BranchGraph:
             self.add(a, b, branch.points)
 
     def dissolve(self, node: int) -> None:
-        """Remove a node with fewer than three branches.
+        """Remove a node with fewer than three branches; changes the graph in place.
 
         Two branches become one through the position of the node; a single branch gets a free end there. A node with three or
-        more branches stays, and so does the node of a lone loop.
+        more branches stays, and so does a node whose only branch is a loop from the node to itself.
         """
         ending = self.branches_at(node)
         if len(ending) > 2 or (len(ending) == 2 and ending[0] is ending[1]):
@@ -124,17 +146,18 @@ class BranchGraph:
             self.add(first, last, np.concatenate((before[::-1], position, after)))
 
     def simplify(self, min_branch: float, radius: float) -> tuple[float, float]:
-        """Remove spurs and small loops, the shortest first, and unite pairs of forks that belong to one crossing.
+        """Remove spurs and small loops, the shortest first, and unite the two forks of a crossing; changes the graph in place.
 
-        A spur is a branch with one free end. A node left with fewer than three branches is dissolved. A crossing of two strands
-        is thinned to two forks with a short bridge between them: bridges of less than three radii are contracted last.
+        A spur is a branch with one free end. A node left with fewer than three branches is dissolved. Thinning turns a crossing
+        of two strands into two forks with a short branch between them: such branches of less than three radii are contracted
+        last.
 
         Parameters
         ----------
         min_branch
             m (px in 2-D); shorter spurs are removed.
         radius
-            radius of the object, m (px in 2-D). Loops of less than 12 radii perimeter are taken for holes in the surface.
+            radius of the object, m (px in 2-D). Loops with a perimeter of less than 12 radii are taken for holes in the surface.
 
         Returns
         -------
@@ -182,7 +205,8 @@ def build_graph(skeleton: Skeleton) -> tuple[BranchGraph, list[Floats]]:
     Returns
     -------
     graph : branches and nodes, positions in m (px in 2-D).
-    loops : the closed loops without any junction, each (P, D) m (px in 2-D); the first point is not repeated.
+    loops : the closed loops without any junction, which are not in the graph: each (P, D) m, D = 3 (in 2-D: px, D = 2), P points
+        in order, the first not repeated at the end.
     """
     coords: Ints = skeleton.coords
     if coords.shape[1] == 2:

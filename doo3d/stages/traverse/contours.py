@@ -18,9 +18,9 @@ contour inside a loop around the corner of a junction."""
 def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], int]:
     """Trace the contour around each piece of a 2-D skeleton, by Suzuki and Abe's border following.
 
-    This is the method of Keipour et al. (RA-L 2022). A contour runs from a tip along one side of the skeleton and back along
-    the other. Spurs are removed first: thinning leaves lines into the corners of an end, and the method wants one line per
-    branch (section III-B). A contour inside a loop has no tip and starts at a junction.
+    A contour runs one pixel beside the skeleton, from a tip along one side and back along the other. A contour inside a loop has
+    no tip and starts at a junction. Spurs are removed first, since thinning leaves short lines into the corners of an end. The
+    method is that of Keipour et al. (RA-L 2022).
 
     Parameters
     ----------
@@ -31,8 +31,8 @@ def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], i
 
     Returns
     -------
-    paths : one polyline per contour, points in px, the last point equal to the first.
-    removed : number of pixels removed with the spurs.
+    paths : one polyline per contour, points (u, v) in px. The last point repeats the first; `closed` is False.
+    removed : number of skeleton pixels removed as spurs.
 
     Raises
     ------

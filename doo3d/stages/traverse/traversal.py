@@ -9,15 +9,17 @@ from ...types import Path
 
 @dataclass(frozen=True)
 class Traversal:
-    """The polylines along the skeleton of one frame, and the lengths of skeleton, m (px in 2-D), left out of them.
+    """The polylines along the skeleton of one frame, and the lengths of skeleton that are in none of them.
+
+    Lengths are totals in m (px in 2-D). With the method `contours` only `spur_length` is measured.
 
     Attributes
     ----------
     paths
-        one polyline per branch between tips and junctions; a loop is a closed polyline.
+        one polyline per branch between tips and junctions, a loop as a closed polyline; with `contours` one per contour.
     spur_length
-        length of the spurs removed: branches with a free end, shorter than `traverse.min_branch`. With the method `contours` it
-        is the number of their pixels.
+        length of the spurs removed: branches with a free end, shorter than `traverse.min_branch` radii. With `contours` the
+        number of pixels in the spurs.
     loop_length
         length of the small loops removed, which run around holes in the surface.
     trimmed_length

@@ -1,7 +1,7 @@
 """Turn the skeleton into ordered paths.
 
-Keipour et al. (RA-L 2022) follow each skeleton along its contour and say (section III-C) that the step can be skipped
-where ordered points are had by other means. In 3-D there is no contour, and the graph of the skeleton gives each branch once.
+In 3-D, and by default in 2-D, the graph of the skeleton gives each branch once. In 2-D the contour around each skeleton can be
+followed instead, as Keipour et al. (RA-L 2022, section III-C) do.
 """
 
 from __future__ import annotations
@@ -34,20 +34,24 @@ _BranchPoints = list[tuple[Branch, Floats]]
 
 
 def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
-    """Turn the skeleton into smooth polylines between its tips and junctions; a loop becomes a closed polyline.
+    """Turn the skeleton into ordered polylines.
+
+    The method `graph` (the default) gives one smooth polyline per branch between tips and junctions, cut a little short at both
+    ends; a loop becomes a closed polyline. The method `contours` (2-D only) gives the contours around the skeleton, not smoothed.
 
     Parameters
     ----------
     skeleton
         the voxels that thinning left.
     context
-        what is known of the frame: radius and voxel size.
+        the data of the frame; radius and voxel size are used.
     config
         section `traverse` of the settings.
 
     Returns
     -------
-    The polylines, points in m (px in 2-D), and the lengths of skeleton left out of them.
+    The polylines, points in m (px in 2-D), and the lengths of skeleton that are in none of them. No polylines for an empty
+    skeleton.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Compact encodings of a frame for the page: chains, cloud and picture as short texts."""
+"""Encode the chains, the cloud and the picture of a frame as short texts, for the page of the report."""
 
 from __future__ import annotations
 
@@ -23,18 +23,19 @@ OBJECT_RADII = 1.3  # radii from the axis within which a point is on the object
 
 
 def base64_text(data: bytes | Array) -> str:
-    """Return bytes as base64 text; of an array, the bytes of its values in C order."""
+    """Return bytes as base64 text; for an array, the bytes of its values in C order."""
     return base64.b64encode(data if isinstance(data, bytes) else np.ascontiguousarray(data).tobytes()).decode("ascii")
 
 
 def pack_points(points: Floats) -> dict[str, Any]:
-    """Return points (N, D) in a compact form: 16-bit integers in base64, with the center and the step to restore them.
+    """Return N points, (N, D), in a compact form: 16-bit integers in base64, with the center and the step to restore them.
 
     Returns
     -------
     dict
-        "center": D floats; "step": float; "levels": base64 of (N, D) little-endian int16; points = center + step * levels, to
-        within half a step. The step is the greatest extent of the points divided by 65534.
+        "center": D floats; "step": float; "levels": base64 of (N, D) little-endian int16. A point is center + step * level, to
+        within half a step, where the step is the greatest extent of the points divided by 65534. "levels" is empty without
+        points.
     """
     if not len(points):
         return {"center": [0.0] * points.shape[1], "step": 1.0, "levels": ""}
@@ -54,16 +55,16 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
     Parameters
     ----------
     index
-        of the chain in the detection; gives the color if the chain has no id.
+        index of the chain in the detection; gives the color if the chain has no id.
     chain
         the chain.
 
     Returns
     -------
     dict
-        "joints" and "radii" as 16-bit integers in base64 (radii None if any is unknown), "occluded" as a text such as "0110"
-        with a digit per segment, "color" as "#rrggbb", the same as in the pictures, and "id", "closed", "length", "radius",
-        "confidence".
+        "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" as a text such as "0110"
+        with a digit for each segment, "color" as "#rrggbb", the same as in the pictures, and "id", "closed", "length", "radius",
+        "confidence" of the chain.
     """
     number = index if chain.id is None else chain.id
     radii = chain.radii[:, None]
@@ -92,14 +93,15 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
     detection
         the chains found in the frame.
     max_points
-        number of points at most: half of them within 1.3 radii of a chain, half in the box around the chains.
+        number of points at most: half of them within 1.3 radii of a chain, half elsewhere in the box around the chains.
 
     Returns
     -------
     dict or None
-        "center", "step" and "levels": the points, those on the object first, as 16-bit integers; "on_object": how many those
-        are; "rgb": base64 of one uint16 (5, 6 and 5 bits) per point; "has_color": False if all are gray; "viewpoint" of a
-        cloud, if known. None for an image, and for chains in world coordinates if the pose of the frame is unknown.
+        "center", "step" and "levels": the points, those on the object first, in the form of `pack_points`; "on_object": the
+        number of points on the object; "rgb": base64 of one uint16 for each point (5 bits of red, 6 of green, 5 of blue);
+        "has_color": False if the points have no color and are all gray; "viewpoint": that of a cloud, if known. None for an
+        image, and for chains in world coordinates if the pose of the frame is unknown.
     """
     rng = np.random.default_rng(0)  # the same results give the same page
     sample = _sample_points(frame, detection.coordinates, rng)
@@ -125,19 +127,24 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
 
 
 def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
-    """Return a thumbnail of a picture as WebP in base64, as large as `max_bytes` allows.
+    """Return a thumbnail of a picture as WebP in base64, as large as `max_bytes` allows, up to 720 px wide.
 
     Parameters
     ----------
     picture
         (H, W, 3) uint8 BGR.
     max_bytes
-        of the WebP; the smallest thumbnail, 110 px wide, may exceed it.
+        greatest size of the WebP in bytes, before base64; the smallest thumbnail, 110 px wide, may exceed it.
 
     Returns
     -------
     tuple of (str, int, int)
         the base64 text, and the width and height of the original picture, px.
+
+    Raises
+    ------
+    RuntimeError
+        OpenCV cannot encode the picture.
     """
     height, width = picture.shape[:2]
     encoded = b""

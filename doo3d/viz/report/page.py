@@ -1,4 +1,4 @@
-"""The page: the data of a run, inserted into the template beside this file."""
+"""Make the report of a run: one HTML page, from its data and the template beside this file."""
 
 from __future__ import annotations
 
@@ -33,17 +33,18 @@ WithProgress = Callable[[list[FrameStatus]], Iterable[FrameStatus]]
 def report_page(results: Results, folder: Path | None = None, clouds: bool = True, with_progress: WithProgress = iter) -> str:
     """Return a report of a run as the text of one self-contained HTML page.
 
-    The page has figures of the run, plots over the frames, thumbnails of the pictures, and an interactive view of each frame's
-    chains. It needs no network.
+    The page has the key numbers of the run, plots over the frames, thumbnails of the pictures, and an interactive view of each
+    frame's chains. It needs no network.
 
     Parameters
     ----------
     results
-        of a finished run.
+        the results of a finished run, from `open_results`.
     folder
-        the folder that the page will be saved in, to link from there to the pictures in full size; None: no links.
+        the folder that the page will be saved in, so that the page can link to the pictures in full size; None for no links.
     clouds
-        show the points of the capture around the chains. They are read from the capture again; if that fails, the page says so.
+        True shows the points of the capture around the chains. They are read from the capture again; if that fails, the page says
+        so.
     with_progress
         called with the list of frames; returns an iterable of the same frames, for example one that shows a progress bar.
 

@@ -24,5 +24,5 @@ SEGMENTERS: dict[str, Segmenter] = {
 
 
 def resolve_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
-    """Return the name of the segmentation method to use: the one set, or for `auto` the one that fits the data."""
+    """Return the name of the segmentation method to use: `config.method`, or if that is "auto", the method that fits the data."""
     return auto.choose_method(data, config) if config.method == "auto" else config.method

@@ -27,7 +27,7 @@ def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
     """Return the name of the segmentation method that fits the settings and the data.
 
     "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "ridge" for an image, "plane" for a scene
-    of mostly wide surfaces such as a table, and "everything" for one without.
+    of mostly wide surfaces such as a table, and "everything" for any other scene.
     """
     if config.ranges:
         return "hsv"
@@ -39,7 +39,10 @@ def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
 
 
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
-    """Tell whether more than half of the data lies on surfaces wider than `max_width`, such as a table."""
+    """Tell whether more than half of the readings or points lie on surfaces wider than `config.max_width`, such as a table.
+
+    False for data without readings.
+    """
     if isinstance(data, Frame):
         return _is_broad_frame(data, config)
     points = data.points[:: max(1, len(data.points) // SAMPLE_POINTS)]

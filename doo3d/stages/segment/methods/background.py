@@ -22,15 +22,16 @@ READ_AS_STORED = cv2.IMREAD_UNCHANGED
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Select the pixels that differ from a reference image of the scene without the object.
 
-    With a 16-bit depth reference these are the pixels nearer than it by more than `depth_difference`. With a color reference
-    they are those whose color differs by more than `color_difference`.
+    With a 16-bit depth image as reference, a pixel of a Frame is selected if it is nearer to the camera than the reference by
+    more than `depth_difference` (m). With a color image as reference, a pixel is selected if its color differs by more than
+    `color_difference` (distance in 8-bit RGB).
 
     Parameters
     ----------
     data
         a Frame or an Image.
     config
-        section `segment` of the settings: `reference` (path of the image) and the two differences.
+        section `segment` of the settings: `reference` (path of the image), `reference_depth_scale`, and the two differences.
     seed
         not used.
 
@@ -40,8 +41,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
     Raises
     ------
-    InputError : the data is a cloud; the reference is unreadable or of another size; or it is in color and the frame has no
-        color.
+    InputError : the data is a cloud; the reference is unreadable, of another size or of another type; the reference is in color
+        and the frame has no color.
     """
     if isinstance(data, Cloud):
         raise InputError(

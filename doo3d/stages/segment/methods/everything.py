@@ -10,7 +10,7 @@ from ....types import Bools, Cloud, Frame, Image
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Select every pixel of a Frame that has depth, (H, W) bool, or every point of a Cloud, (N,) bool.
+    """Select every pixel of a Frame that has depth, (H, W) bool, or all N points of a Cloud, (N,) bool.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
     Raises
     ------
-    InputError : the data is an Image, of which not every pixel can be the object.
+    InputError : the data is an Image, since not every pixel of an image can be the object.
     """
     if isinstance(data, Image):
         raise InputError(

@@ -11,15 +11,15 @@ from ....types import Array, Bools, Cloud, Frame, Image
 
 
 def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
-    """Tell which pixels of a color image lie in at least one of some color ranges: (H, W) bool.
+    """Tell which pixels of a color image lie in at least one of several color ranges: (H, W) bool.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     ranges
-        boxes in OpenCV's 8-bit HSV (hue 0 to 179, the others 0 to 255), bounds included. A low hue above the high one wraps
-        around through red.
+        boxes in OpenCV's 8-bit HSV (hue 0 to 179, saturation and value 0 to 255), bounds included. If the low hue is above the
+        high hue, the box holds the hues from low through red (179, then 0) to high. Without ranges no pixel is selected.
     """
     hsv = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV)
     inside = np.zeros(color.shape[:2], dtype=np.uint8)
@@ -31,7 +31,7 @@ def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Select the pixels (H, W) or points (N,) whose color lies in one of the configured ranges: bool.
+    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, whose color lies in one of the configured ranges.
 
     Parameters
     ----------

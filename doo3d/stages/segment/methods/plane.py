@@ -29,11 +29,12 @@ MAX_FIT_POINTS = 20_000
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Select the pixels (H, W), or points of a cloud (N,), in front of the dominant plane: bool.
+    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane.
 
-    They lie more than `plane_distance`, and more than 3.5 standard deviations of the plane's noise, on the sensor's side of
-    it. In a Frame pixels 2 deviations in front are selected too where they are connected to such pixels (hysteresis
-    threshold), so that the flanks of a thin object are not lost.
+    A pixel or point is selected if it lies on the sensor's side of the plane, at a distance of more than `plane_distance` and
+    more than 3.5 standard deviations of the plane's noise. In a Frame 2 standard deviations suffice for pixels connected to such
+    pixels (hysteresis threshold), so that the flanks of a thin object are not lost. Nothing is selected if there are fewer than
+    three readings.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
     Parameters
     ----------
     points
-        (N, 3) m, N >= 3.
+        (N, 3) m, N points, at least three.
     distance
         m; a point nearer to the plane than this is an inlier.
     draws
@@ -80,6 +81,8 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
     normal : (3,) unit, of arbitrary sign.
     offset : m; points p on the plane have normal @ p = offset.
     noise : m, robust standard deviation of the inliers' distances from the plane (from the median absolute deviation).
+
+    If every triple drawn is collinear, the result is the plane z = points[0, 2] with noise 0.
     """
     random = np.random.default_rng(seed)
     many = len(points) > RANSAC_SAMPLE_POINTS
@@ -107,10 +110,9 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
 
 
 def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
-    """Return the height of each pixel or point above a plane, in m, positive on the sensor's side of it.
+    """Return the height of each pixel or point above a plane, in m, positive on the side of the plane where the sensor is.
 
-    For a cloud without a viewpoint the side with more of the points far from the plane counts as the sensor's. For a Frame no
-    points are computed: the plane's inverse depth is affine in the pixel.
+    For a cloud without a viewpoint the sensor is taken to be on the side with more of the points far from the plane.
 
     Parameters
     ----------
@@ -123,7 +125,7 @@ def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Ar
 
     Returns
     -------
-    (H, W) float32 for a Frame, 0 where there is no depth; (N,) for a Cloud.
+    (H, W) float32 for a Frame, 0 where there is no depth; (N,) for a Cloud of N points.
     """
     if isinstance(data, Cloud):
         height = data.points @ normal - offset
@@ -142,7 +144,13 @@ def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Ar
 
 
 def subsample(data: Frame | Cloud) -> Floats:
-    """Return some points of a Frame or Cloud, (N, 3) m, evenly chosen: about MAX_FIT_POINTS (20,000) if there are more."""
+    """Return evenly chosen points of a Frame or Cloud: about MAX_FIT_POINTS (20,000) of a large one, all of a small one.
+
+    Returns
+    -------
+    (N, 3) m, N points, in the camera's optical frame for a Frame, in the frame of the cloud for a Cloud. Pixels without depth
+    give no point.
+    """
     if isinstance(data, Cloud):
         return data.points[:: max(1, len(data.points) // MAX_FIT_POINTS)]
     stride = max(1, int(np.sqrt(data.depth.size / MAX_FIT_POINTS)))

@@ -22,8 +22,8 @@ PEAK_PERCENTILE = 99.5
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Select bright or dark lines in a color image by scikit-image's Sato tubeness filter and Otsu's threshold.
 
-    Of dark and bright lines those with the stronger response are selected. An image of more than half a million pixels is
-    scaled down before the filter, so that the same lines are found at any resolution. The response is enlarged again before
+    Either the dark or the bright lines are selected, whichever respond more strongly. An image of more than half a million pixels
+    is scaled down before the filter, so that the same lines are found at any resolution. The response is enlarged again before
     the threshold, for smooth edges.
 
     Parameters
@@ -35,7 +35,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
     Returns
     -------
-    (H, W) bool.
+    (H, W) bool; all False if there is no line at all.
 
     Raises
     ------
