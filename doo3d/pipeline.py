@@ -72,7 +72,7 @@ class Stages:
 
     @property
     def paths(self) -> list[Path]:
-        """The polylines that the traversal found along the skeleton, one per branch or loop, points in m (px in 2-D)."""
+        """The polylines (`types.Path`) that traversal found along the skeleton, one per branch or loop, in m (px in 2-D)."""
         return self.traversal.paths
 
 

@@ -98,18 +98,21 @@ def resample_line(joints: Floats, half_width: Floats, closed: bool = False) -> L
 
 
 def align_line(line: Line, others: Sequence[Line], extension: float, min_tolerance: float) -> LineAlignment:
-    """Find a position on the other lines for each point of a line, and the places where these positions jump.
+    """Match each point of a line to a position on one of several other lines, and find where the match jumps.
+
+    The match jumps where it goes to another line, or to another place on the same line.
 
     Parameters
     ----------
     line
-        the line whose M points get positions.
+        the line whose M points are matched.
     others
-        the lines that the positions are on.
+        the lines that they are matched to.
     extension
         length in px by which each open line in `others` is extended straight at both ends.
     min_tolerance
-        px; a point may be this far from its position, or half the width of either line if that is more.
+        px. A point may lie this far from its match, or farther where a line is wide: the largest of this and the half-widths of
+        the two lines there.
 
     Returns
     -------
@@ -118,7 +121,7 @@ def align_line(line: Line, others: Sequence[Line], extension: float, min_toleran
 
     Notes
     -----
-    The positions of all points are chosen together, at the least total cost (Viterbi), so that they follow each other along the
+    The matches of all points are chosen together, at the least total cost (Viterbi), so that they follow each other along the
     other lines, forwards or backwards.
     """
     path = _with_second_round(line, CLOSED_OVERLAP_FACTOR * extension) if line.closed else line

@@ -1,23 +1,22 @@
 """The configuration: models of every section, how a file and overrides become a Config, and its documentation."""
 
 from .loading import known_keys, load_config, parse_overrides, preset_folder, preset_names
-from .models import (
-    Config,
+from .merge import MergeConfig
+from .models import Config
+from .section import Section
+from .sections import (
     CrossingsConfig,
     ExtendMaskConfig,
     FitConfig,
     FusionConfig,
-    HsvRange,
-    MergeConfig,
     PruneConfig,
     RefineConfig,
-    Section,
-    SegmentConfig,
     TrackingConfig,
     TraverseConfig,
     VisibilityConfig,
     VoxelizeConfig,
 )
+from .segment import HsvRange, SegmentConfig
 
 __all__ = [
     "Config",

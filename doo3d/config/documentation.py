@@ -11,7 +11,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from .former import FIXED, FORMER, FORMER_VALUES
-from .models import Config, is_expert
+from .models import Config
+from .section import is_expert
 
 COMMENT_COLUMNS = 110
 BOUND_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
@@ -99,7 +100,7 @@ def markdown() -> str:
         "`--set section.setting=value` sets one for one run. `doo3d config` prints the basic settings as YAML, "
         "`doo3d config --all` the expert ones too.",
         "Lengths are metres in 3-D and pixels in 2-D; lengths given in radii or voxels scale with the object. This page is made "
-        "from `doo3d/config/models.py` by `doo3d config --markdown`.",
+        "from `doo3d/config/` by `doo3d config --markdown`.",
     ]
     basic = [setting for setting in all_settings() if not is_expert(setting.field)]
     expert = [setting for setting in all_settings() if is_expert(setting.field)]

@@ -30,7 +30,8 @@ DATA binary
 class Nodes(Export):
     """Export format with one file per chain: M evenly spaced points from its first to its last joint; M is the option `count`.
 
-    The file is an NPY, PCD or JSON file with M rows x, y, z, in m, in the coordinates of the detection.
+    A file has M rows x, y, z, in m, in the coordinates of the detection. Its type follows from its suffix: .npy, .pcd or .json.
+    Files in a folder have the type that the option `file` names.
     """
 
     summary: ClassVar[str] = "evenly spaced points of a chain, the initial state of trackers (TrackDLO, CDCPD)"

@@ -9,7 +9,7 @@ from builders.paths import ROOT
 from doo3d.config import Config, known_keys, load_config, preset_names
 from doo3d.config.documentation import all_settings, annotated_yaml, markdown
 from doo3d.config.former import FIXED, FORMER
-from doo3d.config.models import is_expert
+from doo3d.config.section import is_expert
 
 PAGE = ROOT / "docs" / "pages" / "configuration.md"
 RANGES = [{"low": [170, 80, 40], "high": [10, 255, 255]}]

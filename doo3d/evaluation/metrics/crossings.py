@@ -121,8 +121,9 @@ def count_crossings(
 
     Returns
     -------
-    correct : number of true crossings that match a detected one with the right cable on top, and whose upper cable is seen.
-    extra : number of detected crossings that match no true one.
+    correct : number of true crossings that match a detected one with the right cable on top. Only those count whose upper cable
+        is visible at the crossing.
+    extra : number of detected crossings that match no true one, whichever cable is on top.
     """
     offsets = np.full((len(true.cable), len(detected), 2), NO_MATCH)
     for k, crossing in enumerate(detected):

@@ -23,10 +23,11 @@ _CSV_COLUMNS = (
 def format_rows(rows: Sequence[Row]) -> str:
     """Return a text table with a line for each subset and one for all, followed by lists of errors and wrong results.
 
-    Rows of photographs have the columns: number of photographs; DICE scores drawn, labelled and ordered in % (see `PhotoScore`);
-    photographs with the right number of chains; median and 95th percentile of the time in ms; number of errors.
+    All rows are photographs, or all are single cables. The columns for photographs: number of photographs; the three DICE scores
+    of `PhotoScore` in %, "drawn", "labelled" and "ordered"; number of photographs with the right number of chains; median and
+    95th percentile of the time in ms; number of errors.
 
-    Rows of single cables have the columns: number of cables; cables traced (see `CableTrace.traced`); mean recall and precision
+    The columns for single cables: number of cables; cables traced (see `CableTrace.traced`); mean recall and precision
     in %; median and 95th percentile of the time in ms; number of errors.
     """
     single_cables = any(row.trace for row in rows)

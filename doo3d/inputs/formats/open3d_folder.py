@@ -27,9 +27,10 @@ class FolderCapture:
 
     The folder has `depth/`, optionally `color/` and `mask/`, and `camera_intrinsic.json`; frames have no times and no poses.
     Images of one frame have the same file name except for the suffix; if no names agree and there are equally many images, they
-    are matched by order. Frames come in natural order of their names (9 before 10). The options `camera` and `depth_scale`
-    replace the folder's values; with the camera in the options, `camera_intrinsic.json` may be missing, and the depth is in mm
-    unless `depth_scale` is given too.
+    are matched by order. Frames come in natural order of their names (9 before 10).
+
+    The options `camera` and `depth_scale` replace the values in `camera_intrinsic.json`. The file may be missing if `camera` is
+    given; the depth is then in mm unless `depth_scale` is given too.
     """
 
     what: ClassVar[str] = (

@@ -40,7 +40,7 @@ Lookup = Callable[[Floats], Floats]
 
 @dataclass(frozen=True)
 class CrossingStrands:
-    """The two strands at each of C crossings, with S samples along each strand, outside their overlap in the view.
+    """Samples of the two strands at each of C crossings: S per strand, before and after the place where they overlap in the view.
 
     The second axis of the arrays, of length 2, is the strand: the first or the second of the crossing. Positions and lengths in
     the view are in its unit: px for a camera and in 2-D, tangents of angles for a cloud with a viewpoint, m otherwise.
@@ -55,7 +55,8 @@ class CrossingStrands:
     side
         (C, 2, S, 2) unit, direction across the strand in the view at the samples. NaN beyond the strand's ends.
     along
-        (C, 2, S), position of the samples along the strand, in half-widths from the crossing; negative before the crossing.
+        (C, 2, S), distance of the samples from the crossing along their strand, in half-widths of that strand; negative before
+        the crossing.
     half_width
         (C, 2), half the width of each strand in the view.
     point

@@ -75,7 +75,8 @@ class Route:
     Attributes
     ----------
     entries
-        for each chain, in order, the end at which the object enters the chain; the object leaves it at the other end.
+        one `End` (chain and side) per chain, in the order in which the object runs through the chains: the end at which it
+        enters the chain. It leaves at the other end.
     closed
         True if the last chain is connected to the first, or if the only chain is a ring.
     """

@@ -71,7 +71,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
-    """Segment a frame again, with the mask of an earlier segmentation extended by `extend_mask`.
+    """Segment a frame again, with a mask that `extend_mask` made from the mask of an earlier segmentation.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     mask
         (H, W) bool, the extended mask; treated like a mask that the caller gives.
     base
-        the earlier segmentation; its mask may have been extended too.
+        the earlier segmentation; it may itself come from this function.
 
     Returns
     -------

@@ -1,0 +1,147 @@
+"""The settings of merging, and what a stiffness sets."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from .section import Section, expert
+
+
+class Bending(NamedTuple):
+    """Values of the three settings of the section `merge` about how the object bends, for one value of `merge.stiffness`.
+
+    Attributes
+    ----------
+    direction_weight
+        cost units per radian of the angle between the directions of two ends.
+    curvature_weight
+        cost units per radian of the angle by which an end must bend toward the other end.
+    curvature_persistence
+        fraction of its curvature that an end is expected to keep across a gap, 0 to 1.
+    """
+
+    direction_weight: float
+    curvature_weight: float
+    curvature_persistence: float
+
+
+STIFFNESS: dict[str, Bending] = {
+    "thread": Bending(25.0, 25.0, 0.2),
+    "rope": Bending(50.0, 50.0, 0.5),
+    "cable": Bending(100.0, 100.0, 0.7),
+    "rod": Bending(200.0, 200.0, 0.9),
+}
+"""Weights per radian, and persistence. "cable" holds the weights of Keipour et al. (RA-L 2022).
+
+docs/pages/accuracy.md scores each stiffness."""
+
+
+class MergeConfig(Section):
+    """Settings of merging, which connects chain ends by their cost (equations 1 to 5 of Keipour et al., RA-L 2022)."""
+
+    chains: int | None = Field(
+        None,
+        ge=1,
+        description="Number of chains to find. 1 or more; null decides from the data. Set it if you know the number of objects.",
+    )
+    stiffness: Literal["thread", "rope", "cable", "rod"] = Field(
+        "cable",
+        description="Stiffness of the object: how much a bend adds to the cost of a connection, and how much of its "
+        "curvature an end keeps across a gap. thread, rope, cable or rod. Choose the nearest; "
+        "direction_weight, curvature_weight and curvature_persistence take precedence where they are set.",
+    )
+    max_cost: float = Field(
+        500.0,
+        gt=0,
+        description="Do not connect two ends at a higher cost; where `chains` forces further connections, each may cost 3 "
+        "times as much. Cost units (1 per mm of gap, or px in 2-D, plus the other weights), over 0; .inf "
+        "allows all. Lower it if parts are joined that do not belong together.",
+    )
+    max_gap: float = Field(
+        0.25,
+        gt=0,
+        description="Do not connect two ends that are farther apart. m (px in 2-D), over 0. Raise it for wide occluders.",
+    )
+    min_length: float = Field(
+        4.0,
+        ge=0,
+        description="Remove chains shorter than this, if `chains` is null. Radii, 0 or more. Raise it if clutter is found.",
+    )
+    allow_closed_chains: bool = Field(
+        False,
+        description="Allow the two ends of a chain to be connected to each other, which makes a ring, when nothing else "
+        "is left to join. true or false. Set it for loops such as belts.",
+    )
+    strategy: Literal["greedy", "global"] = expert(
+        "global",
+        "How connections are chosen. greedy makes the cheapest connection first, as Keipour et al. (RA-L 2022) do; "
+        "global makes all connections at the least total cost (maximum-weight matching). Change it only to reproduce "
+        "their results.",
+    )
+    distance_weight: float = expert(
+        1.0,
+        "Cost of the distance between two ends (w_e of Keipour et al.). Per mm (per px in 2-D), 0 or more. Raise it "
+        "if too distant ends are connected.",
+        ge=0,
+    )
+    direction_weight: float | None = expert(
+        None,
+        "Cost of the angle between the directions of two ends (w_d of Keipour et al.). Per radian, 0 or more; null "
+        "takes it from stiffness. Raise it if connections bend too sharply.",
+        ge=0,
+    )
+    curvature_weight: float | None = expert(
+        None,
+        "Cost of the angle by which an end must bend toward the other end (w_c of Keipour et al.). Per radian, 0 or "
+        "more; null takes it from stiffness. Raise it if ends side by side are connected.",
+        ge=0,
+    )
+    curvature_persistence: float | None = expert(
+        None,
+        "Fraction of its curvature that an end is expected to keep across a gap. 0 to 1; 0 expects a straight "
+        "continuation, as Keipour et al. do, and null takes it from stiffness. Raise it for springy objects.",
+        ge=0,
+        le=1,
+    )
+    free_space_weight: float = expert(
+        20.0,
+        "Cost of the part of a gap path that runs through free space (space the camera saw through). Per mm (per px "
+        "in 2-D), 0 or more; 0 turns it off. Lower it if masks or depth have many holes.",
+        ge=0,
+    )
+    unknown_weight: float = expert(
+        2.0,
+        "Cost of the part of a gap path that runs through places without depth, or, in a cloud without a camera, of "
+        "the whole. Per mm (per px in 2-D), 0 or more. Lower it for sensors with large holes.",
+        ge=0,
+    )
+    exposed_end_cost: float = expert(
+        0.0,
+        "Cost added for each connected end in plain view (no occluder ahead of it), since it is probably a real tip. "
+        "Cost units, 0 or more; 0 turns it off. Raise it for piles of tubes.",
+        ge=0,
+    )
+    gap_side: Literal["outside", "inside"] = expert(
+        "outside",
+        "Side on which the gap path joins two ends that point away from each other. outside leads it around the gap, "
+        "inside through it. Change it for objects that fold back on themselves.",
+    )
+    tangent_window_radii: float = expert(
+        10.0,
+        "Length of chain over which the direction of an end is measured. Radii, 0 or more; 0 takes the last segment "
+        "alone, as Keipour et al. do. Lower it for objects with tight bends.",
+        ge=0,
+    )
+    custom_costs: dict[str, float] = expert(
+        {},
+        "Weights of cost terms of your own. Name in doo3d.stages.merge.costs.CUSTOM_COSTS -> weight, in cost units "
+        "per unit of the term. Set it after adding a term there.",
+    )
+
+    @property
+    def bending(self) -> Bending:
+        """The weights and the persistence in effect: each as it is set, or else as `stiffness` sets it."""
+        own = (self.direction_weight, self.curvature_weight, self.curvature_persistence)
+        return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))

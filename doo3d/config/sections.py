@@ -1,0 +1,172 @@
+"""The settings of the stages that have few, of tracking and of fusion."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from .section import Section, expert
+
+
+class VoxelizeConfig(Section):
+    """Settings of voxelizing, which turns the object's points into a sparse voxel grid."""
+
+    radius: float | None = Field(
+        None,
+        gt=0,
+        description="Radius of the object, if it is known. m (px in 2-D), over 0; null measures it. Set it if the "
+        "measured one is wrong.",
+    )
+    size: float | None = expert(
+        None,
+        "Edge of a voxel. m, over 0; null chooses it from the radius and the point spacing. Lower it if neighboring "
+        "strands merge.",
+        gt=0,
+    )
+    core_fraction: float = expert(
+        0.6,
+        "Use only the core of each strand's mask: pixels at least this fraction of the half-width away from the edge. "
+        "0 to below 1; 0 uses the whole mask. Raise it if strands side by side merge.",
+        ge=0,
+        lt=1,
+    )
+    core_margin_px: float = expert(
+        0.0,
+        "Widen the core of thin strands: also use pixels that are at most this much nearer to the edge than the "
+        "middle of the strand is. Pixels, 0 or more. Raise it if thin strands break.",
+        ge=0,
+    )
+    split_at_depth_step: float = expert(
+        0.0,
+        "Split strands where the depth steps down by at least this much, as where one passes beneath another. Radii, "
+        "0 or more; 0 turns it off. Set it to 1 for piles of stiff tubes.",
+        ge=0,
+    )
+
+
+class TraverseConfig(Section):
+    """Settings of traversal, which turns the skeleton into ordered paths along the object."""
+
+    method: Literal["graph", "contours"] = expert(
+        "graph",
+        "How paths are read off the skeleton. graph follows every branch once; contours follows both sides of each "
+        "skeleton, as Keipour et al. (RA-L 2022) do, in 2-D only. Change it only to reproduce their results.",
+    )
+    min_branch: float = Field(
+        2.5,
+        ge=0,
+        description="Remove skeleton branches with a free end that are shorter than this: spurs of the thinning. Radii, 0 "
+        "or more. Raise it for hairy ropes.",
+    )
+
+
+class FitConfig(Section):
+    """Settings of fitting, which lays chains of equal segments along the paths (Algorithm 2 of Keipour et al., RA-L 2022)."""
+
+    segment_length: float = Field(
+        0.01, gt=0, description="Length of every segment of a chain. m (px in 2-D), over 0. Lower it to follow tighter bends."
+    )
+    max_turn: float = Field(
+        60.0,
+        gt=0,
+        lt=180,
+        description="End a chain where two consecutive segments turn by more than this. Degrees, over 0, below 180. Lower "
+        "it for stiff objects.",
+    )
+
+
+class PruneConfig(Section):
+    """Settings of pruning: of two segments that overlap, the one in the shorter chain is removed."""
+
+    width: float | None = expert(
+        None,
+        "Width of the cuboids around the segments that are tested for overlap. m (px in 2-D), over 0; null takes 1.5 "
+        "voxels. Set it only to reproduce the results of Keipour et al. (RA-L 2022).",
+        gt=0,
+    )
+
+
+class RefineConfig(Section):
+    """Settings of refining, which estimates axis and radius from the visible surface and lays equal segments along the axis."""
+
+    iterations: int = expert(
+        2,
+        "Number of times the axis is estimated from the surface. 0 to 10; 0 leaves the chain on the surface. Lower it "
+        "to save time.",
+        ge=0,
+        le=10,
+    )
+    min_radius_ratio: float = expert(
+        0.0,
+        "Remove chains thinner than this fraction of the thickest chain's radius, such as lines of the background. 0 "
+        "to below 1; 0 turns it off. Lower it for objects of different widths.",
+        ge=0,
+        lt=1,
+    )
+    occluded: Literal["from_gaps", "from_depth", "both"] = expert(
+        "both",
+        "Which segments are marked occluded. from_gaps: those in gaps of at least segment_length that merging closed; "
+        "from_depth: those without a surface point near; both: those in such gaps that have no surface point near. "
+        "Set it to from_gaps to reproduce the results of Keipour et al. (RA-L 2022).",
+    )
+
+
+class CrossingsConfig(Section):
+    """Settings of crossings: where strands cross in the view, and which one is on top."""
+
+    use_color: bool = Field(
+        True,
+        description="Use the color where two strands overlap, besides depth, to tell which one is on top. true or false. "
+        "Turn it off for printed or striped objects whose colors repeat.",
+    )
+
+
+class ExtendMaskConfig(Section):
+    """Settings of extending the mask, which follows strands beyond its end by their colors in the image (2-D only)."""
+
+    max_length: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="Follow a strand by its color up to this far beyond the end of the mask. Radii, 0 to 1000; 0 turns it "
+        "off. Lower it if chains run on into the background.",
+    )
+
+
+class VisibilityConfig(Section):
+    """Settings of visibility, which tells from the depth image whether a place is seen, hidden or free space."""
+
+    margin: float = expert(
+        0.004,
+        "Count a place as free space (seen through by the camera) if the depth reading lies at least this much behind "
+        "it. m, over 0. Raise it for sensors with more depth noise.",
+        gt=0,
+    )
+    own_object_counts_as_free: bool = expert(
+        False,
+        "Count a place as free space also if the surface seen behind it is the object itself. true or false. Set it "
+        "for piles of tubes.",
+    )
+
+
+class TrackingConfig(Section):
+    """Settings of tracking, which keeps the id and the direction of each chain from frame to frame."""
+
+    max_motion_lengths: float = expert(
+        0.1,
+        "Largest mean motion of a chain from one frame to the next. Multiples of the chain's length, over 0; 10 radii "
+        "are always allowed. Raise it for fast motion or few frames per second.",
+        gt=0,
+    )
+
+
+class FusionConfig(Section):
+    """Settings of fusion, which makes one cloud from many views of an object at rest (`doo3d detect --fuse-views`)."""
+
+    min_views: int = expert(
+        2,
+        "Keep a place that fewer frames than this show only if the other views do not see through it. Frames, 1 or "
+        "more; half of all frames if that is less. Raise it for noisy sensors.",
+        ge=1,
+    )

@@ -1,0 +1,133 @@
+"""The settings of segmentation."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from .section import Section, expert
+
+Hsv = tuple[int, int, int]
+
+
+class HsvRange(Section):
+    """A range of colors in OpenCV's 8-bit HSV: all colors between two corners, which are included, in hue, saturation and value.
+
+    If the hue of `low` is above that of `high`, the hues run from `low` through red (179, then 0) to `high`.
+    """
+
+    low: Hsv = Field(
+        description="Lower corner of the box, included: [hue 0 to 179, saturation 0 to 255, value 0 to 255]. A hue above "
+        "the upper corner's selects the hues through red."
+    )
+    high: Hsv = Field(description="Upper corner of the box, included: [hue 0 to 179, saturation 0 to 255, value 0 to 255].")
+
+    @model_validator(mode="after")
+    def _inside(self) -> HsvRange:
+        for name, triple in (("low", self.low), ("high", self.high)):
+            for value, top, part in zip(triple, (179, 255, 255), ("hue", "saturation", "value"), strict=True):
+                if not 0 <= value <= top:
+                    raise ValueError(f"{name} {part} is {value}, expected 0 to {top} (OpenCV's 8-bit HSV)")
+        for i, part in ((1, "saturation"), (2, "value")):
+            if self.low[i] > self.high[i]:
+                raise ValueError(f"low {part} {self.low[i]} is above high {part} {self.high[i]}")
+        return self
+
+
+class SegmentConfig(Section):
+    """Settings of segmentation, which tells which pixels or points are the object."""
+
+    method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge"] = Field(
+        "auto",
+        description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
+        "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
+        "everything (all points), ridge (thin lines, 2-D only) or auto: the mask if one is given, else hsv if "
+        "`ranges` are set, background if `reference` is set, ridge in 2-D, plane if most of the scene is a "
+        "broad surface, everything otherwise. Set it if auto chooses wrongly.",
+    )
+    ranges: tuple[HsvRange, ...] = Field(
+        (),
+        description="Color ranges of the object, for the method hsv; a pixel in any of them is selected. Boxes {low, "
+        "high} of hue 0 to 179, saturation 0 to 255 and value 0 to 255 (OpenCV's 8-bit HSV); a low hue above "
+        "the high one selects the hues through red. Set it for an object with a color of its own: `doo3d "
+        "tune` proposes ranges.",
+    )
+    reference: str | None = Field(
+        None,
+        description="Image of the scene without the object, for the method background. Path of a depth image (16-bit PNG) "
+        "or a color image of the frames' size. Set it if the camera and the scene do not move.",
+    )
+    reference_depth_scale: float = expert(
+        1000.0,
+        "Unit of the reference if it is a depth image. Depth units per metre, over 0. Change it if the depth is not in mm.",
+        gt=0,
+    )
+    depth_difference: float = expert(
+        0.004,
+        "Select pixels that are at least this much nearer than the reference depth image, for the method background. "
+        "m, over 0. Set it to a few times the depth noise.",
+        gt=0,
+    )
+    color_difference: float = expert(
+        30.0,
+        "Select pixels whose color is at least this far from the reference color image, for the method background. "
+        "Distance in 8-bit RGB, over 0, at most 442. Raise it under flickering light.",
+        gt=0,
+        le=442,
+    )
+    plane_distance: float = Field(
+        0.003,
+        gt=0,
+        description="Select points that stand out of the dominant plane, toward the camera, by at least this much, for "
+        "the method plane. m, over 0. Keep it above the depth noise and below the object's radius.",
+    )
+    max_width: float = Field(
+        0.05,
+        gt=0,
+        description="Remove regions wider than this in every direction, such as a gripper or a hand. Masks given by the "
+        "caller and the method everything are not affected. m (px in 2-D), over 0. Raise it for objects "
+        "thicker than this.",
+    )
+    max_width_ratio: float = expert(
+        2.5,
+        "Remove regions wider in every direction than this multiple of the mask's median width. Masks given by the "
+        "caller and the method everything are not affected. Ratio, over 1. Raise it for objects of very different "
+        "widths.",
+        gt=1,
+    )
+    min_depth: float = Field(
+        0.02,
+        gt=0,
+        description="Ignore depth readings nearer than this; if the median depth is nearer, the frame is refused, since "
+        "its unit must be wrong. m, over 0. Lower it for macro lenses.",
+    )
+    max_depth: float = Field(
+        20.0,
+        gt=0,
+        description="Ignore depth readings farther than this; if the median depth is farther, the frame is refused, since "
+        "its unit must be wrong. m, over 0. Raise it outdoors.",
+    )
+    outlier_slope: float = expert(
+        0.003,
+        "Largest depth step between neighboring readings of one surface; readings that differ by more from most of "
+        "their neighbors are removed. m per pixel of distance, over 0; the program itself raises it to 3 times the "
+        "measured depth noise. Raise it if strands that run away from the camera lose parts.",
+        gt=0,
+    )
+    min_component: int = expert(
+        30,
+        "Remove connected pieces of the mask smaller than this, and close holes smaller than this. Pixels, 1 or more. "
+        "Lower it for thin wires far away in small images.",
+        ge=1,
+    )
+
+    @model_validator(mode="after")
+    def _needs(self) -> SegmentConfig:
+        if self.method == "hsv" and not self.ranges:
+            raise ValueError("segment.method is hsv but segment.ranges is empty: give at least one {low: [h,s,v], high: [h,s,v]}")
+        if self.method == "background" and self.reference is None:
+            raise ValueError("segment.method is background but segment.reference is not set: give the image without the object")
+        if self.min_depth >= self.max_depth:
+            raise ValueError(f"segment.min_depth {self.min_depth} is not below segment.max_depth {self.max_depth}")
+        return self
