@@ -148,6 +148,7 @@ def test_bench(doo3d, capture):
     assert "median" in out
 
 
+@pytest.mark.slow
 def test_evaluate_scenes(doo3d):
     code, out, _ = doo3d("evaluate", "scenes", "--families", "straight", "--seeds", "1")
     assert code == 0

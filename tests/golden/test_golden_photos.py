@@ -61,6 +61,7 @@ def test_differences_in_words():
     assert difference([], old) == "2 joints, were no"
 
 
+@pytest.mark.slow
 def test_the_command_that_renews(tmp_path):
     shutil.copy(golden(*CASES[0]), tmp_path)
     command = [sys.executable, str(HERE / "renew.py"), str(tmp_path)]

@@ -38,6 +38,7 @@ def frame(depth, fx=100.0, cx=20.0):
     return FrameData(Frame(None, depth, Camera(fx, fx, cx, 15, 40, 30)))
 
 
+@pytest.mark.slow
 def test_content_of_a_folder(capture):
     summary = summarize_capture(open_capture(capture(frames=20, mask=True)), 5)
     assert [frame.index for frame in summary.checked] == [0, 5, 10, 14, 19]

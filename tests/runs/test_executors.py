@@ -31,7 +31,7 @@ from doo3d.runs.select_executor import select_executor
 
 pytest.importorskip("distributed")
 FRAMES = 8
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="signals")]
 
 
 @pytest.fixture(scope="module")
@@ -261,7 +261,6 @@ def count_cached(cache):
     return len(cache)
 
 
-@pytest.mark.slow
 def test_one_process_needs_no_dask(frames):
     code = f"""
 import sys

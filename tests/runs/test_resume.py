@@ -47,6 +47,7 @@ def ended(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_a_run_that_was_ended_anywhere_goes_on_and_repeats_one_frame_at_most(capture, tmp_path, ended):
     folder = capture(frames=4)
     break_frame(folder, "000001")

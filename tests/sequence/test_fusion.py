@@ -135,6 +135,7 @@ def test_what_few_frames_see_goes():
     assert after < 0.1 * before, "and that only where the others have no reading"
 
 
+@pytest.mark.slow
 def test_the_number_of_views_kept_does_not_grow_with_the_frames(monkeypatch):
     monkeypatch.setattr(fusion, "MAX_VIEWS", 4)
     for times in (1, 2, 3, 5):

@@ -69,12 +69,14 @@ def test_a_pick_does_as_well(lit):
     assert np.mean(np.array(good) > 0.8) >= 0.85, good
 
 
+@pytest.mark.slow
 def test_red_wraps_round(lit):
     box = tune(lit[0].frame, load_config("default")).config.segment.ranges[0]
     assert box.low[0] > 160
     assert box.high[0] < 20
 
 
+@pytest.mark.slow
 def test_several_colors_need_a_pick_each():
     scene = make_scene("several", 1, (640, 360))
     colored = [replace(cable, color=COLORS[i]) for i, cable in enumerate(scene.cables)]

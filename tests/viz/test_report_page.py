@@ -190,6 +190,7 @@ EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.g
 
 
 @pytest.mark.browser
+@pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("size", [(640, 480), (1920, 1080)])
@@ -224,6 +225,7 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
 
 
 @pytest.mark.browser
+@pytest.mark.slow
 @needs_chromium
 def test_in_the_image(photos, tmp_path):
     path = tmp_path / "report.html"
@@ -237,6 +239,7 @@ def test_in_the_image(photos, tmp_path):
 
 
 @pytest.mark.browser
+@pytest.mark.slow
 @needs_chromium
 def test_many_frames_open_soon(run, tmp_path):
     path = tmp_path / "report.html"
@@ -250,6 +253,7 @@ def test_many_frames_open_soon(run, tmp_path):
 
 
 @pytest.mark.browser
+@pytest.mark.slow
 @needs_chromium
 def test_a_page_without_frames(tmp_path):
     path = tmp_path / "report.html"

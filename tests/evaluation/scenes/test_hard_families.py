@@ -45,6 +45,7 @@ def test_hairpin_legs_are_less_than_a_diameter_apart():
         assert HAIRPIN_GAP_DIAMETERS[0] - 0.01 < gap < HAIRPIN_GAP_DIAMETERS[1] + 0.01
 
 
+@pytest.mark.slow
 def test_shiny_runs_are_seen_without_depth():
     scene = make_scene("shiny", 0)
     rendered = render(scene, "none")

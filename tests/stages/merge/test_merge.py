@@ -282,7 +282,7 @@ def test_empty_in_empty_out():
     assert merge([], context_of(radius=RADIUS), MergeConfig()).assemblies == []
 
 
-@pytest.mark.parametrize("strategy", ["greedy", "global"])
+@pytest.mark.parametrize("strategy", ["greedy", pytest.param("global", marks=pytest.mark.slow)])
 def test_many_chains_the_same_every_time(strategy):
     chains = random_chains(9, 3, 40)
     one, other = (run(chains, config(strategy=strategy, chains=3, max_cost=1e3, max_gap=0.1)) for _ in range(2))
