@@ -96,7 +96,7 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
 class Bar:
     """A progress bar with frames per second, time left, and the numbers of chains and of failed frames.
 
-    It is redrawn after each frame.
+    `advance`, called with the record of each frame that is done, redraws it.
 
     Parameters
     ----------

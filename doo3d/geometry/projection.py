@@ -44,7 +44,7 @@ class Projection:
     def of_camera(camera: Camera) -> Projection:
         """Return the pinhole projection of points in the camera's optical frame, in m, to pixels (u, v).
 
-        Distances are z in m, and the scale is in px per m.
+        Its `distance` is z in m, and its `scale` focal length / z, in px per m.
         """
         return Projection(camera.project, lambda points: np.asarray(points[:, 2]), _pinhole_scale(camera))
 

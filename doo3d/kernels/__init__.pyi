@@ -33,7 +33,7 @@ def arc_line_arc(ends: Floats, radius: float, inside: bool) -> Floats:
     radius
         radius of both arcs, in the unit of the ends
     inside
-        True bends each arc away from its target first, so that it turns the long way round
+        False bends each arc towards the other end; True bends it away first, so that it turns the long way round
 
     Returns
     -------

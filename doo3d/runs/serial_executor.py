@@ -39,8 +39,9 @@ class SerialExecutor:
         self.cache = FrameCache()
 
     def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Return the job `function(cache, *args)`, which is done when its `result()` is called.
+        """Return the job `function(cache, *args)`, which is carried out in this process when its `result()` is called.
 
-        `affinity` has no effect, since this process does all jobs.
+        `cache` is the FrameCache of this executor, in which a job finds what earlier jobs loaded. `affinity` has no effect, since
+        this process does all jobs.
         """
         return _DeferredJob(function, (self.cache, *args))

@@ -116,7 +116,9 @@ def record_decisions(
     alternatives: Floats,
     gap_paths: GapPaths,
 ) -> tuple[MergeDecision, ...]:
-    """Return one record per connection, with its cost and its cheapest alternative; the cheapest connection comes first.
+    """Return one record per connection, the cheapest first, with its cost and its cheapest alternative.
+
+    The alternative is the cheapest other connection of one of its two ends; None if no other is allowed.
 
     Parameters
     ----------
