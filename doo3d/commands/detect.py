@@ -39,7 +39,7 @@ def detect(
     end: EndOption = None,
     frames: FramesOption = None,
     workers: Annotated[
-        int, typer.Option(min=0, help="Worker processes, each with one frame at a time; 0: this process alone, without dask.")
+        int, typer.Option(min=0, help="Worker processes, each with one frame at a time; 0: this process alone.")
     ] = 0,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")

@@ -1,22 +1,18 @@
-"""Jobs done by workers of dask.distributed: processes of this machine, or of others."""
+"""Jobs done by the workers of a dask scheduler: processes of this machine, or of others."""
 
 from __future__ import annotations
 
-import logging
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import InputError, require
-from .executor import Future, WorkerLost
+from .executor import Call, do_calls
 from .frame_cache import FrameCache
-from .threads import ONE_THREAD, single_thread
-
-PENDING_PER_WORKER = 4
-"""Frames between reading and writing per worker: a slow frame does not keep other workers idle, and memory stays small."""
+from .retrying_executor import JobLost, RetryingExecutor, WorkerJob
+from .threads import single_thread
 
 MAX_SECONDS_WITHOUT_WORKERS = 60.0
 """s without any worker until the run ends; a worker that died is replaced within some seconds."""
@@ -24,48 +20,7 @@ MAX_SECONDS_WITHOUT_WORKERS = 60.0
 POLL_SECONDS = 1.0
 """s between checks that workers are alive, while a job is waited for."""
 
-LOST_MESSAGE = "its worker died of it, twice (out of memory, or a crash in a library)"
 RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
-
-LOCAL_SETTINGS = {
-    # dask blames a worker's death on all jobs it had; the jobs are then repeated one at a time to find the cause
-    "distributed.scheduler.allowed-failures": 0,
-    "distributed.scheduler.worker-saturation": 1.0,
-    "distributed.nanny.pre-spawn-environ": ONE_THREAD,
-    "distributed.admin.low-level-log-length": 0,
-    # dask monitors itself fifty times a second, profiles its workers, and rebalances jobs: none of it is of use here
-    "distributed.admin.tick.interval": "500ms",
-    "distributed.admin.tick.limit": "30s",
-    "distributed.admin.tick.cycle": "10s",
-    "distributed.admin.system-monitor.interval": "10s",
-    "distributed.worker.profile.enabled": False,
-    "distributed.scheduler.work-stealing": False,
-}
-"""dask's settings for a local cluster."""
-
-
-@contextmanager
-def local_workers(workers: int) -> Iterator[DaskExecutor]:
-    """Start worker processes of one thread each on this machine, for the duration of a `with` block.
-
-    Yields the DaskExecutor that sends jobs to these workers; `workers` is their number. The operating system chooses every port,
-    so that several runs at once do not collide with each other or with other programs on dask's default ports.
-
-    Raises
-    ------
-    MissingDependency : dask.distributed is not installed.
-    """
-    distributed = require("dask.distributed", "cluster")
-    dask = require("dask", "cluster")
-    options = {"n_workers": workers, "threads_per_worker": 1, "processes": True, "host": "127.0.0.1"}
-    # without an address the scheduler's HTTP server takes port 8787, and warns if that is in use, even with the dashboard off
-    http = {"dashboard_address": None, "scheduler_kwargs": {"dashboard": False, "dashboard_address": "127.0.0.1:0"}}
-    with (
-        dask.config.set(LOCAL_SETTINGS),
-        distributed.LocalCluster(**options, **http, silence_logs=logging.CRITICAL) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-        yield DaskExecutor(client, workers)
 
 
 @contextmanager
@@ -96,158 +51,81 @@ def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
         yield DaskExecutor(client, sum(client.nthreads().values()))
 
 
-@dataclass(eq=False)
-class DaskJob:
-    """A job submitted to dask; implements the `Future` interface.
-
-    Attributes
-    ----------
-    executor
-        the executor that the job was submitted to.
-    function, args
-        the job: `function(cache, *args)`, where `cache` is the FrameCache of the worker.
-    future
-        dask's own future of the job.
-    worker
-        before the job is done, the address of the preferred worker, or None if any worker may do it; afterwards the address of
-        the worker that did it.
-    """
-
-    executor: DaskExecutor
-    function: Callable[..., Any]
-    args: tuple[Any, ...]
-    future: Any
-    worker: str | None = None
-
-    def result(self) -> Any:
-        """Wait for the job and return the value of its function.
-
-        An exception raised by the function is raised here.
-
-        Raises
-        ------
-        WorkerLost : the worker died while it did the job, twice.
-        InputError : no workers are left, or the scheduler cannot be reached any more.
-        """
-        try:
-            self.worker, value = self.executor.wait(self)
-        finally:
-            self.future.release()
-        return value
-
-
-@dataclass(eq=False)
-class DaskExecutor:
+class DaskExecutor(RetryingExecutor):
     """Executor that sends the jobs of a run to workers of dask.distributed.
 
-    Attributes
+    Parameters
     ----------
     client
         the dask.distributed Client that is connected to the scheduler.
     workers
         number of worker threads, which is the number of frames worked on at a time.
-    max_pending
-        largest number of frames that may be submitted but not yet written: 4 per worker.
     """
 
-    client: Any
-    workers: int
-    _pending: list[DaskJob] = field(default_factory=list)
+    def __init__(self, client: Any, workers: int) -> None:
+        super().__init__(workers)
+        self._client = client
 
-    def __post_init__(self) -> None:
-        self.max_pending = PENDING_PER_WORKER * self.workers
+    def _start(self, job: WorkerJob) -> None:
+        options = {"workers": [job.worker], "allow_other_workers": True, "priority": 1} if job.worker else {}
+        job.handle = self._client.submit(_run_job, os.getcwd(), job.function, job.calls, pure=False, **options)
 
-    def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Submit the job `function(cache, *args)`, where `cache` is the FrameCache of the worker that does it.
+    def _is_done(self, job: WorkerJob) -> bool:
+        return bool(job.handle.done())
 
-        Parameters
-        ----------
-        function
-            the function to call; the workers must be able to import it.
-        *args
-            the function's arguments after the cache; they must be picklable.
-        affinity
-            an earlier job that is finished. The new job prefers the worker that did it, which still holds the frame's data, and
-            is done before jobs without affinity, so that the data are released soon. None if any worker may do the new job.
+    def _settle(self, job: WorkerJob) -> None:
+        # its values stay with the future; an exception is raised again by whoever asks for them
+        with suppress(JobLost):
+            self._poll(job)
 
-        Returns
-        -------
-        The job; its `result()` waits for the value of the function.
-        """
-        worker = affinity.worker if isinstance(affinity, DaskJob) else None
-        job = DaskJob(self, function, args, self._submit(function, args, worker), worker)
-        self._pending.append(job)
-        return job
+    def _values(self, job: WorkerJob) -> list[Any]:
+        try:
+            job.worker, values = self._poll(job)
+        finally:
+            job.handle.release()
+        return values
 
-    def _submit(self, function: Callable[..., Any], args: tuple[Any, ...], worker: str | None = None) -> Any:
-        options = {"workers": [worker], "allow_other_workers": True, "priority": 1} if worker else {}
-        return self.client.submit(_run_job, os.getcwd(), function, args, pure=False, **options)
-
-    def wait(self, job: DaskJob) -> tuple[str, Any]:
-        """Wait for a job; return the address of the worker that did it, and the value of its function.
-
-        A job whose worker died is repeated once, with no other job running, to tell whether this job is the cause.
+    def _poll(self, job: WorkerJob) -> tuple[str, list[Any]]:
+        """Wait for a job as long as there are workers that can do it; return the worker's address and the job's values.
 
         Raises
         ------
-        WorkerLost : the worker that repeated the job died too.
-        InputError : no workers are left, or the scheduler cannot be reached any more.
-        """
-        killed = require("dask.distributed", "cluster").KilledWorker
-        self._pending.remove(job)
-        try:
-            return self._poll(job)
-        except killed:
-            for other in self._pending:
-                with suppress(killed):
-                    self._poll(other)
-        self._resubmit(job)
-        try:
-            return self._poll(job)
-        except killed:
-            raise WorkerLost(LOST_MESSAGE) from None
-
-    def _resubmit(self, job: DaskJob) -> None:
-        job.future, job.worker = self._submit(job.function, job.args), None
-
-    def _poll(self, job: DaskJob) -> tuple[str, Any]:
-        """Wait for a job as long as there are workers that can do it.
-
-        Raises
-        ------
-        KilledWorker : its worker died. InputError : no workers are left, or the scheduler has gone.
+        JobLost : its worker died. InputError : no workers are left, or the scheduler has gone.
         """
         distributed = require("dask.distributed", "cluster")
         last_alive = time.monotonic()
         while True:
             try:
-                worker, value = job.future.result(timeout=POLL_SECONDS)
-                return worker, value
+                worker, values = job.handle.result(timeout=POLL_SECONDS)
+                return worker, values
+            except distributed.KilledWorker:
+                raise JobLost from None
             except distributed.TimeoutError:
-                alive = self.client.nthreads()
+                alive = self._client.nthreads()
                 if alive:
                     last_alive = time.monotonic()
                 elif time.monotonic() - last_alive > MAX_SECONDS_WITHOUT_WORKERS:
                     raise InputError(f"no worker is left: {RESUME_MESSAGE}", code="workers-missing") from None
                 if job.worker and job.worker not in alive:
-                    self._resubmit(job)  # dask keeps a job waiting for its preferred worker even after that has gone
+                    job.worker = None  # dask keeps a job waiting for its preferred worker even after that has gone
+                    self._start(job)
             except (OSError, distributed.CancelledError):
                 raise InputError(f"the scheduler has gone: {RESUME_MESSAGE}", code="scheduler-unreachable") from None
 
 
-def _run_job(folder: str, function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[str, Any]:
+def _run_job(folder: str, function: Callable[..., Any], calls: Sequence[Call]) -> tuple[str, list[Any]]:
     """Do a job on a worker.
 
     Parameters
     ----------
     folder
         working directory of the client, to which paths in the arguments are relative.
-    function, args
-        the job; it is called with the worker's FrameCache before its arguments.
+    function, calls
+        the job: `function(cache, *call)` for each call, where `cache` is the FrameCache of the worker.
 
     Returns
     -------
-    The worker's address, and the result of the job.
+    The worker's address, and the values of the job.
     """
     from distributed import get_worker
 
@@ -257,7 +135,7 @@ def _run_job(folder: str, function: Callable[..., Any], args: tuple[Any, ...]) -
     try:
         if os.path.isdir(folder):
             os.chdir(folder)
-        return worker.address, function(cache, *args)
+        return worker.address, do_calls(cache, function, calls)
     finally:
         os.chdir(previous)
 

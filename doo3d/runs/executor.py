@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
+
+from .frame_cache import FrameCache
+
+Call = tuple[Any, ...]
+"""The arguments of one call of a job's function, after the cache."""
 
 
 class WorkerLost(Exception):
-    """Raised for a job whose worker process died twice while doing it, for example from lack of memory.
+    """What stands for the result of a call during which its worker process died twice, for example from lack of memory.
 
     The message is a sentence for the user; `code` is "worker-lost".
     """
@@ -16,16 +21,20 @@ class WorkerLost(Exception):
 
 
 class Future(Protocol):
-    """A submitted job, whose result can be waited for."""
+    """A submitted job, whose results can be waited for."""
 
-    def result(self) -> Any:
-        """Wait for the job and return the value of its function.
+    def done(self) -> bool:
+        """Return whether `result` would return at once."""
+        ...
 
-        An exception raised by the function is raised here.
+    def result(self) -> list[Any]:
+        """Wait for the job and return the values of its function, one for each call, in order.
+
+        In place of the value of a call during which the worker died twice, the list has a WorkerLost. An exception raised by the
+        function is raised here.
 
         Raises
         ------
-        WorkerLost : the worker died while it did the job, twice.
         InputError : no workers are left.
         """
         ...
@@ -38,28 +47,36 @@ class Executor(Protocol):
     ----------
     workers
         number of frames worked on at a time.
-    max_pending
-        largest number of frames that may be submitted but not yet written; it limits the memory of a run.
+    max_jobs
+        largest number of jobs that may be submitted but not yet written; it limits the memory of a run.
+    max_frames_per_job
+        largest number of frames in one job.
     """
 
     workers: int
-    max_pending: int
+    max_jobs: int
+    max_frames_per_job: int
 
-    def submit(self, function: Callable[..., Any], *args: Any, affinity: Future | None = None) -> Future:
-        """Submit the job `function(cache, *args)`, where `cache` is the FrameCache of the process that does it.
+    def submit(self, function: Callable[..., Any], calls: Sequence[Call], affinity: Future | None = None) -> Future:
+        """Submit a job: `function(cache, *call)` for each call, in order, where `cache` is the FrameCache of the doing process.
 
         Parameters
         ----------
         function
             the function to call; other processes must be able to import it.
-        *args
-            the function's arguments after the cache; they must be picklable.
+        calls
+            the arguments of each call, after the cache; they must be picklable.
         affinity
-            an earlier job that is finished. The new job prefers the process that did it, which still holds the frame's data. None
-            if any process may do the new job.
+            an earlier job that is finished. The new job prefers the process that did it, which still holds the frames' data, and
+            is done before jobs without affinity, so that the data are released soon. None if any process may do the new job.
 
         Returns
         -------
-        The job; its `result()` waits for the value of the function.
+        The job; its `result()` waits for the values of the function.
         """
         ...
+
+
+def do_calls(cache: FrameCache, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
+    """Return `function(cache, *call)` for each call, in order: the work of one job."""
+    return [function(cache, *call) for call in calls]

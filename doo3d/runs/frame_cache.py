@@ -5,27 +5,30 @@ from __future__ import annotations
 import secrets
 from collections import OrderedDict
 
+import numpy as np
+
 from ..types import Cloud, Frame, Image
 
-MAX_FRAMES = 8
-"""Frames kept in one process at most (a frame of 1280x720 takes 6 MB); older ones are read again from disk."""
+MAX_BYTES = 256_000_000
+"""Data kept in one process at most: 40 frames of 1280x720. Older frames are read again from disk."""
 
 
 class FrameCache:
     """The data of the frames that one process read last, kept in memory between the two jobs of a frame.
 
     The detecting job adds a frame's data and the rendering job takes it, so that a frame is read from disk once. A frame is
-    dropped once `max_frames` newer ones were added. The executor has one cache per process and passes it to every job as the
+    dropped once newer ones have filled `max_bytes`. The executor has one cache per process and passes it to every job as the
     first argument; the cache is never sent to another process.
 
     Parameters
     ----------
-    max_frames
-        largest number of frames to keep.
+    max_bytes
+        largest size of all frames together; the newest frame is kept whatever its size.
     """
 
-    def __init__(self, max_frames: int = MAX_FRAMES) -> None:
-        self._max_frames = max_frames
+    def __init__(self, max_bytes: int = MAX_BYTES) -> None:
+        self._max_bytes = max_bytes
+        self._bytes = 0
         self._frames: OrderedDict[str, Frame | Cloud | Image] = OrderedDict()
 
     def __len__(self) -> int:
@@ -34,14 +37,23 @@ class FrameCache:
     def add(self, data: Frame | Cloud | Image) -> str:
         """Keep a frame's data and return its key, a text unique among all processes.
 
-        If the cache then holds more than `max_frames` frames, the oldest is dropped.
+        While the cache then holds more than `max_bytes`, the oldest frame is dropped.
         """
         key = secrets.token_hex(8)
         self._frames[key] = data
-        while len(self._frames) > self._max_frames:
-            self._frames.popitem(last=False)
+        self._bytes += _size(data)
+        while self._bytes > self._max_bytes and len(self._frames) > 1:
+            self.take(next(iter(self._frames)))
         return key
 
     def take(self, key: str) -> Frame | Cloud | Image | None:
         """Remove a frame's data from the cache and return it; None if no frame with this key is in the cache."""
-        return self._frames.pop(key, None)
+        data = self._frames.pop(key, None)
+        if data is not None:
+            self._bytes -= _size(data)
+        return data
+
+
+def _size(data: Frame | Cloud | Image) -> int:
+    """Return the number of bytes of the arrays of a frame."""
+    return sum(value.nbytes for value in vars(data).values() if isinstance(value, np.ndarray))

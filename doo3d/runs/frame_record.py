@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..inputs import FrameRef
@@ -84,7 +84,7 @@ class FrameRecord:
 
     def to_journal(self) -> dict[str, Any]:
         """Return all fields as name -> value, for this frame's line in `progress.jsonl`; `from_journal` reads it back."""
-        return asdict(self)
+        return dict(vars(self))
 
     @staticmethod
     def from_journal(values: dict[str, Any]) -> FrameRecord:

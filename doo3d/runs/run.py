@@ -7,8 +7,8 @@ the run. Interrupted runs resume: call `run` again with the same arguments.
 from __future__ import annotations
 
 import json
-from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,14 +18,13 @@ import numpy as np
 
 from ..config import Config
 from ..errors import InputError
-from ..inputs import IMAGE_FORMATS, Capture, FrameRef, ReadOptions
+from ..inputs import IMAGE_FORMATS, Capture, ReadOptions
 from ..inputs.support.fingerprint import fingerprint
 from ..outputs import SUFFIXES
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
-from .executor import Executor, Future, WorkerLost
-from .frame_jobs import DetectedFrame, detect_frame, render_frame
 from .frame_record import FAILED, OK, FrameRecord
+from .process_frames import process_frames
 from .select_executor import select_executor
 from .serial_executor import SerialExecutor
 
@@ -134,7 +133,7 @@ def run(
     InputError : `out` cannot be written to, or holds other files or results of another capture, configuration or version; two
         frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
         reached.
-    MissingDependency : workers are wanted and dask.distributed is not installed.
+    MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if capture.format in IMAGE_FORMATS and config.mode != "2d":
         raise InputError(
@@ -150,7 +149,7 @@ def run(
     remaining = [frame for frame in capture.frames if frame.name not in records]
     tracker = _resume_tracker(capture, config, folder)
     with select_executor(workers, scheduler) if remaining else nullcontext(SerialExecutor()) as executor:
-        for record, files in _process_frames(remaining, config, executor, tracker):
+        for record, files in process_frames(remaining, config, executor, tracker):
             folder.add(record.name, record.to_journal(), files)
             records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
             report(record)
@@ -185,52 +184,3 @@ def _resume_tracker(capture: Capture, config: Config, folder: ResultsFolder) -> 
     succeeded = [name for name, line in folder.done.items() if line["status"] == OK]
     files = (folder.file(name, SUFFIXES["json"]) for name in succeeded)
     return Tracker.resumed((json.loads(file.read_text(encoding="utf-8")) for file in files), config.tracking)
-
-
-def _process_frames(
-    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None
-) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
-    """Yield the record and the files of each frame, in order, with at most `executor.max_pending` frames in progress.
-
-    Tracking needs the frames in order, hence the two jobs per frame: frames are detected ahead in any order, then tracked
-    in order by this process, then rendered.
-    """
-    upcoming = iter(frames)
-    detecting: deque[tuple[FrameRef, Future]] = deque()
-    rendering: deque[tuple[FrameRef, DetectedFrame, Future | None]] = deque()
-    while True:
-        while len(detecting) + len(rendering) < executor.max_pending and (frame := next(upcoming, None)) is not None:
-            detecting.append((frame, executor.submit(detect_frame, frame, config)))
-        if detecting and len(rendering) < executor.workers:
-            frame, job = detecting.popleft()
-            detected = _detected(frame, job)
-            render_job = None
-            if detected.detection is not None:
-                if tracker is not None:
-                    detected = replace(detected, detection=tracker.update(detected.detection))
-                render_job = executor.submit(render_frame, frame, detected, affinity=job)
-            rendering.append((frame, detected, render_job))
-        elif rendering:
-            yield _rendered(*rendering.popleft())
-        else:
-            return
-
-
-def _detected(frame: FrameRef, job: Future) -> DetectedFrame:
-    """Return the result of a `detect_frame` job; a failed frame if its worker was lost."""
-    try:
-        detected: DetectedFrame = job.result()
-        return detected
-    except WorkerLost as error:
-        return DetectedFrame(FrameRecord.failed(frame, str(error), error.code))
-
-
-def _rendered(frame: FrameRef, detected: DetectedFrame, job: Future | None) -> tuple[FrameRecord, dict[str, bytes] | None]:
-    """Return the result of a `render_frame` job; without a job, or if its worker was lost, a failed frame."""
-    if job is None:
-        return detected.record, None
-    try:
-        record, files = job.result()
-        return record, files
-    except WorkerLost as error:
-        return FrameRecord.failed(frame, str(error), error.code), None

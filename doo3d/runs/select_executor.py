@@ -1,4 +1,4 @@
-"""The executor of a run: this process, or workers of dask.distributed. All give the same results."""
+"""The executor of a run: this process, workers on this machine, or those of a dask scheduler. All give the same results."""
 
 from __future__ import annotations
 
@@ -19,24 +19,29 @@ def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[
     Parameters
     ----------
     workers
-        number of worker processes to start on this machine; 0 works in this process alone, without dask.
+        number of worker processes to start on this machine; 0 works in this process alone.
     scheduler
         address of a running dask scheduler whose workers to use, such as tcp://host:8786.
 
     Raises
     ------
     InputError : both are given, or the scheduler cannot be reached.
-    MissingDependency : dask.distributed is needed and not installed.
+    MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if workers and scheduler:
         raise InputError(
             f"the scheduler {scheduler} has its own workers: give either the scheduler or a number of workers",
             code="options-conflict",
         )
-    if not workers and not scheduler:
-        yield SerialExecutor()
-        return
-    from .dask_executor import local_workers, scheduler_workers
+    if scheduler:
+        from .dask_executor import scheduler_workers
 
-    with scheduler_workers(scheduler) if scheduler else local_workers(workers) as executor:
-        yield executor
+        with scheduler_workers(scheduler) as executor:
+            yield executor
+    elif workers:
+        from .local_executor import local_workers
+
+        with local_workers(workers) as executor:
+            yield executor
+    else:
+        yield SerialExecutor()

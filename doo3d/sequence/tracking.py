@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
@@ -178,7 +177,7 @@ def assign_ids(
     config = config or TrackingConfig()
     matches = [[match_chains(tracked.chain, chain, config) for chain in detection.chains] for tracked in state.tracked]
     gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(matches), len(detection.chains))
-    pairs = {int(k): int(t) for t, k in zip(*linear_sum_assignment(-gain), strict=True) if gain[t, k] > 0}
+    pairs = {k: t for t, k in _best_pairs(gain) if gain[t, k] > 0}
     new_ids = itertools.count(state.next_id)
     chains, segment_maps = [], []
     for k, chain in enumerate(detection.chains):
@@ -190,6 +189,15 @@ def assign_ids(
     crossings = _renumber_crossings(detection.crossings, segment_maps)
     tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings)
     return tracked_detection, _after_frame(TrackingState(state.tracked, next(new_ids)), chains)
+
+
+def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
+    """Return the (row, column) pairs of largest total gain, each row and column at most once (Hungarian method)."""
+    if gain.size < 2:
+        return [(0, 0)] * gain.size
+    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where there is one chain
+
+    return [(int(row), int(column)) for row, column in zip(*linear_sum_assignment(-gain), strict=True)]
 
 
 def _after_frame(state: TrackingState, chains: Iterable[Chain]) -> TrackingState:
@@ -243,7 +251,7 @@ def _match_open(old: Chain, new: Chain, backwards: bool, max_motion: float) -> M
     rows, columns = distances.shape
     min_overlap = -(-min(rows, columns) // 2)
     shifts = np.arange(min_overlap - rows, columns - min_overlap + 1)
-    total = np.array([np.trace(distances, shift) for shift in shifts])
+    total = np.array([distances.trace(shift) for shift in shifts])
     overlap = np.minimum(rows, columns - shifts) - np.maximum(0, -shifts)
     unmatched = (rows + columns) / 2 - overlap
     return Match(float(((total / max_motion + unmatched) / (overlap + unmatched)).min()), backwards)
@@ -271,7 +279,7 @@ def _match_open_with_closed(old: Chain, new: Chain, backwards: bool, max_motion:
     if len(part) > len(twice):
         return NO_MATCH
     distances = cdist(part, twice)
-    mean = [np.trace(distances, shift) / len(part) for shift in range(len(twice) - len(part) + 1)]
+    mean = [distances.trace(shift) / len(part) for shift in range(len(twice) - len(part) + 1)]
     return Match(float(min(mean)) / max_motion, backwards)
 
 

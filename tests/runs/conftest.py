@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
+from builders.paths import SAMPLES
+from builders.runs import files_of
 
+from doo3d.config import Config
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.runs import frame_jobs
+from doo3d.runs import run as batch
+from doo3d.runs.process_frames import JobSize
 from doo3d.types import Chain, Detection
 
 
@@ -16,3 +24,30 @@ def fake_detection(monkeypatch):
     fake = {"do": lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",))}
     monkeypatch.setattr(frame_jobs, "detect", lambda data, config, mask=None: fake["do"](data, config, mask))
     return fake
+
+
+@pytest.fixture(scope="session")
+def frames(tmp_path_factory):
+    """A capture of eight frames: the sample's three, again and again, and one that cannot be read."""
+    folder, sample = tmp_path_factory.mktemp("runs") / "capture", SAMPLES / "crossing"
+    for part, suffix in (("color", "jpg"), ("depth", "png")):
+        (folder / part).mkdir(parents=True)
+        for i in range(8):
+            shutil.copy(sample / part / f"{i % 3:06d}.{suffix}", folder / part / f"{i:06d}.{suffix}")
+    shutil.copy(sample / "camera_intrinsic.json", folder)
+    (folder / "depth" / "000004.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def expected(frames, tmp_path_factory):
+    """The files of a run of `frames` by one process."""
+    out = tmp_path_factory.mktemp("expected") / "out"
+    batch.run(open_capture(frames), out, Config(), options=ReadOptions())
+    return files_of(out)
+
+
+@pytest.fixture
+def in_groups(monkeypatch):
+    """Jobs of three frames from the start, however few frames the capture has."""
+    monkeypatch.setattr(JobSize, "frames", lambda self, remaining: 3)

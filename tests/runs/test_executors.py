@@ -1,90 +1,47 @@
-"""Runs by worker processes give the same bytes as runs by one process, even if workers are killed."""
+"""Runs by worker processes of this machine give the same bytes as runs by one process, even if workers are killed."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
+import pickle
 import signal
-import socket
-import subprocess
 import sys
 import time
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.paths import SAMPLES
-from builders.runs import files_of
+from builders.runs import files_of, finished_frames, started, wait_for
 
 from doo3d.config import Config
-from doo3d.errors import MissingDependency
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.runs import run as batch
-from doo3d.runs.dask_executor import local_workers
+from doo3d.runs.executor import WorkerLost
 from doo3d.runs.frame_cache import FrameCache
 from doo3d.runs.frame_files import encode_frame
 from doo3d.runs.frame_jobs import detect_frame, render_frame
+from doo3d.runs.local_executor import local_workers
+from doo3d.runs.process_frames import JobSize
 from doo3d.runs.select_executor import select_executor
+from doo3d.types import Cloud
 
-pytest.importorskip("distributed")
-FRAMES = 8
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="signals")]
 
 
-@pytest.fixture(scope="module")
-def frames(tmp_path_factory):
-    """A capture of several frames: the sample's three, again and again."""
-    folder, sample = tmp_path_factory.mktemp("runs") / "capture", SAMPLES / "crossing"
-    for part, suffix in (("color", "jpg"), ("depth", "png")):
-        (folder / part).mkdir(parents=True)
-        for i in range(FRAMES):
-            shutil.copy(sample / part / f"{i % 3:06d}.{suffix}", folder / part / f"{i:06d}.{suffix}")
-    shutil.copy(sample / "camera_intrinsic.json", folder)
-    (folder / "depth" / "000004.png").write_bytes(b"\x89PNG\r\n\x1a\n")
-    return folder
-
-
-@pytest.fixture(scope="module")
-def expected(frames, tmp_path_factory):
-    """The files of a run by one process."""
-    out = tmp_path_factory.mktemp("expected") / "out"
-    batch.run(open_capture(frames), out, Config(), options=ReadOptions())
-    return files_of(out)
-
-
-def started(*command: object, **options) -> subprocess.Popen:
-    script = Path(sys.executable).parent
-    env = os.environ | {"PATH": os.pathsep.join([str(script), os.environ["PATH"]])}
-    return subprocess.Popen(
-        list(map(str, command)), env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options
-    )
-
-
-def finished_frames(out: Path) -> int:
-    journal = out / "progress.jsonl"
-    return journal.read_bytes().count(b"\n") if journal.exists() else 0
-
-
-def wait_for(condition, seconds=60):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
-@pytest.mark.cluster
-def test_workers_make_the_same_bytes(frames, expected, tmp_path):
+@pytest.mark.parametrize("frames_per_job", [None, 1, 3, 8])
+def test_workers_make_the_same_bytes(frames, expected, tmp_path, monkeypatch, frames_per_job):
+    if frames_per_job is not None:
+        monkeypatch.setattr(JobSize, "frames", lambda self, remaining: frames_per_job)
     reported = []
     summary = batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2, report=reported.append)
     assert files_of(tmp_path / "out") == expected
-    assert (summary.succeeded, summary.failed) == (FRAMES - 1, 1)
-    assert [record.name for record in reported] == [f"{i:06d}" for i in range(FRAMES)]
+    assert (summary.succeeded, summary.failed) == (7, 1)
+    assert [record.name for record in reported] == [f"{i:06d}" for i in range(8)]
 
 
-@pytest.mark.cluster
 @pytest.mark.parametrize(("workers", "frames_done"), [(0, 1), (0, 5), (2, 0), (2, 3)])
 def test_killed_and_started_again(frames, expected, tmp_path, workers, frames_done):
     command = ("doo3d", "detect", frames, "-o", tmp_path / "out", "--workers", workers)
@@ -92,16 +49,15 @@ def test_killed_and_started_again(frames, expected, tmp_path, workers, frames_do
     wait_for(lambda: finished_frames(tmp_path / "out") >= frames_done)
     process.kill()
     process.communicate()
-    assert frames_done <= finished_frames(tmp_path / "out") < FRAMES
+    assert frames_done <= finished_frames(tmp_path / "out") < 8
     again = started(*command)
     output, _ = again.communicate()
     assert again.returncode == 1, output
     assert files_of(tmp_path / "out") == expected
-    assert finished_frames(tmp_path / "out") == FRAMES
+    assert finished_frames(tmp_path / "out") == 8
 
 
-@pytest.mark.cluster
-def test_a_frame_that_kills_its_worker_fails_and_the_run_goes_on(frames, expected, tmp_path):
+def test_a_frame_that_kills_its_worker_fails_and_the_others_of_its_job_do_not(frames, expected, tmp_path, in_groups):
     capture = open_capture(frames)
     deadly = capture.frames[2]
     # as a loader would be that crashes in a library: what is pickled is the name of a function and its argument
@@ -128,53 +84,6 @@ class Deadly:
         return eval, (f"lambda: exec({self.code!r})",)
 
 
-@pytest.fixture
-def scheduler(tmp_path):
-    """A scheduler and two workers, each a process of its own: its address, and the processes."""
-    python = (sys.executable, "-m", "distributed.cli.dask_scheduler")
-    file = tmp_path / "scheduler.json"
-    options = ("--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0")
-    processes = [started(*python, *options, "--scheduler-file", file, start_new_session=True, cwd=tmp_path)]
-    wait_for(file.exists)
-    address = json.loads(file.read_text())["address"]
-    worker = (sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
-    processes += [started(*worker, start_new_session=True, cwd=tmp_path) for _ in range(2)]
-    yield address, processes
-    for process in reversed(processes):
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-
-
-@pytest.mark.cluster
-def test_a_scheduler_whose_worker_is_killed_midway(frames, expected, tmp_path, scheduler):
-    address, processes = scheduler
-    killed = []
-
-    def kill_one(record):
-        if not killed:
-            killed.append(record.name)
-            os.killpg(processes[1].pid, signal.SIGKILL)
-
-    batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler=address, report=kill_one)
-    assert killed
-    assert files_of(tmp_path / "out") == expected
-
-
-@pytest.mark.cluster
-def test_nobody_answers(frames, refused):
-    refused(frames, "--scheduler", "tcp://127.0.0.1:1", code="scheduler-unreachable")
-    refused(frames, "--scheduler", "tcp://127.0.0.1:1", "--workers", "2", code="options-conflict")
-
-
-def test_the_package_that_is_missing_is_named(monkeypatch, frames, tmp_path):
-    monkeypatch.setitem(sys.modules, "dask.distributed", None)
-    with refuses("missing-package", "doo3d[cluster]", kind=MissingDependency):
-        batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2)
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.cluster
 def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
     from doo3d.outputs import run_folder as results
 
@@ -187,10 +96,11 @@ def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.cluster
-def test_workers_have_one_thread_each():
+def test_workers_have_one_thread_each(monkeypatch):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
     with local_workers(1) as executor:
-        assert executor.submit(threads).result() == (1, 1)
+        assert executor.submit(threads, [()]).result() == [(1, 1)]
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
 
 
 def threads(cache):
@@ -199,28 +109,123 @@ def threads(cache):
     return cv2.getNumThreads(), int(os.environ["OPENBLAS_NUM_THREADS"])
 
 
-@pytest.mark.cluster
-def test_port_8787_may_be_taken(frames, expected, tmp_path):
-    """It is the default of dask's dashboard, which a run does not serve; a warning would be an error here."""
-    with socket.create_server(("127.0.0.1", 8787)) if not is_taken(8787) else nullcontext():
-        batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2)
+def test_the_calls_of_a_job_whose_worker_died_are_repeated_one_by_one(tmp_path):
+    """One dies always, one the first time only: of the others of their job none is lost, nor any job beside it."""
+    once = tmp_path / "once"
+    with local_workers(2) as executor:
+        jobs = [
+            executor.submit(doubled, [(1, None), (2, None)]),
+            executor.submit(doubled, [(3, None), (4, "always"), (5, once), (6, None)]),
+            executor.submit(doubled, [(7, None)]),
+            executor.submit(doubled, [(8, "always")]),
+        ]
+        first, second, third, fourth = (job.result() for job in jobs)
+        assert (first, third) == ([2, 4], [14])
+        assert (second[0], second[2:]) == (6, [10, 12])
+        for lost in (second[1], *fourth):
+            assert isinstance(lost, WorkerLost)
+            assert lost.code == "worker-lost"
+        assert once.exists()
+        assert executor.submit(doubled, [(9, None)]).result() == [18]
+
+
+def doubled(cache, value, deadly):
+    if deadly == "always" or (deadly is not None and not deadly.exists()):
+        if deadly != "always":
+            deadly.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * value
+
+
+def test_an_exception_of_a_job_is_raised_for_that_job_alone():
+    with local_workers(1) as executor:
+        bad, good, unsendable = (executor.submit(function, [()]) for function in (fails, pid, threads_lock))
+        assert good.result() != [os.getpid()]
+        assert good.done()
+        with pytest.raises(ZeroDivisionError):
+            bad.result()
+        with pytest.raises(TypeError, match="pickle"):
+            unsendable.result()
+        with pytest.raises((AttributeError, pickle.PicklingError)):
+            executor.submit(lambda cache: 1, [()])
+        assert executor.submit(pid, [()]).result() != [os.getpid()]
+
+
+def fails(cache):
+    raise ZeroDivisionError
+
+
+def pid(cache):
+    return os.getpid()
+
+
+def threads_lock(cache):
+    import threading
+
+    return threading.Lock()
+
+
+def test_a_job_goes_to_the_worker_it_prefers_unless_another_would_be_idle():
+    with local_workers(2) as executor:
+        jobs = [executor.submit(slept, [(0.5,)]) for _ in range(2)]
+        here, there = (job.result()[0] for job in jobs)
+        assert here != there
+        again = [executor.submit(slept, [(0.0,)], jobs[0]) for _ in range(2)]
+        assert {job.result()[0] for job in again} <= {here, there}
+        busy, stolen = (executor.submit(slept, [(seconds,)], jobs[0]) for seconds in (1.0, 0.0))
+        assert stolen.result() != busy.result()
+
+
+def slept(cache, seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+def children(pid: int) -> list[int]:
+    return [int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()]
+
+
+def is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc")
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_workers_end_with_the_process_that_started_them(frames, expected, tmp_path, how):
+    """Ctrl-C goes to all of them, as from a terminal; the others to the process of the run alone. No worker complains."""
+    command = ("doo3d", "detect", frames, "-o", tmp_path / "out", "--workers", 2)
+    process = started(*command, start_new_session=True)
+    wait_for(lambda: finished_frames(tmp_path / "out") >= 1)
+    workers = children(process.pid)
+    assert len(workers) >= 2
+    (os.killpg if how == signal.SIGINT else os.kill)(process.pid, how)
+    output, _ = process.communicate(timeout=60)
+    assert "Traceback" not in output
+    assert "leaked" not in output
+    wait_for(lambda: not any(map(is_running, workers)), seconds=5)
+    again = started(*command)
+    assert again.communicate()
     assert files_of(tmp_path / "out") == expected
 
 
-def is_taken(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
 def test_the_cache_holds_the_latest_frames_and_no_more():
-    cache = FrameCache(max_frames=3)
-    data = [object() for _ in range(5)]
+    cache = FrameCache(max_bytes=25_000)
+    data = [Cloud(np.full((250, 3), i + 1.0)) for i in range(5)]
+    assert all(item.points.nbytes == 6000 for item in data)
     keys = [cache.add(item) for item in data]
     assert len(set(keys)) == 5
-    assert len(cache) == 3
-    assert [cache.take(key) for key in keys] == [None, None, *data[2:]]
+    assert len(cache) == 4
+    assert [cache.take(key) for key in keys] == [None, *data[1:]]
     assert len(cache) == 0
     assert cache.take(keys[-1]) is None
+    keys = [cache.add(item) for item in data[:4]]
+    assert len(cache) == 4
+    huge = cache.add(Cloud(np.ones((5000, 3))))
+    assert len(cache) == 1
+    assert cache.take(huge) is not None
 
 
 def test_a_frame_that_the_cache_no_longer_holds_is_read_again(frames):
@@ -244,24 +249,25 @@ def test_every_frame_of_a_run_is_read_once(frames, tmp_path):
     assert loads == ["000000", "000001", "000002"]
 
 
-@pytest.mark.cluster
 def test_the_cache_of_a_worker_stays_with_it_from_job_to_job(frames):
-    frame = open_capture(frames).frames[0]
-    with local_workers(2) as executor:
-        detect = executor.submit(detect_frame, frame, Config())
+    chosen = open_capture(frames).frames[:2]
+    with local_workers(1) as executor:
+        detect = executor.submit(detect_frame, [(frame, Config()) for frame in chosen])
         detected = detect.result()
-        assert executor.submit(count_cached, affinity=detect).result() == 1
-        render = executor.submit(render_frame, frame, detected, affinity=detect)
-        assert render.result()[1] == encode_frame(detected.detection, frame.load().data)
-        assert render.worker == detect.worker
-        assert executor.submit(count_cached, affinity=detect).result() == 0
+        assert executor.submit(count_cached, [()], detect).result() == [2]
+        render = executor.submit(render_frame, list(zip(chosen, detected, strict=True)), detect)
+        for (_, files), frame, found in zip(render.result(), chosen, detected, strict=True):
+            assert files == encode_frame(found.detection, frame.load().data)
+        assert render.worker is detect.worker
+        assert executor.submit(count_cached, [()], detect).result() == [0]
 
 
 def count_cached(cache):
     return len(cache)
 
 
-def test_one_process_needs_no_dask(frames):
+@pytest.mark.parametrize("workers", [0, 2])
+def test_only_a_scheduler_needs_dask(frames, workers):
     code = f"""
 import sys
 from doo3d.runs.run import run
@@ -269,11 +275,12 @@ from doo3d.config import Config
 from doo3d.inputs import open_capture
 capture = open_capture({str(frames)!r})
 capture.frames = capture.frames[:1]
-run(capture, 'out', Config())
-assert not {{'dask', 'distributed'}} & set(sys.modules)
+if __name__ == '__main__':
+    run(capture, 'out{workers}', Config(), workers={workers})
+    assert not {{'dask', 'distributed'}} & set(sys.modules)
 """
     done = started(sys.executable, "-c", code, cwd=frames.parent)
     output, _ = done.communicate()
     assert done.returncode == 0, output
     with select_executor() as executor:
-        assert (executor.workers, executor.max_pending) == (1, 1)
+        assert (executor.workers, executor.max_jobs, executor.max_frames_per_job) == (1, 1, 1)
