@@ -2,146 +2,123 @@
 #include "arrays.h"
 
 #include <algorithm>
-#include <array>
 
 namespace {
 
-// Points in a row that may share one set of candidate targets.
-constexpr Index MAX_GROUP = 16;
+// Cells per `reach` along each axis, in which the points are sorted.
+constexpr double CELLS_PER_REACH = 3.0;
 
-using Point = std::array<double, 3>;
-
-double square_between(const Point& p, const Point& q) {
-    const double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
-    return x * x + y * y + z * z;
-}
-
-Point point_of(const double* row, Index dim) {
-    Point p{};
-    for (Index d = 0; d < dim; ++d) p[d] = row[d];
-    return p;
-}
-
-// The targets sorted into the cells of a box, of edge `reach`, doubled until the number of cells is in proportion to the targets.
+// The points sorted into square cells along the two axes in which they extend farthest: coordinates cell by cell, with the least
+// squared distance so far and whose it is. The edge of the cells is doubled until their number is in proportion to the points.
 class Cells {
 public:
-    Cells(const Matrix<double>& targets, double reach) : dim_(targets.shape(1)), edge_(reach) {
-        const Index size = targets.shape(0);
-        Point high{};
-        for (Index d = 0; d < dim_; ++d) {
-            low_[d] = high[d] = targets(0, d);
-            for (Index s = 1; s < size; ++s) {
-                low_[d] = std::min(low_[d], targets(s, d));
-                high[d] = std::max(high[d], targets(s, d));
+    Cells(const double* points, Index count, Index dim, double edge) : dim_(dim) {
+        double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
+        bool any = false;
+        for (Index n = 0; n < count; ++n) {
+            const double* p = points + n * dim;
+            if (!finite(p)) continue;
+            for (Index d = 0; d < dim; ++d) {
+                low[d] = any && low[d] < p[d] ? low[d] : p[d];
+                high[d] = any && high[d] > p[d] ? high[d] : p[d];
             }
+            any = true;
         }
-        for (;; edge_ *= 2) {
-            double cells = 1.0;
-            for (Index d = 0; d < dim_; ++d) cells *= std::floor((high[d] - low_[d]) / edge_) + 1;
-            if (cells <= 64.0 * double(size) + 4096.0) break;
+        for (Index d = 0; d < dim; ++d) extent[d] = high[d] - low[d];
+        const Index shortest = dim == 2 ? 2 : Index(std::min_element(extent, extent + 3) - extent);
+        for (Index d = 0, k = 0; d < dim; ++d) {
+            if (d != shortest) axis_[k++] = d;
         }
-        for (Index d = 0; d < dim_; ++d) shape_[d] = Index((high[d] - low_[d]) / edge_) + 1;
-        start_.assign(shape_[0] * shape_[1] * shape_[2] + 1, 0);
-        std::vector<Index> cell(size);
-        for (Index s = 0; s < size; ++s) {
-            for (Index d = 0; d < dim_; ++d) cell[s] = cell[s] * shape_[d] + Index((targets(s, d) - low_[d]) / edge_);
-            ++start_[cell[s] + 1];
+        const double rows = extent[axis_[0]], columns = extent[axis_[1]];
+        while ((std::floor(rows / edge) + 1) * (std::floor(columns / edge) + 1) > double(count) + 4096.0) edge *= 2;
+        per_unit_ = 1 / edge;
+        for (Index k = 0; k < 2; ++k) {
+            low_[k] = low[axis_[k]];
+            shape_[k] = Index(extent[axis_[k]] * per_unit_) + 1;
         }
-        for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
-        std::vector<Index> filled(start_.begin(), start_.end() - 1);
+        start_.assign(shape_[0] * shape_[1] + 2, 0);
+        std::vector<std::int32_t> cell(count, -1);
+        for (Index n = 0; n < count; ++n) {
+            const double* p = points + n * dim;
+            if (!finite(p)) continue;
+            cell[n] = std::int32_t(Index((p[axis_[0]] - low_[0]) * per_unit_) * shape_[1] + Index((p[axis_[1]] - low_[1]) * per_unit_));
+            ++start_[cell[n] + 2];
+        }
+        for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
+        size = start_.back();
         order.resize(size);
-        positions.resize(size);
-        for (Index s = 0; s < size; ++s) {
-            const Index k = filled[cell[s]]++;
-            order[k] = s;
-            positions[k] = point_of(targets.data() + s * dim_, dim_);
+        position_.resize(size * dim);
+        for (Index n = 0; n < count; ++n) {
+            if (cell[n] < 0) continue;
+            const Index k = start_[cell[n] + 1]++;
+            order[k] = std::int32_t(n);
+            for (Index d = 0; d < dim; ++d) position_[d * size + k] = points[n * dim + d];
         }
-        candidates_.resize(size);
-        squares_.resize(size);
+        square.assign(size, INFINITY);
+        owner.assign(size, 0);
     }
 
-    // Collect the targets in the cells within `margin` of p; return the least distance from p.
-    double collect(const Point& p, double margin) {
-        std::array<Index, 3> first{0, 0, 0}, last{1, 1, 1};
-        for (Index d = 0; d < dim_; ++d) {
-            const double cells = double(shape_[d]);
-            first[d] = Index(std::min(std::max(std::floor((p[d] - margin - low_[d]) / edge_), 0.0), cells));
-            last[d] = Index(std::min(std::max(std::floor((p[d] + margin - low_[d]) / edge_) + 1, 0.0), cells));
+    // Let target `number` compete for the points in the cells within `reach` of it; of equally near ones the first wins.
+    void offer(const double* target, Index number, double reach) {
+        Index first[2], last[2];
+        for (Index k = 0; k < 2; ++k) {
+            const double cells = double(shape_[k]), at = target[axis_[k]] - low_[k];
+            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
+            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
         }
-        double best = INFINITY;
-        size_ = 0;
-        for (Index a = first[0]; a < last[0]; ++a) {
-            for (Index b = first[1]; b < last[1]; ++b) {
-                const Index row = (a * shape_[1] + b) * shape_[2];
-                for (Index k = start_[row + first[2]]; k < start_[std::max(row + first[2], row + last[2])]; ++k) {
-                    candidates_[size_] = k;
-                    squares_[size_] = square_between(p, positions[k]);
-                    best = std::min(best, squares_[size_]);
-                    ++size_;
-                }
+        if (last[1] <= first[1]) return;
+        for (Index row = first[0]; row < last[0]; ++row) {
+            const Index begin = start_[row * shape_[1] + first[1]], end = start_[row * shape_[1] + last[1]];
+            if (dim_ == 2) {
+                offer_run<2>(begin, end, target, number);
+            } else {
+                offer_run<3>(begin, end, target, number);
             }
         }
-        return std::sqrt(best);
     }
 
-    // Keep the collected targets whose squared distance is at most `limit`.
-    void keep_within(double limit) {
-        Index kept = 0;
-        for (Index k = 0; k < size_; ++k) {
-            if (squares_[k] <= limit) candidates_[kept++] = candidates_[k];
-        }
-        size_ = kept;
-    }
-
-    // Return the least squared distance of p from the collected targets, and whose it is; of several equal ones the first.
-    std::pair<double, Index> nearest_collected(const Point& p) const {
-        double best = INFINITY;
-        Index owner = 0;
-        for (Index c = 0; c < size_; ++c) consider(p, candidates_[c], best, owner);
-        return {best, owner};
-    }
-
-    // The same for all targets.
-    std::pair<double, Index> nearest_of_all(const Point& p) const {
-        double best = INFINITY;
-        Index owner = 0;
-        for (Index k = 0; k < Index(order.size()); ++k) consider(p, k, best, owner);
-        return {best, owner};
-    }
-
-    std::vector<Index> order;       // the index of each sorted target
-    std::vector<Point> positions;  // its position, 0 along axes beyond D
+    Index size = 0;                    // number of sorted points; those that are not finite are left out
+    std::vector<std::int32_t> order;   // the index of each
+    std::vector<double> square;        // least squared distance from a target so far
+    std::vector<Index> owner;          // whose it is
 
 private:
-    void consider(const Point& p, Index k, double& best, Index& owner) const {
-        const double square = square_between(p, positions[k]);
-        if (square < best || (square == best && order[k] < owner)) {
-            best = square;
-            owner = order[k];
+    bool finite(const double* p) const {
+        double sum = 0.0;
+        for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
+        return sum == 0.0;
+    }
+
+    template <int D>
+    void offer_run(Index begin, Index end, const double* target, Index number) {
+        const double *x = position_.data(), *y = x + size, *z = y + size;
+        double* best = square.data();
+        Index* whose = owner.data();
+        for (Index k = begin; k < end; ++k) {
+            const double dx = x[k] - target[0], dy = y[k] - target[1];
+            double between = dx * dx + dy * dy;
+            if constexpr (D == 3) {
+                const double dz = z[k] - target[2];
+                between += dz * dz;
+            }
+            const bool nearer = between < best[k];  // without a branch, so that compilers can vectorize
+            best[k] = nearer ? between : best[k];
+            whose[k] = nearer ? number : whose[k];
         }
     }
 
     Index dim_;
-    double edge_;
-    Point low_{};
-    std::array<Index, 3> shape_{1, 1, 1};
-    std::vector<Index> start_, candidates_;
-    std::vector<double> squares_;
-    Index size_ = 0;
+    double per_unit_ = 1.0;
+    Index axis_[2] = {0, 1};
+    double low_[2] = {0, 0};
+    Index shape_[2] = {1, 1};
+    std::vector<Index> start_;       // of each cell, the first of its points
+    std::vector<double> position_;  // axis by axis
 };
 
-// Return the end of the run of points from n on that lie within `slack` of point n.
-Index group_end(const Matrix<double>& points, Index n, double slack) {
-    const Index dim = points.shape(1), stop = std::min(Index(points.shape(0)), n + MAX_GROUP);
-    Index end = n + 1;
-    while (end < stop && squared_distance(points.data() + n * dim, points.data() + end * dim, dim) <= slack * slack) ++end;
-    return end;
-}
-
-// The targets are sorted into cells of edge `reach`. Points that follow each other in the list are often neighbors, as the pixels
-// of a mask are, so up to MAX_GROUP of them that lie within reach / 5 of the first share its candidates: the targets in the
-// cells around it, without those too far from the first to be the nearest of any (its nearest plus twice the slack). A point
-// without a target within reach is compared with all targets, unless the search is limited.
+// Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
+// the points of a cell lie one behind the other in memory. A point without a target within reach is compared with all targets,
+// unless the search is limited.
 auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
     const Index count = points.shape(0), size = targets.shape(0), dim = points.shape(1);
     require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
@@ -151,27 +128,25 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool l
     std::vector<double> distance(count, INFINITY);
     std::vector<Index> index(count);
     if (size > 0 && count > 0) {
-        Cells cells(targets, reach);
-        const double slack = reach / 5;
-        for (Index n = 0; n < count;) {
-            const Index end = group_end(points, n, slack);
-            const double shared = end > n + 1 ? slack : 0.0;
-            const double closest = cells.collect(point_of(points.data() + n * dim, dim), reach + shared);
-            if (closest <= reach) {
-                const double limit = closest + 2 * shared;
-                cells.keep_within(limit * limit * (1 + 1e-9));
-            }
-            for (Index i = n; i < end; ++i) {
-                const Point p = point_of(points.data() + i * dim, dim);
-                std::pair<double, Index> best = cells.nearest_collected(p);
-                if (best.first > reach * reach) {
-                    if (limited) continue;
-                    best = cells.nearest_of_all(p);
+        Cells cells(points.data(), count, dim, reach / CELLS_PER_REACH);
+        for (Index s = 0; s < size && cells.size > 0; ++s) cells.offer(targets.data() + s * dim, s, reach);
+        for (Index k = 0; k < cells.size; ++k) {
+            const Index n = cells.order[k];
+            double best = cells.square[k];
+            Index owner = cells.owner[k];
+            if (!(best <= reach * reach)) {
+                if (limited) continue;
+                best = INFINITY;
+                for (Index s = 0; s < size; ++s) {
+                    const double between = squared_distance(points.data() + n * dim, targets.data() + s * dim, dim);
+                    if (between < best) {
+                        best = between;
+                        owner = s;
+                    }
                 }
-                distance[i] = std::sqrt(best.first);
-                index[i] = best.second;
             }
-            n = end;
+            distance[n] = std::sqrt(best);
+            index[n] = owner;
         }
     }
     return std::make_tuple(to_numpy(std::move(distance)), to_numpy(std::move(index)));
