@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..kernels import medial_axis
+from .. import kernels
 from ..types import Array, Bools, Ints
 
 
@@ -14,8 +14,8 @@ def bounding_box(mask: Bools) -> tuple[slice, slice]:
 
     mask : (H, W) bool, with at least one True pixel. Returns (slice of rows, slice of columns).
     """
-    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
-    return slice(y, y + height), slice(x, x + width)
+    top, bottom, left, right = kernels.bounding_box(mask)
+    return slice(top, bottom), slice(left, right)
 
 
 def mask_pixels(mask: Bools) -> Ints:
@@ -23,14 +23,7 @@ def mask_pixels(mask: Bools) -> Ints:
 
     mask : (H, W) bool. Returns (N, 2) int64 for N True pixels; (0, 2) if there are none.
     """
-    if not mask.any():
-        return np.zeros((0, 2), dtype=np.int64)
-    rows, columns = bounding_box(mask)
-    nonzero = cv2.findNonZero(cv2.transpose(mask[rows, columns].view(np.uint8))).reshape(-1, 2)
-    pixels = np.empty(nonzero.shape, dtype=np.int64)
-    np.add(nonzero[:, 1], columns.start, out=pixels[:, 0])
-    np.add(nonzero[:, 0], rows.start, out=pixels[:, 1])
-    return pixels
+    return kernels.mask_pixels(mask)
 
 
 def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> float:
@@ -54,7 +47,7 @@ def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> 
     if not mask.any():
         return 0.0
     box = bounding_box(mask)
-    rows, columns, inside = medial_axis(mask[box].copy())
+    rows, columns, inside = kernels.medial_axis(mask[box].copy())
     if depth is None:
         return median_half_width(inside - 0.5)
     scale = depth[box][rows, columns] / focal

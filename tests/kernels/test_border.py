@@ -20,6 +20,8 @@ CALLS = {
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
+    "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
+    "bounding_box": (np.ones((3, 3), bool),),
     "connected_components": (TABLE,),
     "corner_radius": (np.eye(4, 3),),
     "count_agreeing_neighbors": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), *PIXELS, 1, 0.01),
@@ -31,6 +33,7 @@ CALLS = {
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
     "lay_equal_chords": (POINTS, 0.01),
+    "mask_pixels": (np.ones((3, 3), bool),),
     "match_by_subsets": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
@@ -43,6 +46,7 @@ CALLS = {
     "second_best_rise": (
         np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False,
     ),
+    "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "settle_dominant_pairs": (np.zeros((2, 2)),),
     "sigma_filter": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), *PIXELS, 1, 0.01),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
@@ -53,6 +57,7 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 

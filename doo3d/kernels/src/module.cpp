@@ -2,11 +2,13 @@
 #include "arrays.h"
 
 void bind_clearance(nb::module_&);
+void bind_cross_sections(nb::module_&);
 void bind_depth_filter(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_hysteresis(nb::module_&);
+void bind_mask_pixels(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
 void bind_nearest(nb::module_&);
@@ -20,11 +22,13 @@ void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_clearance(m);
+    bind_cross_sections(m);
     bind_depth_filter(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
     bind_gap_path(m);
     bind_hysteresis(m);
+    bind_mask_pixels(m);
     bind_matching(m);
     bind_medial_axis(m);
     bind_nearest(m);

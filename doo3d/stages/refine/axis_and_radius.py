@@ -8,6 +8,7 @@ import numpy as np
 
 from ...geometry.mask import mask_pixels
 from ...geometry.polyline import steps, whittaker_smooth
+from ...kernels import window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     MIN_POINTS,
@@ -20,7 +21,6 @@ from .cross_sections import (
     planar_axes,
     section_axes,
     thinned,
-    window_sum,
 )
 from .multiview import measure_in_view, median_radius
 from .samples import Samples

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import kernels
 from ...geometry.polyline import perpendicular, unit
-from ...kernels import nearest
+from ...kernels import nearest, section_offsets, window_sum
 from ...types import Array, Floats, Ints
 
 MAX_SURFACE_POINTS = 10_000
@@ -28,6 +29,9 @@ DEPTH_IMAGE_KURTOSIS, EVEN_SURFACE_KURTOSIS = 1.8, 1.5
 
 CENTRAL_PART = 0.8
 """Radii from the middle within which surface points measure the depth of the axis; farther out the surface falls away."""
+
+OUTLIER_MEDIANS = 4.5
+"""Medians of the absolute residuals, three standard deviations; points farther off than this do not measure depth."""
 
 GAUSS_NEWTON_STEPS = 8
 
@@ -98,31 +102,6 @@ def planar_axes(tangent: Floats) -> SectionAxes:
     return SectionAxes(tangent, np.column_stack((-tangent[:, 1], tangent[:, 0])), np.zeros_like(tangent))
 
 
-def window_sum(values: Array, path: Ints, window_half: int) -> Floats:
-    """Return at each sample the sum of the values at the sample and at its neighbors on the same path.
-
-    Parameters
-    ----------
-    values
-        (S,) or (S, C): one value, or C values, at each of S samples.
-    path
-        (S,) int, index of the path of each sample; the samples of one path are consecutive.
-    window_half
-        number of neighbors on either side that are summed; fewer at the first and last samples of a path, also of a ring.
-
-    Returns
-    -------
-    The sums, in the shape of `values`.
-    """
-    total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)))
-    index = np.arange(len(values))
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(path)) + 1))
-    ends = np.concatenate((starts[1:], [len(values)]))
-    run = np.searchsorted(starts, index, side="right") - 1
-    low, high = np.maximum(index - window_half, starts[run]), np.minimum(index + window_half + 1, ends[run])
-    return np.asarray(total[high] - total[low])
-
-
 def thinned(points: Array) -> Array:
     """Return every k-th of N points, k being the least that leaves at most MAX_SURFACE_POINTS (10,000) of them.
 
@@ -176,11 +155,13 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
     The points that are near enough, in the order given, as sample index and offsets.
     """
     distance, near = nearest(points, positions, float(reach.max()), True)
-    kept = distance < reach[near]
-    near = near[kept]
-    offset = points[kept] - positions[near]
-    lateral, depth = (np.einsum("ij,ij->i", offset, axis[near]) for axis in (axes.lateral, axes.depth))
-    return CrossSections(near, lateral, depth)
+    return CrossSections(*section_offsets(points, distance, near, positions, axes.lateral, axes.depth, reach))
+
+
+def _pooled(values: Floats, sample: Ints, path: Ints, window_half: int) -> Floats:
+    """Return the sum of the values (K,) of points at each sample and its neighbors on the same path, (S,)."""
+    sums = np.bincount(sample, weights=values, minlength=len(path)).astype(float)  # of no values: int
+    return window_sum(sums, path, window_half)
 
 
 def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half: int) -> tuple[Floats, Floats]:
@@ -206,20 +187,9 @@ def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half:
     depth : (S,) m from the sample to the axis, positive away from the sensor; 0 where there are no points.
     count : (S,) number of points in each mean, after pooling.
     """
-    good = np.abs(sections.lateral) < CENTRAL_PART * radius[sections.sample]
-    sample = sections.sample[good]
-    depth = sections.depth[good] + np.sqrt(radius[sample] ** 2 - sections.lateral[good] ** 2)
-    samples = len(path)
-    for last in (False, True):
-        count = window_sum(np.bincount(sample, minlength=samples), path, window_half)
-        total = window_sum(np.bincount(sample, weights=depth, minlength=samples), path, window_half)
-        mean = total / np.maximum(count, 1e-9)
-        if last or not len(sample):
-            break
-        residual = np.abs(depth - mean[sample])
-        inside = residual <= max(4.5 * float(np.median(residual)), 1e-9)
-        sample, depth = sample[inside], depth[inside]
-    return mean, count
+    return kernels.axis_depth(
+        sections.sample, sections.lateral, sections.depth, path, radius, window_half, CENTRAL_PART, OUTLIER_MEDIANS
+    )
 
 
 def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tuple[Floats, Floats, Floats]:
@@ -246,7 +216,7 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
     """
 
     def pooled(values: Floats) -> Floats:
-        return window_sum(np.bincount(sections.sample, weights=values, minlength=len(path)), path, window_half)
+        return _pooled(values, sections.sample, path, window_half)
 
     count = pooled(np.ones_like(sections.lateral))
     safe = np.maximum(count, 1e-9)
@@ -287,8 +257,7 @@ def is_seen_from(
     center, radii, count = fit_circles(sections, path, None, window_half)
     mean = np.zeros_like(center)
     for column, values in enumerate((sections.lateral, sections.depth)):
-        sums = np.bincount(sections.sample, weights=values, minlength=len(path))
-        mean[:, column] = window_sum(sums, path, window_half) / np.maximum(count, 1e-9)
+        mean[:, column] = _pooled(values, sections.sample, path, window_half) / np.maximum(count, 1e-9)
     good = (count >= MIN_POINTS) & np.isfinite(radii)
     behind = (center - mean)[good] / np.maximum(radii[good], 1e-9)[:, None]
     depth = behind[:, :1] * axes.lateral[good] + behind[:, 1:] * axes.depth[good]
@@ -321,10 +290,10 @@ def fit_circles(
     radii : (S,) m, radius of each circle; NaN where `count` is below MIN_POINTS (5), even if the radius was given.
     count : (S,) number of points at each sample, after pooling.
     """
-    samples, u, w, at = len(path), sections.lateral, sections.depth, sections.sample
+    u, w, at = sections.lateral, sections.depth, sections.sample
 
     def pooled(values: Floats) -> Floats:
-        return window_sum(np.bincount(at, weights=values, minlength=samples), path, window_half)
+        return _pooled(values, at, path, window_half)
 
     count = pooled(np.ones_like(u))
     safe = np.maximum(count, 1e-9)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import unit
-from ...kernels import lateral_sums, nearest
+from ...kernels import lateral_sums, nearest, window_sum
 from ...types import Array, Camera, Floats, Ints
-from .cross_sections import SectionAxes, window_sum
+from .cross_sections import SectionAxes
 
 MAX_MASK_PIXELS = 20_000
 """Pixels of the mask that suffice to measure on: their number is the width of the object."""

@@ -8,7 +8,7 @@ from builders.drawn_masks import CAMERA, depth_of, line, surface
 
 from doo3d.geometry.mask import mask_pixels
 from doo3d.geometry.polyline import densify, perpendicular, tangents, unit
-from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes, window_sum
+from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
 from doo3d.stages.refine.silhouette import measure_silhouette
 
 RADIUS = 0.006
@@ -20,15 +20,6 @@ INNER = slice(8, -8)
 
 def frames(viewpoint=(0, 0, 0)):
     return section_axes(AXIS, tangents(AXIS), None if viewpoint is None else np.array(viewpoint, dtype=float))
-
-
-@pytest.mark.parametrize("half", [0, 1, 4, 100])
-@pytest.mark.parametrize("columns", [(), (3,)])
-def test_window_sum_against_loops(half, columns):
-    values = np.random.default_rng(0).normal(size=(30, *columns))
-    path = np.repeat([0, 1, 2], [12, 1, 17])
-    slow = [values[[j for j in range(30) if path[j] == path[i] and abs(i - j) <= half]].sum(axis=0) for i in range(30)]
-    np.testing.assert_allclose(window_sum(values, path, half), slow, atol=1e-12)
 
 
 @pytest.mark.parametrize("viewpoint", [(0, 0, 0), (1, -2, 0.3), None])
