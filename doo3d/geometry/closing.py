@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from .. import kernels
 from ..types import Ints
-from .sparse_grid import contains, sorted_unique
 
 
 def close_cells(keys: Ints, shape: tuple[int, ...], iterations: int) -> Ints:
@@ -29,12 +29,5 @@ def close_cells(keys: Ints, shape: tuple[int, ...], iterations: int) -> Ints:
     -------
     (K,) int64 ascending, keys of the K >= M occupied cells after closing; the given keys are among them.
     """
-    strides = [math.prod(shape[d + 1 :]) for d in range(len(shape))]
-    closed = keys
-    for stride in strides:
-        for _ in range(iterations):
-            closed = sorted_unique(np.concatenate((closed, closed - stride, closed + stride)))
-    for stride in strides:
-        for _ in range(iterations):
-            closed = closed[contains(closed, closed - stride) & contains(closed, closed + stride)]
-    return sorted_unique(np.concatenate((closed, keys))) if iterations else keys
+    strides = np.array([math.prod(shape[d + 1 :]) for d in range(len(shape))], dtype=np.int64)
+    return kernels.close_cells(keys, strides, iterations)

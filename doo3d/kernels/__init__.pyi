@@ -14,6 +14,36 @@ branches, (H, W) rows and columns of an image. Lengths are in the unit of the co
 
 from ..types import Array, Bools, Floats, Ints
 
+def agreeing_readings(
+    depth: Array, mask: Bools, low: float, high: float, half_width: int, slope: float, min_agreeing: int
+) -> tuple[Ints, Ints, Floats, int]:
+    """Find the depth readings of a mask with which enough of their neighbors agree, and average each with those.
+
+    A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the differences
+    in row and column.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32 m, 0 = no reading
+    mask
+        (H, W) bool, the pixels that are tested and that count as neighbors
+    low, high
+        m, the range of the readings that are tested; neighbors may lie outside
+    half_width
+        px; the window of neighbors has 2 half_width + 1 rows and columns
+    slope
+        m per pixel of distance
+    min_agreeing
+        neighbors that must agree, or half of those in the mask with a reading if that is less
+
+    Returns
+    -------
+    rows, columns : (K,) int64, the K readings that are left, in row-major order
+    mean : (K,) float64 m, mean of the reading itself and the neighbors that agree
+    dropped : number of readings with too few neighbors that agree
+    """
+
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
 
@@ -104,6 +134,23 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
+def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
+    """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
+
+    Parameters
+    ----------
+    keys
+        (M,) int64 ascending, row-major index of each of M occupied cells in a box, at least `iterations` cells from its faces
+    strides
+        (D,) int64, steps of the index from a cell to the next along each axis
+    iterations
+        dilations along each axis, followed by as many erosions, 0 to 1000
+
+    Returns
+    -------
+    (K,) int64 ascending, the occupied cells after closing, with the given ones among them
+    """
+
 def connected_components(table: Ints) -> Ints:
     """Label each voxel with the number of its connected component; voxels that share a face, an edge or a corner are connected.
 
@@ -120,32 +167,11 @@ def corner_radius(ends: Floats) -> float:
     as meeting where they are closest. The radius is in the unit of the ends; it is -1 also for parallel lines.
     """
 
-def count_agreeing_neighbors(
-    depth: Array, mask: Bools, rows: Ints, columns: Ints, half_width: int, slope: float
-) -> tuple[Ints, Ints, Floats]:
-    """Count the neighbors of each depth reading that agree with it, and average them.
+def count_near_planes(points: Floats, normals: Floats, offsets: Floats, distance: float) -> Ints:
+    """Count the points that lie nearer than `distance` to each of several planes.
 
-    A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the differences
-    in row and column.
-
-    Parameters
-    ----------
-    depth
-        (H, W) float32 m, 0 = no reading
-    mask
-        (H, W) bool, the pixels that count as neighbors
-    rows, columns
-        (N,) int64, the N pixels whose readings are tested
-    half_width
-        px; the window of neighbors has 2 half_width + 1 rows and columns
-    slope
-        m per pixel of distance
-
-    Returns
-    -------
-    support : (N,) int64, number of neighbors that agree
-    neighbors : (N,) int64, number of neighbors in the mask with a reading, whether they agree or not
-    mean : (N,) float64 m, mean of the reading itself and the neighbors that agree
+    points : (N, 3) float64 m. normals : (Q, 3) float64 unit, normals of Q planes. offsets : (Q,) float64 m; points p on a plane
+    have normal @ p = offset. distance : m. Returns (Q,) int64.
     """
 
 def cover_with_chords(points: Floats, length: float) -> Floats:
@@ -183,6 +209,12 @@ def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     Returns
     -------
     (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
+    """
+
+def depth_differences(depth: Array, mask: Bools) -> Array:
+    """Return the absolute differences of horizontally neighboring depth readings in a mask, in row-major order.
+
+    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (Q,) float32 m.
     """
 
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
@@ -225,23 +257,6 @@ def first_clear(points: Floats, others: Floats, clearance: float) -> int:
     Returns
     -------
     int, 0 to P - 1.
-    """
-
-def hysteresis(image: Array, low: float, high: float) -> Bools:
-    """Select the pixels above a low threshold that are connected to a pixel above a high one.
-
-    Pixels are neighbors along rows, columns and diagonals. Not-a-number is above nothing.
-
-    Parameters
-    ----------
-    image
-        (H, W) float32
-    low, high
-        in the unit of the image, rounded to float32; low <= high
-
-    Returns
-    -------
-    (H, W) bool
     """
 
 def is_simple(bits: int) -> bool:
@@ -415,6 +430,34 @@ def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> N
         (K,) int64, the K pixels of the skeleton
     min_length
         px; spurs shorter than this are removed. A diagonal step counts as sqrt 2
+    """
+
+def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, low: float, high: float) -> Bools:
+    """Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
+
+    A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels
+    higher than `low` that are connected to these by pixels higher than `low`, along rows, columns or diagonals.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32 m, 0 = no reading, which is never selected
+    along_u, along_v
+        (W,) and (H,) float32; their sum is the product of the plane's normal with the ray through the pixel, scaled to z = 1
+    offset
+        m; points p on the plane have normal @ p = offset, and the normal points away from the camera
+    low, high
+        m, the thresholds, low <= high
+
+    Returns
+    -------
+    (H, W) bool
+    """
+
+def readings_in_mask(depth: Array, mask: Bools) -> Array:
+    """Return the depth readings (over 0) at the pixels of a mask, in row-major order.
+
+    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (K,) float32 m.
     """
 
 def sample_bilinear(image: Array, positions: Floats) -> Floats:
@@ -671,4 +714,23 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     Returns
     -------
     (S,) float64. The sums are differences of one running total, so they carry its rounding.
+    """
+
+def without_small_regions(mask: Bools, min_pixels: int) -> tuple[Bools, int, int, int]:
+    """Remove the small connected components of a mask, then fill its small holes.
+
+    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected, and the background that reaches
+    the border of the image is none.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    min_pixels
+        components and holes of fewer pixels are small
+
+    Returns
+    -------
+    result : (H, W) bool, a new array
+    selected, removed, filled : number of pixels in the mask, in its small components, and in the small holes
     """

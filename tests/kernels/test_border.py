@@ -17,19 +17,21 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
+    "agreeing_readings": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, 10.0, 1, 0.01, 3),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "bounding_box": (np.ones((3, 3), bool),),
+    "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
     "connected_components": (TABLE,),
     "corner_radius": (np.eye(4, 3),),
-    "count_agreeing_neighbors": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), *PIXELS, 1, 0.01),
+    "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
+    "depth_differences": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "first_clear": (POINTS, POINTS, 0.1),
-    "hysteresis": (np.ones((3, 3), np.float32), 0.5, 0.8),
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
     "lay_equal_chords": (POINTS, 0.01),
@@ -41,6 +43,8 @@ CALLS = {
     "neighbor_table": (COORDS,),
     "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
+    "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
+    "readings_in_mask": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "second_best_rise": (
@@ -58,6 +62,7 @@ CALLS = {
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
+    "without_small_regions": (np.ones((3, 3), bool), 4),
 }  # fmt: skip
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 

@@ -115,3 +115,27 @@ inline double squared_distance(const double* a, const double* b, Index dim) {
     }
     return sum;
 }
+
+using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
+
+inline const Byte* bytes_of(const Matrix<bool>& mask) { return reinterpret_cast<const Byte*>(mask.data()); }
+
+// Return the first index in [begin, end) whose byte is not 0, or end; eight bytes at a time.
+inline Index first_set(const Byte* bytes, Index begin, Index end) {
+    for (std::uint64_t word; begin + 8 <= end; begin += 8) {
+        std::memcpy(&word, bytes + begin, 8);
+        if (word) break;
+    }
+    while (begin < end && !bytes[begin]) ++begin;
+    return begin;
+}
+
+// Call `visit` with the row-major index of each True pixel of a mask, in ascending order.
+template <class Visit>
+void for_each_set(const Matrix<bool>& mask, Visit visit) {
+    const Byte* bytes = bytes_of(mask);
+    const Index end = mask.shape(0) * mask.shape(1);
+    for (Index i = first_set(bytes, 0, end); i < end; i = first_set(bytes, i, end)) {
+        for (; i < end && bytes[i]; ++i) visit(i);
+    }
+}

@@ -25,35 +25,74 @@ void check(const Matrix<float>& depth, const Matrix<bool>& mask, const Vector<In
     }
 }
 
-auto count_agreeing_neighbors(Matrix<float> depth, Matrix<bool> mask, Vector<Index> rows, Vector<Index> columns, Index half_width,
-                              double slope) {
-    check(depth, mask, rows, columns);
-    const Index height = depth.shape(0), width = depth.shape(1), count = rows.shape(0);
-    std::vector<Index> support(count), neighbors(count);
-    std::vector<double> mean(count);
-    for (Index i = 0; i < count; ++i) {
-        const Index center_row = rows(i), center_column = columns(i);
-        const float center = depth(center_row, center_column);
+void check_shapes(const Matrix<float>& depth, const Matrix<bool>& mask) {
+    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
+}
+
+auto readings_in_mask(Matrix<float> depth, Matrix<bool> mask) {
+    check_shapes(depth, mask);
+    const float* z = depth.data();
+    std::vector<float> readings;
+    for_each_set(mask, [&](Index i) {
+        if (z[i] > 0) readings.push_back(z[i]);
+    });
+    return to_numpy(std::move(readings));
+}
+
+auto depth_differences(Matrix<float> depth, Matrix<bool> mask) {
+    check_shapes(depth, mask);
+    const Index width = depth.shape(1);
+    const float* z = depth.data();
+    std::vector<float> differences;
+    Index previous = -2;
+    for_each_set(mask, [&](Index i) {
+        if (!(z[i] > 0)) return;
+        if (previous == i - 1 && i % width) differences.push_back(std::fabs(z[i] - z[previous]));
+        previous = i;
+    });
+    return to_numpy(std::move(differences));
+}
+
+// Each reading between `low` and `high` is compared with the others in the window around it.
+auto agreeing_readings(Matrix<float> depth, Matrix<bool> mask, double low, double high, Index half_width, double slope,
+                       Index min_agreeing) {
+    check_shapes(depth, mask);
+    require(half_width >= 0, "half_width is negative");
+    const Index height = depth.shape(0), width = depth.shape(1);
+    half_width = std::min(half_width, std::max(height, width));
+    const float* z = depth.data();
+    const Byte* in_mask = bytes_of(mask);
+    std::vector<Index> rows, columns;
+    std::vector<double> means;
+    Index dropped = 0;
+    for_each_set(mask, [&](Index offset) {
+        const float center = z[offset];
+        if (!(center >= float(low) && center <= float(high))) return;
+        const Index center_row = offset / width, center_column = offset % width;
         double total = center;
+        Index support = 0, neighbors = 0;
         const Window window(center_row, center_column, half_width, height, width);
         for (Index row = window.top; row < window.bottom; ++row) {
-            const float* depth_row = depth.data() + row * width;
-            const bool* mask_row = mask.data() + row * width;
             for (Index column = window.left; column < window.right; ++column) {
-                const float z = depth_row[column];
+                const Index other = row * width + column;
                 const Index distance = std::max(std::abs(row - center_row), std::abs(column - center_column));
-                if (distance > 0 && z > 0 && mask_row[column]) {
-                    ++neighbors[i];
-                    if (double(std::fabs(z - center)) < slope * double(distance)) {
-                        ++support[i];
-                        total += double(z);
-                    }
+                if (distance == 0 || !in_mask[other] || !(z[other] > 0)) continue;
+                ++neighbors;
+                if (double(std::fabs(z[other] - center)) < slope * double(distance)) {
+                    ++support;
+                    total += double(z[other]);
                 }
             }
         }
-        mean[i] = total / double(support[i] + 1);
-    }
-    return std::make_tuple(to_numpy(std::move(support)), to_numpy(std::move(neighbors)), to_numpy(std::move(mean)));
+        if (double(support) < std::min(double(min_agreeing), double(neighbors) / 2)) {
+            ++dropped;
+            return;
+        }
+        rows.push_back(center_row);
+        columns.push_back(center_column);
+        means.push_back(total / double(support + 1));
+    });
+    return std::make_tuple(to_numpy(std::move(rows)), to_numpy(std::move(columns)), to_numpy(std::move(means)), dropped);
 }
 
 auto sigma_filter(Matrix<float> depth, Matrix<bool> mask, Vector<Index> rows, Vector<Index> columns, Index half_width,
@@ -85,8 +124,10 @@ auto sigma_filter(Matrix<float> depth, Matrix<bool> mask, Vector<Index> rows, Ve
 }  // namespace
 
 void bind_depth_filter(nb::module_& m) {
-    m.def("count_agreeing_neighbors", &count_agreeing_neighbors, "depth"_a.noconvert(), "mask"_a.noconvert(), "rows"_a.noconvert(),
-          "columns"_a.noconvert(), "half_width"_a, "slope"_a);
+    m.def("readings_in_mask", &readings_in_mask, "depth"_a.noconvert(), "mask"_a.noconvert());
+    m.def("depth_differences", &depth_differences, "depth"_a.noconvert(), "mask"_a.noconvert());
+    m.def("agreeing_readings", &agreeing_readings, "depth"_a.noconvert(), "mask"_a.noconvert(), "low"_a, "high"_a, "half_width"_a,
+          "slope"_a, "min_agreeing"_a);
     m.def("sigma_filter", &sigma_filter, "depth"_a.noconvert(), "mask"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert(),
           "half_width"_a, "max_difference"_a);
 }

@@ -8,20 +8,6 @@ struct Box {
     Index top = 0, bottom = 0, left = 0, right = 0;
 };
 
-using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
-
-const Byte* bytes_of(const Matrix<bool>& mask) { return reinterpret_cast<const Byte*>(mask.data()); }
-
-// Return the first index in [begin, end) whose byte is not 0, or end; eight bytes at a time.
-Index first_set(const Byte* bytes, Index begin, Index end) {
-    for (std::uint64_t word; begin + 8 <= end; begin += 8) {
-        std::memcpy(&word, bytes + begin, 8);
-        if (word) break;
-    }
-    while (begin < end && !bytes[begin]) ++begin;
-    return begin;
-}
-
 // Return one more than the last index in [begin, end) whose byte is not 0, or begin.
 Index last_set(const Byte* bytes, Index begin, Index end) {
     for (std::uint64_t word; begin + 8 <= end; end -= 8) {
@@ -55,22 +41,15 @@ auto mask_pixels(Matrix<bool> mask) {
     const Box box = box_of(mask);
     const Index width = mask.shape(1), columns = box.right - box.left;
     std::vector<Index> next(columns + 1);
-    for (Index row = box.top; row < box.bottom; ++row) {
-        const Byte* pixels = bytes_of(mask) + row * width + box.left;
-        for (Index column = 0; column < columns; ++column) next[column + 1] += pixels[column] != 0;
-    }
+    for_each_set(mask, [&](Index i) { ++next[i % width - box.left + 1]; });
     for (Index column = 0; column < columns; ++column) next[column + 1] += next[column];
     const Index count = next[columns];
     std::vector<Index> found(2 * count);
-    for (Index row = box.top; row < box.bottom; ++row) {
-        const Byte* pixels = bytes_of(mask) + row * width + box.left;
-        for (Index column = 0; column < columns; ++column) {
-            if (!pixels[column]) continue;
-            Index* pixel = found.data() + 2 * next[column]++;
-            pixel[0] = box.left + column;
-            pixel[1] = row;
-        }
-    }
+    for_each_set(mask, [&](Index i) {
+        Index* pixel = found.data() + 2 * next[i % width - box.left]++;
+        pixel[0] = i % width;
+        pixel[1] = i / width;
+    });
     return to_numpy(std::move(found), count, 2);
 }
 

@@ -2,41 +2,45 @@
 #include "arrays.h"
 
 void bind_clearance(nb::module_&);
+void bind_closing(nb::module_&);
 void bind_cross_sections(nb::module_&);
 void bind_depth_filter(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_gap_path(nb::module_&);
-void bind_hysteresis(nb::module_&);
 void bind_mask_pixels(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
 void bind_nearest(nb::module_&);
+void bind_plane(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_sampling(nb::module_&);
 void bind_second_best(nb::module_&);
 void bind_segment_fitting(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
+void bind_small_regions(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_clearance(m);
+    bind_closing(m);
     bind_cross_sections(m);
     bind_depth_filter(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
     bind_gap_path(m);
-    bind_hysteresis(m);
     bind_mask_pixels(m);
     bind_matching(m);
     bind_medial_axis(m);
     bind_nearest(m);
+    bind_plane(m);
     bind_polyline(m);
     bind_sampling(m);
     bind_second_best(m);
     bind_segment_fitting(m);
     bind_skeleton_graph(m);
+    bind_small_regions(m);
     bind_thinning(m);
     bind_zhang_suen(m);
 }

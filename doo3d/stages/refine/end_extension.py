@@ -98,7 +98,7 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
     inwards
         direction from the end into its path: 1 towards higher sample indices, -1 towards lower.
     points
-        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points, sorted by their first coordinate.
+        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points.
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
 
@@ -109,8 +109,7 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
     tip, radius = samples.positions[end], float(samples.radius[end])
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
     reach = MAX_END_EXTENSION * radius
-    low, high = np.searchsorted(points[:, 0], [tip[0] - reach, tip[0] + reach])
-    near, axial, lateral = points_near_line(points[low:high], tip, tangent, reach, SURFACE_WIDTH_RADII * radius)
+    near, axial, lateral = points_near_line(points, tip, tangent, reach, SURFACE_WIDTH_RADII * radius)
     if not len(near):
         return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)
     own = np.abs(nearest(near, samples.positions, 2 * radius, False)[1] - end) <= 3 * samples.window_half + 3
@@ -134,7 +133,7 @@ def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, s
     samples
         samples along these paths.
     points
-        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points, sorted by their first coordinate.
+        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points.
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
 

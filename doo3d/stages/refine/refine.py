@@ -46,7 +46,7 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
     """
     if not paths:
         return []
-    points = _ascending(context.foreground.points)
+    points = context.foreground.points
     samples = sample_paths(paths, context.radius, context.segment_length)
     extended = extend_to_surface(paths, samples, points, context.voxel)
     samples = sample_paths(extended, context.radius, context.segment_length)
@@ -126,7 +126,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     """
     if samples is None:
         return []
-    points = _ascending(context.foreground.points)
+    points = context.foreground.points
     surface = thinned(context.grid.centroids)
     chains = []
     for p, path in enumerate(paths):
@@ -138,12 +138,6 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     thickest = max((chain.radius for chain in chains), default=0.0)
     kept = [chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
     return sorted((_directed(chain, context.foreground) for chain in kept), key=lambda chain: -chain.length)
-
-
-def _ascending(points: Floats) -> Floats:
-    """Return the points (N, D) in the order of their first coordinate."""
-    first = points[:, 0]
-    return points if (first[1:] >= first[:-1]).all() else points[np.argsort(first, kind="stable")]
 
 
 def _joints(samples: Samples, p: int, points: Floats, context: FrameContext) -> Floats:

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import SegmentConfig
-from ...geometry.mask import bounding_box
-from ...kernels import count_agreeing_neighbors, sigma_filter
+from ...kernels import agreeing_readings, depth_differences, sigma_filter
 from ...types import Array, Bools, Floats, Frame, Ints
 
 OUTLIER_WINDOW_PX = 2
@@ -55,7 +54,9 @@ class Readings(NamedTuple):
     filtered: Floats
 
 
-def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentConfig) -> tuple[Readings, float, int]:
+def filter_readings(
+    frame: Frame, mask: Bools, radius: float, distance: float, config: SegmentConfig
+) -> tuple[Readings, float, int]:
     """Drop the outliers among the depth readings of a mask, and average the noise of the remaining readings away.
 
     A reading is kept if it agrees with at least 7 of the 24 pixels around it, or with half of those in the mask that have a
@@ -70,6 +71,8 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
         (H, W) bool, the pixels of the object.
     radius
         m, radius of the object; 0 if unknown.
+    distance
+        m, median depth of the object.
     config
         section `segment` of the settings: `min_depth`, `max_depth`, `outlier_slope`.
 
@@ -80,20 +83,15 @@ def filter_readings(frame: Frame, mask: Bools, radius: float, config: SegmentCon
         measured depth noise if that is more.
     outliers : number of readings in the mask, between `min_depth` and `max_depth`, that were dropped.
     """
-    v, u = np.divmod(np.flatnonzero(mask), frame.camera.width)
-    depth = frame.depth[v, u]
-    in_range = (depth >= config.min_depth) & (depth <= config.max_depth)
-    v, u = v[in_range], u[in_range]
     noise = depth_noise(frame.depth, mask)
     slope = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * noise)
-    agreeing, neighbors, mean = count_agreeing_neighbors(frame.depth, mask, v, u, OUTLIER_WINDOW_PX, slope)
-    kept = agreeing >= np.minimum(OUTLIER_MIN_NEIGHBORS, neighbors / 2)
-    u, v, mean = u[kept], v[kept], mean[kept]
-    half_width = filter_half_width(frame, mask, radius, noise)
+    v, u, mean, outliers = agreeing_readings(
+        frame.depth, mask, config.min_depth, config.max_depth, OUTLIER_WINDOW_PX, slope, OUTLIER_MIN_NEIGHBORS
+    )
+    half_width = filter_half_width(distance, frame.camera.fx, radius, noise)
     if half_width > OUTLIER_WINDOW_PX:
         mean = sigma_filter(frame.depth, mask, v, u, half_width, SIGMA_FILTER_NOISE_FACTOR * noise)
-    readings = Readings(np.column_stack((u, v)), frame.depth[v, u].astype(float), mean)
-    return readings, slope, len(kept) - len(u)
+    return Readings(np.column_stack((u, v)), frame.depth[v, u].astype(float), mean), slope, outliers
 
 
 def depth_noise(depth: Array, mask: Bools) -> float:
@@ -108,15 +106,11 @@ def depth_noise(depth: Array, mask: Bools) -> float:
     mask
         (H, W) bool; only readings of pixels in the mask are compared.
     """
-    if not mask.any():
-        return 0.0
-    box = bounding_box(mask)
-    readings = np.where(mask[box], depth[box], 0)
-    both = (readings[:, 1:] > 0) & (readings[:, :-1] > 0)
-    return float(np.median(np.abs(np.diff(readings, axis=1)[both]))) if both.any() else 0.0
+    differences = depth_differences(depth, mask)
+    return float(np.median(differences)) if len(differences) else 0.0
 
 
-def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) -> int:
+def filter_half_width(distance: float, focal: float, radius: float, noise: float) -> int:
     """Return the half-width in px of the averaging window that brings the depth error down to 0.3 radii.
 
     The window is a square of 2 * half-width + 1 pixels. A strand crosses it, so the readings averaged are taken to number the
@@ -124,10 +118,10 @@ def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) ->
 
     Parameters
     ----------
-    frame
-        the depth and the camera.
-    mask
-        (H, W) bool, the pixels of the object.
+    distance
+        m, median depth of the object.
+    focal
+        px, focal length.
     radius
         m, radius of the object; 0 if unknown.
     noise
@@ -139,7 +133,6 @@ def filter_half_width(frame: Frame, mask: Bools, radius: float, noise: float) ->
     """
     if not (radius and noise):
         return 0
-    readings = frame.depth[mask]
-    width = 2 * radius * frame.camera.fx / float(np.median(readings[readings > 0]))
+    width = 2 * radius * focal / distance
     needed = CORRELATED_READINGS * (NOISE_TO_DEVIATION * noise / (MAX_DEPTH_ERROR_RADII * radius)) ** 2
     return min(MAX_FILTER_HALF_WIDTH_PX, math.ceil(needed / width / 2))

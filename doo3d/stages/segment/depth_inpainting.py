@@ -36,13 +36,17 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
     The measured and the inpainted readings, in row-major order of their pixels. `depth` and `filtered` of an inpainted reading
     are equal. Holes in which every pixel lies within 2 px of a reading are not filled.
     """
-    u, v = readings.pixels.T
-    usable = mask & (depth <= 0)
-    usable[v, u] = True
-    holes, inpainted = inpaint_depth(usable, readings.pixels, readings.filtered, INPAINT_MIN_HOLE_PX, max_slope)
+    if not len(readings.pixels):
+        return readings
+    rows, columns = bounding_box(mask)
+    corner = np.array((columns.start, rows.start))
+    in_box = readings.pixels - corner
+    usable = mask[rows, columns] & (depth[rows, columns] <= 0)
+    usable[in_box[:, 1], in_box[:, 0]] = True
+    holes, inpainted = inpaint_depth(usable, in_box, readings.filtered, INPAINT_MIN_HOLE_PX, max_slope)
     if not len(holes):
         return readings
-    pixels = np.concatenate((readings.pixels, holes))
+    pixels = np.concatenate((readings.pixels, holes + corner))
     order = np.lexsort((pixels[:, 0], pixels[:, 1]))
     return Readings(pixels[order], np.append(readings.depth, inpainted)[order], np.append(readings.filtered, inpainted)[order])
 
@@ -77,22 +81,26 @@ def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_s
     rows, columns = bounding_box(mask)
     part = np.pad(mask[rows, columns], 1)
     v, u = pixels[:, 1] - rows.start + 1, pixels[:, 0] - columns.start + 1
-    measured = np.zeros(part.shape)
-    measured[v, u] = depth
-    hole = _holes(part, measured, min_hole)
+    has_reading = np.zeros(part.shape, dtype=bool)
+    has_reading[v, u] = True
+    hole = _holes(part, has_reading, min_hole)
     if not hole.any():
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+    measured = np.zeros(part.shape)
+    measured[v, u] = depth
     inpainted = _solve_laplace(hole, measured)
     slope = _max_slope(np.where(inpainted > 0, inpainted, measured), part)
     row, column = np.nonzero((inpainted > 0) & (slope <= max_slope))
     return np.column_stack((column + columns.start - 1, row + rows.start - 1)), inpainted[row, column]
 
 
-def _holes(mask: Bools, measured: Array, min_hole: int) -> Bools:
+def _holes(mask: Bools, has_reading: Bools, min_hole: int) -> Bools:
     """Return the pixels (H, W) without a reading around those that are farther than `min_hole` px from any."""
     square = np.ones((2 * min_hole + 1, 2 * min_hole + 1), np.uint8)
-    far = mask & (cv2.dilate((measured > 0).view(np.uint8), square) == 0)
-    return np.asarray(mask & (measured == 0) & (cv2.dilate(far.view(np.uint8), square) > 0))
+    far = np.asarray(mask & (cv2.dilate(has_reading.view(np.uint8), square) == 0))
+    if not far.any():
+        return far
+    return np.asarray(mask & ~has_reading & (cv2.dilate(far.view(np.uint8), square) > 0))
 
 
 def _max_slope(depth: Array, mask: Bools) -> Array:

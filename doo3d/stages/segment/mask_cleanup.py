@@ -9,6 +9,7 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...geometry.mask import bounding_box, ridge_radius
+from ...kernels import without_small_regions
 from ...types import Array, Bools
 
 WIDE_REGION_MARGIN = 1.5
@@ -61,12 +62,11 @@ def clean_mask(
     -------
     The cleaned mask, and the number of pixels that each step changed.
     """
-    solid = remove_small_components(mask, config.min_component)
-    selected, after = int(np.count_nonzero(mask)), int(np.count_nonzero(solid))
-    both = selected if solid is mask else int(np.count_nonzero(mask & solid))
-    kept = remove_wide_regions(solid, config, depth, focal) if may_have_wide and after else solid
-    wide = 0 if kept is solid else after - int(np.count_nonzero(kept))
-    return CleanedMask(kept, selected, selected - both, after - both, wide)
+    solid, selected, removed, filled = without_small_regions(mask, config.min_component)
+    left = selected - removed + filled
+    kept = remove_wide_regions(solid, config, depth, focal) if may_have_wide and left else solid
+    wide = 0 if kept is solid else left - int(np.count_nonzero(kept))
+    return CleanedMask(kept, selected, removed, filled, wide)
 
 
 def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None = None, focal: float = 1.0) -> Bools:
@@ -101,42 +101,4 @@ def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None 
     margin = WIDE_REGION_MARGIN * limit / float(np.median(scale[core]))
     result = np.zeros_like(mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
-    return result
-
-
-def remove_small_components(mask: Bools, min_pixels: int) -> Bools:
-    """Return the mask without its small connected components, and with its small holes filled.
-
-    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected. Sizes follow from the contours
-    (Suzuki and Abe) by Pick's theorem: a polygon of area a through the centers of b pixels covers a + b / 2 + 1 pixels, of which
-    a - b / 2 + 1 lie inside.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool.
-    min_pixels
-        number of pixels; smaller components and holes are small.
-
-    Returns
-    -------
-    (H, W) bool; `mask` itself if nothing is small.
-    """
-    if min_pixels <= 1 or not mask.any():
-        return mask
-    box = bounding_box(mask)
-    contours, tree = cv2.findContours(mask[box].view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    small = []
-    for contour, (_, _, _, parent) in zip(contours, tree[0], strict=True):
-        if len(contour) > 4 * min_pixels:
-            continue
-        sign = 1 if parent < 0 else -1
-        if cv2.contourArea(contour) + sign * len(contour) / 2 + 1 < min_pixels:
-            small.append((contour, int(parent >= 0)))
-    if not small:
-        return mask
-    result = mask.copy()
-    image = result.view(np.uint8)[box]
-    for contour, value in small:
-        cv2.drawContours(image, [contour], 0, value, cv2.FILLED)
     return result

@@ -9,6 +9,7 @@ import numpy as np
 from ...config import SegmentConfig
 from ...errors import InputError
 from ...geometry.mask import mask_pixels, mask_radius
+from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
@@ -98,13 +99,16 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     if mask is None:
-        _check_depth(frame, config)
+        _check_frame_depth(frame, config)
     method, selected = _select(frame, config, mask, seed, frame.depth.shape)
     may_have_wide = method not in (MASK, "everything")
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
-    _check_depth(frame, config, cleaned.mask)
+    pixels = int(np.count_nonzero(cleaned.mask))
+    distance = 0.0
+    if pixels:
+        distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
-    readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, config)
+    readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
     if method != "everything":
         readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
@@ -118,9 +122,9 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         color=frame.color,
         camera=frame.camera,
         viewpoint=np.zeros(3),
-        notes=() if cleaned.mask.any() else (_nothing_note(method),),
+        notes=() if pixels else (_nothing_note(method),),
     )
-    without_depth = int(np.count_nonzero(cleaned.mask)) - measured - outliers
+    without_depth = pixels - measured - outliers
     return _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
 
 
@@ -194,26 +198,29 @@ def _nothing_note(method: str) -> str:
     return f"segment ({method}): no object in this frame; {remedy}"
 
 
-def _check_depth(frame: Frame, config: SegmentConfig, mask: Bools | None = None) -> None:
-    """Refuse a frame, or a mask in it, without depth or with depth in the wrong unit."""
-    part, depth = ("frame", frame.depth) if mask is None else ("object", frame.depth[mask])
-    if not depth.size:
-        return
-    step = max(1, int(np.sqrt(depth.size / DEPTH_CHECK_READINGS))) if mask is None else 1
-    some = depth[::step, ::step] if step > 1 else depth
-    readings = some[some > 0] if (some > 0).any() else depth[depth > 0]
-    if not readings.size:
+def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
+    """Refuse a frame without depth or with depth in the wrong unit; a grid of its readings suffices."""
+    step = max(1, int(np.sqrt(frame.depth.size / DEPTH_CHECK_READINGS)))
+    some = frame.depth[::step, ::step]
+    readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
+    _check_distance(readings[:: max(1, readings.size // DEPTH_CHECK_READINGS)], frame, frame.depth.size, "frame", config)
+
+
+def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> float:
+    """Return the median in m of the readings (K,) at so many pixels of a part of the frame; refuse none, and a wrong unit."""
+    if not len(readings):
         raise InputError(
-            f"no depth at any of the {depth.size} pixels of the {part}: is the depth aligned to the mask, and in metres?",
+            f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
             code="mask-without-depth" if frame.depth.any() else "depth-none",
         )
-    median = float(np.median(readings[:: max(1, readings.size // DEPTH_CHECK_READINGS)]))
+    median = float(np.median(readings))
     if not config.min_depth <= median <= config.max_depth:
         raise InputError(
             f"the {part} is {median:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
             "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
             code="depth-unit",
         )
+    return median
 
 
 def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:

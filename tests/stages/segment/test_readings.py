@@ -62,13 +62,13 @@ def test_noise_is_no_flying_point(monkeypatch):
 
 
 def test_the_noise_of_depth():
-    depth = np.full((40, 60), 0.5)
+    depth = np.full((40, 60), 0.5, np.float32)
     mask = np.zeros((40, 60), dtype=bool)
     assert depth_noise(depth, mask) == 0
     mask[10:20, 10:50] = True
     depth[:, ::2] += 0.004
     depth[12] = 0
-    assert depth_noise(depth, mask) == pytest.approx(0.004)
+    assert depth_noise(depth, mask) == pytest.approx(0.004, rel=1e-5)
     assert depth_noise(np.zeros_like(depth), mask) == 0
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from ....config import SegmentConfig
 from ....errors import InputError
-from ....kernels import hysteresis
-from ....types import Array, Bools, Cloud, Floats, Frame, Image
+from ....kernels import count_near_planes, raised_pixels
+from ....types import Bools, Cloud, Floats, Frame, Image
 
 RANSAC_SAMPLE_POINTS = 2000
 """Points that RANSAC counts inliers on: the share of a plane is known to about one percent from that many."""
@@ -57,9 +57,15 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
     normal, offset, noise = fit_plane(points, config.plane_distance, RANSAC_DRAWS, seed)
-    height = height_above_plane(data, normal, offset)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
-    return np.asarray(height > high) if isinstance(data, Cloud) else hysteresis(height, low, high)
+    if isinstance(data, Cloud):
+        return np.asarray(height_above_plane(data, normal, offset) > high)
+    if offset < 0:
+        normal, offset = -normal, -offset
+    camera = data.camera
+    along_u = normal[0] * (np.arange(camera.width) - camera.cx) / camera.fx
+    along_v = normal[1] * (np.arange(camera.height) - camera.cy) / camera.fy + normal[2]
+    return raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
 
 
 def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[Floats, float, float]:
@@ -94,8 +100,7 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
     if not len(normals):
         return np.array([0.0, 0.0, 1.0]), float(points[0, 2]), 0.0
     offsets = np.einsum("ij,ij->i", normals, corners[norm > 0, 0])
-    counts = (np.abs(sample @ normals.T - offsets) < distance).sum(axis=0)
-    best = int(np.argmax(counts))
+    best = int(np.argmax(count_near_planes(sample, normals, offsets, distance)))
     normal, offset = normals[best], float(offsets[best])
     for _ in range(REFINE_ITERATIONS):
         inliers = sample[np.abs(sample @ normal - offset) < 2 * distance]
@@ -109,38 +114,28 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
     return normal, offset, MAD_TO_DEVIATION * float(np.median(near)) if len(near) else 0.0
 
 
-def height_above_plane(data: Frame | Cloud, normal: Floats, offset: float) -> Array:
-    """Return the height of each pixel or point above a plane, in m, positive on the side of the plane where the sensor is.
+def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
+    """Return the height of each point of a cloud above a plane, in m, positive on the side of the plane where the sensor is.
 
     For a cloud without a viewpoint the sensor is taken to be on the side with more of the points far from the plane.
 
     Parameters
     ----------
-    data
-        a Frame or a Cloud.
+    cloud
+        the N points.
     normal
-        (3,) unit, in the frame of the data.
+        (3,) unit, in the frame of the cloud.
     offset
         m; points p on the plane have normal @ p = offset.
 
     Returns
     -------
-    (H, W) float32 for a Frame, 0 where there is no depth; (N,) for a Cloud of N points.
+    (N,) m.
     """
-    if isinstance(data, Cloud):
-        height = data.points @ normal - offset
-        if data.viewpoint is not None:
-            return np.asarray(height * np.sign(normal @ data.viewpoint - offset))
-        return np.asarray(height if np.sum(np.sign(height) * (np.abs(height) > np.std(height))) >= 0 else -height)
-    camera = data.camera
-    along_u = normal[0] * (np.arange(camera.width) - camera.cx) / camera.fx
-    along_v = normal[1] * (np.arange(camera.height) - camera.cy) / camera.fy + normal[2]
-    image = along_v[:, None].astype(np.float32) + along_u[None, :].astype(np.float32)
-    image *= data.depth
-    np.subtract(np.float32(offset), image, out=image)
-    image *= np.float32(np.sign(offset))
-    image[data.depth <= 0] = 0
-    return np.asarray(image)
+    height = cloud.points @ normal - offset
+    if cloud.viewpoint is not None:
+        return np.asarray(height * np.sign(normal @ cloud.viewpoint - offset))
+    return np.asarray(height if np.sum(np.sign(height) * (np.abs(height) > np.std(height))) >= 0 else -height)
 
 
 def subsample(data: Frame | Cloud) -> Floats:
