@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from ..kernels import neighborhood_spreads
 from ..types import Floats, Foreground
 from .mask import mask_radius
 from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
@@ -53,24 +53,16 @@ def _cloud_radius(points: Floats, apart: float) -> float:
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
     for a whole tube, told apart by the variance in depth.
     """
-    sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
-    tree = cKDTree(sample)
-    seeds = sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
+    sample = np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_POINTS)])
+    seeds = np.ascontiguousarray(sample[:: max(1, len(sample) // SAMPLE_SEEDS)])
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     radii: list[float] = []
     reach = 3 * apart * math.sqrt(len(points) / len(sample))
     while len(seeds) and reach < extent:
-        near = tree.query_ball_point(seeds, reach)
-        spread = np.array([_spread(sample[index]) if len(index) > 8 else (0.0, 1.0, 1.0) for index in near])
-        long = spread[:, 1] < spread[:, 2] / 9
-        thin, wide = spread[long, 0], np.maximum(spread[long, 1], 1e-18)
-        radii += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
-        seeds = seeds[~long]
+        counts, _, covariances = neighborhood_spreads(sample, seeds, reach)
+        thin, wide, length = np.linalg.eigvalsh(covariances.reshape(-1, 3, 3)).T
+        long = (counts > 8) & (wide < length / 9)
+        radii += np.sqrt(np.maximum(wide, 1e-18) * (3 - np.minimum(1.0, thin / np.maximum(wide, 1e-18))))[long].tolist()
+        seeds = np.ascontiguousarray(seeds[~long])
         reach *= 1.3
     return float(np.median(radii)) if radii else extent / 6
-
-
-def _spread(points: Floats) -> Floats:
-    """Return the three variances of points (N, 3) along their principal axes, ascending."""
-    centered = points - points.mean(axis=0)
-    return np.asarray(np.linalg.eigvalsh(centered.T @ centered / len(points)))

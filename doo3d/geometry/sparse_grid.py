@@ -140,6 +140,8 @@ def cloud_spacing(points: Floats) -> float:
     nearest = min(8, len(sample) - 1)
     if nearest < 1:
         return 1e-3
-    distance = cKDTree(sample).query(sample[:: max(1, len(sample) // SAMPLE_SEEDS)], k=[nearest + 1])[0][:, 0]
+    distance = cKDTree(sample, balanced_tree=False, compact_nodes=False).query(
+        sample[:: max(1, len(sample) // SAMPLE_SEEDS)], k=[nearest + 1]
+    )[0][:, 0]
     spacing = float(np.median(distance)) * math.sqrt(math.pi / nearest) * math.sqrt(len(sample) / len(points))
     return max(spacing, 1e-6)

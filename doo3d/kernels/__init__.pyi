@@ -393,6 +393,44 @@ def neighbor_table(coords: Ints) -> Ints:
     without (0, 0, 0); -1 where there is no voxel.
     """
 
+def neighborhood_spreads(points: Floats, centers: Floats, reach: float) -> tuple[Ints, Floats, Floats]:
+    """Measure how the points within `reach` of each of several centers spread.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64; points that are not finite are near nothing
+    centers
+        (S, 3) float64, finite, in the unit of the points
+    reach
+        greatest distance, in the unit of the points, over 0
+
+    Returns
+    -------
+    counts : (S,) int64, number of points within reach of each center
+    means : (S, 3) float64, their mean offset from the center; 0 where there are none
+    covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
+    """
+
+def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Floats, axes: Floats, edge: float) -> Ints:
+    """Count the square cells of a plane that the points within `reach` of each center occupy, projected to the plane.
+
+    Parameters
+    ----------
+    points, centers, reach
+        as for `neighborhood_spreads`
+    origins
+        (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
+    axes
+        (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
+    edge
+        edge of a cell, in the unit of the points, over 0
+
+    Returns
+    -------
+    (S,) int64
+    """
+
 def points_near_line(
     points: Floats, origin: Floats, direction: Floats, half_edge: float, max_offset: float
 ) -> tuple[Floats, Floats, Floats]:

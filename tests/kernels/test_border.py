@@ -41,6 +41,8 @@ CALLS = {
     "moving_mean": (POINTS, 1),
     "nearest": (POINTS, POINTS, 0.1, False),
     "neighbor_table": (COORDS,),
+    "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
+    "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
     "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import nearest, points_near_line, sample_bilinear
+from doo3d.kernels import nearest, neighborhood_spreads, occupied_cells, points_near_line, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -37,6 +37,26 @@ def test_of_places_equally_near_the_first_is_taken():
 def test_nothing_is_near_where_there_is_nothing():
     assert np.isinf(nearest(np.zeros((2, 3)), np.zeros((0, 3)), 1.0, False)[0]).all()
     assert len(nearest(np.zeros((0, 3)), np.zeros((4, 3)), 1.0, False)[0]) == 0
+
+
+@pytest.mark.parametrize("reach", [0.05, 0.4, 9.0])
+def test_neighborhoods_are_those_of_a_tree(reach):
+    rng = np.random.default_rng(0)
+    points, centers = rng.normal(size=(500, 3)), rng.normal(size=(20, 3))
+    points[7] = np.nan
+    finite = np.delete(points, 7, axis=0)
+    lists = [
+        finite[index] - center for index, center in zip(cKDTree(finite).query_ball_point(centers, reach), centers, strict=True)
+    ]
+    counts, means, covariances = neighborhood_spreads(points, centers, reach)
+    assert counts.tolist() == [len(each) for each in lists]
+    filled = [each if len(each) else np.zeros((1, 3)) for each in lists]
+    np.testing.assert_allclose(means, [each.mean(axis=0) for each in filled], atol=1e-12)
+    np.testing.assert_allclose(covariances, [np.cov(each.T, ddof=0).ravel() for each in filled], atol=1e-9)
+    axes = np.linalg.qr(rng.normal(size=(20, 3, 3)))[0][:, :2].copy()
+    occupied = occupied_cells(points, centers, reach, means, axes.reshape(20, 6), 0.1)
+    cells = [np.floor((each - mean) @ axis.T / 0.1) for each, mean, axis in zip(lists, means, axes, strict=True)]
+    assert occupied.tolist() == [len(np.unique(each, axis=0)) for each in cells]
 
 
 def test_beside_a_line():

@@ -60,21 +60,21 @@ public:
 
     // Let target `number` compete for the points in the cells within `reach` of it; of equally near ones the first wins.
     void offer(const double* target, Index number, double reach) {
-        Index first[2], last[2];
-        for (Index k = 0; k < 2; ++k) {
-            const double cells = double(shape_[k]), at = target[axis_[k]] - low_[k];
-            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
-            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
-        }
-        if (last[1] <= first[1]) return;
-        for (Index row = first[0]; row < last[0]; ++row) {
-            const Index begin = start_[row * shape_[1] + first[1]], end = start_[row * shape_[1] + last[1]];
+        for_each_run(target, reach, [&](Index begin, Index end) {
             if (dim_ == 2) {
                 offer_run<2>(begin, end, target, number);
             } else {
                 offer_run<3>(begin, end, target, number);
             }
-        }
+        });
+    }
+
+    // Call `visit` with each sorted point in the cells within `reach` of a position.
+    template <class Visit>
+    void for_each_around(const double* at, double reach, Visit visit) const {
+        for_each_run(at, reach, [&](Index begin, Index end) {
+            for (Index k = begin; k < end; ++k) visit(k);
+        });
     }
 
     Index size = 0;                    // number of sorted points; those that are not finite are left out
@@ -87,6 +87,21 @@ private:
         double sum = 0.0;
         for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
         return sum == 0.0;
+    }
+
+    // Call `visit` with the first and one more than the last point of each row of cells within `reach` of a position.
+    template <class Visit>
+    void for_each_run(const double* position, double reach, Visit visit) const {
+        Index first[2], last[2];
+        for (Index k = 0; k < 2; ++k) {
+            const double cells = double(shape_[k]), at = position[axis_[k]] - low_[k];
+            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
+            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
+        }
+        if (last[1] <= first[1]) return;
+        for (Index row = first[0]; row < last[0]; ++row) {
+            visit(start_[row * shape_[1] + first[1]], start_[row * shape_[1] + last[1]]);
+        }
     }
 
     template <int D>
@@ -152,6 +167,83 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool l
     return std::make_tuple(to_numpy(std::move(distance)), to_numpy(std::move(index)));
 }
 
+void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& centers, double reach) {
+    require(points.shape(1) == 3 && centers.shape(1) == 3, "points and centers are not (., 3)");
+    require(reach > 0 && std::isfinite(reach), "reach is not positive and finite");
+    for (std::size_t k = 0; k < centers.size(); ++k) require(std::isfinite(centers.data()[k]), "a center is not finite");
+}
+
+// Call `visit` with the offset from a center to each point within reach of it.
+template <class Visit>
+void for_each_offset(const Cells& cells, const double* points, const double* center, double reach, Visit visit) {
+    cells.for_each_around(center, reach, [&](Index k) {
+        const double* p = points + 3 * Index(cells.order[k]);
+        const double offset[3] = {p[0] - center[0], p[1] - center[1], p[2] - center[2]};
+        if (offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] <= reach * reach) visit(offset);
+    });
+}
+
+auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double reach) {
+    check_neighborhoods(points, centers, reach);
+    const Index size = centers.shape(0);
+    std::vector<Index> counts(size);
+    std::vector<double> means(3 * size), covariances(9 * size);
+    const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
+    for (Index s = 0; s < size; ++s) {
+        double *mean = means.data() + 3 * s, *covariance = covariances.data() + 9 * s;
+        for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
+            ++counts[s];
+            for (Index i = 0; i < 3; ++i) {
+                mean[i] += offset[i];
+                for (Index j = i; j < 3; ++j) covariance[3 * i + j] += offset[i] * offset[j];
+            }
+        });
+        const double number = double(std::max<Index>(counts[s], 1));
+        for (Index i = 0; i < 3; ++i) mean[i] /= number;
+        for (Index i = 0; i < 3; ++i) {
+            for (Index j = i; j < 3; ++j) {
+                covariance[3 * i + j] = covariance[3 * i + j] / number - mean[i] * mean[j];
+                covariance[3 * j + i] = covariance[3 * i + j];
+            }
+        }
+    }
+    return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(means), size, 3), to_numpy(std::move(covariances), size, 9));
+}
+
+// The cells that are occupied are kept in a hash table with open addressing.
+auto occupied_cells(Matrix<double> points, Matrix<double> centers, double reach, Matrix<double> origins, Matrix<double> axes,
+                    double edge) {
+    check_neighborhoods(points, centers, reach);
+    const Index size = centers.shape(0);
+    require(Index(origins.shape(0)) == size && origins.shape(1) == 3, "origins are not (S, 3)");
+    require(Index(axes.shape(0)) == size && axes.shape(1) == 6, "axes are not (S, 6)");
+    require(edge > 0 && reach / edge < 1e9, "edge is not positive, or too small for the reach");
+    for (std::size_t k = 0; k < origins.size(); ++k) require(std::fabs(origins.data()[k]) <= 10 * reach, "an origin is far away");
+    for (std::size_t k = 0; k < axes.size(); ++k) require(std::fabs(axes.data()[k]) <= 1.001, "an axis is not a unit vector");
+    std::vector<Index> counts(size), table;
+    constexpr Index EMPTY = INT64_MIN;
+    std::size_t slots = 16;
+    while (slots < 2 * std::size_t(points.shape(0))) slots *= 2;
+    const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
+    for (Index s = 0; s < size; ++s) {
+        table.assign(slots, EMPTY);
+        const double *origin = origins.data() + 3 * s, *axis = axes.data() + 6 * s;
+        for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
+            Index key = 0;
+            for (Index k = 0; k < 2; ++k) {
+                double along = 0.0;
+                for (Index d = 0; d < 3; ++d) along += (offset[d] - origin[d]) * axis[3 * k + d];
+                key = key * (Index(1) << 31) + Index(std::floor(along / edge)) % (Index(1) << 30);
+            }
+            std::size_t slot = (std::uint64_t(key) * 0x9E3779B97F4A7C15u) >> 20 & (slots - 1);
+            while (table[slot] != EMPTY && table[slot] != key) slot = (slot + 1) & (slots - 1);
+            counts[s] += table[slot] == EMPTY;
+            table[slot] = key;
+        });
+    }
+    return to_numpy(std::move(counts));
+}
+
 auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> samples, Matrix<double> normals,
                   Vector<double> reach) {
     const Index count = points.shape(0), size = samples.shape(0);
@@ -204,6 +296,9 @@ void bind_nearest(nb::module_& m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a, "limited"_a);
     m.def("lateral_sums", &lateral_sums, "points"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
           "samples"_a.noconvert(), "normals"_a.noconvert(), "reach"_a.noconvert());
+    m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
+    m.def("occupied_cells", &occupied_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "origins"_a.noconvert(),
+          "axes"_a.noconvert(), "edge"_a);
     m.def("points_near_line", &points_near_line, "points"_a.noconvert(), "origin"_a.noconvert(), "direction"_a.noconvert(),
           "half_edge"_a, "max_offset"_a);
 }

@@ -5,13 +5,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from ...geometry.mask import bounding_box
 from ...types import Array, Bools, Floats, Ints
 from .depth_filter import Readings
-
-FOUR_NEIGHBORS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 INPAINT_MIN_HOLE_PX = 2
 """px; the mask farther than this from a reading gets depth from the readings around it; smaller holes are closed as voxels."""
@@ -88,10 +87,9 @@ def inpaint_depth(mask: Bools, pixels: Ints, depth: Floats, min_hole: int, max_s
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
     measured = np.zeros(part.shape)
     measured[v, u] = depth
-    inpainted = _solve_laplace(hole, measured)
-    slope = _max_slope(np.where(inpainted > 0, inpainted, measured), part)
-    row, column = np.nonzero((inpainted > 0) & (slope <= max_slope))
-    return np.column_stack((column + columns.start - 1, row + rows.start - 1)), inpainted[row, column]
+    hole_pixels, inpainted = _solve_laplace(np.flatnonzero(hole), measured.ravel(), part.shape[1], max_slope)
+    row, column = np.divmod(hole_pixels, part.shape[1])
+    return np.column_stack((column + columns.start - 1, row + rows.start - 1)), inpainted
 
 
 def _holes(mask: Bools, has_reading: Bools, min_hole: int) -> Bools:
@@ -103,41 +101,51 @@ def _holes(mask: Bools, has_reading: Bools, min_hole: int) -> Bools:
     return np.asarray(mask & ~has_reading & (cv2.dilate(far.view(np.uint8), square) > 0))
 
 
-def _max_slope(depth: Array, mask: Bools) -> Array:
-    """Return the largest depth step, (H, W) m, to any of the four neighbors of a pixel that have depth."""
-    slope = np.zeros(depth.shape)
-    for shift in FOUR_NEIGHBORS:
-        neighbor = np.roll(depth, shift, (0, 1))
-        slope = np.maximum(slope, np.where((neighbor > 0) & mask, np.abs(neighbor - depth), 0.0))
-    return slope
+def _solve_laplace(pixels: Ints, measured: Floats, width: int, max_slope: float) -> tuple[Ints, Floats]:
+    """Return the pixels of holes whose depth could be inpainted, and that depth.
 
+    The depth of each pixel is the mean of its neighbors that are in a hole or measured; the linear system is sparse, one equation
+    per pixel. Holes without a reading beside them, and pixels at which the result is steep, are left out.
 
-def _solve_laplace(hole: Bools, measured: Array) -> Array:
-    """Return the depth (H, W) m in the holes: the mean of each pixel's neighbors that are in the hole or measured.
-
-    It is 0 elsewhere, and in holes without a reading beside them. The linear system is sparse, one equation per pixel.
-
-    hole : (H, W) bool, False along the border. measured : (H, W) m, 0 = none.
+    Parameters
+    ----------
+    pixels
+        (K,) int, row-major indices of the pixels in holes, ascending, none at the border of the image.
+    measured
+        (H * W,) m, the readings in row-major order; 0 = none.
+    width
+        px, of the image.
+    max_slope
+        m per pixel, the largest step to a neighboring pixel.
     """
-    count, label = cv2.connectedComponents(hole.view(np.uint8), connectivity=4)
-    has_reading = np.zeros(count, dtype=bool)
-    for shift in FOUR_NEIGHBORS:
-        has_reading[label[hole & (np.roll(measured, shift, (0, 1)) > 0)]] = True
-    hole = hole & has_reading[label]
-    unknown = np.full(hole.shape, -1)
-    unknown[hole] = np.arange(np.count_nonzero(hole))
-    row, column, right, degree = [], [], np.zeros(unknown.max() + 1), np.zeros(unknown.max() + 1)
-    for shift in FOUR_NEIGHBORS:
-        neighbor, value = np.roll(unknown, shift, (0, 1))[hole], np.roll(measured, shift, (0, 1))[hole]
-        inside = neighbor >= 0
-        row.append(np.flatnonzero(inside))
-        column.append(neighbor[inside])
-        right += value
-        degree += inside | (value > 0)
-    i = np.concatenate((*row, np.arange(len(right))))
-    j = np.concatenate((*column, np.arange(len(right))))
-    value = np.concatenate((np.full(len(i) - len(right), -1.0), degree))
-    result = np.zeros(hole.shape)
-    if len(right):
-        result[hole] = spsolve(csr_matrix((value, (i, j)), (len(right), len(right))).tocsc(), right)
-    return result
+    pixels, neighbor, value = _with_reading_beside(pixels, measured, width)
+    count, inside = len(pixels), neighbor >= 0
+    if not count:
+        return pixels, np.zeros(0)
+    degree = (inside | (value > 0)).sum(axis=1)
+    i = np.concatenate((np.nonzero(inside)[0], np.arange(count)))
+    j = np.concatenate((neighbor[inside], np.arange(count)))
+    entries = np.concatenate((np.full(len(i) - count, -1.0), degree))
+    depth = np.asarray(spsolve(csr_matrix((entries, (i, j)), (count, count)).tocsc(), value.sum(axis=1)))
+    beside = np.where(inside, depth[neighbor], value)
+    slope = np.where(beside > 0, np.abs(beside - depth[:, None]), 0.0).max(axis=1)
+    kept = (depth > 0) & (slope <= max_slope)
+    return pixels[kept], depth[kept]
+
+
+def _with_reading_beside(pixels: Ints, measured: Floats, width: int) -> tuple[Ints, Ints, Floats]:
+    """Return the pixels of the holes with a reading beside them, and for each pixel its four neighbors.
+
+    Returns
+    -------
+    pixels : (K,) int. neighbor : (K, 4) int, index in `pixels` of the neighbors in the hole, -1 = not in it. value : (K, 4) m,
+    the readings at the neighbors, 0 = none.
+    """
+    beside = pixels[:, None] - np.array((1, width, -1, -width))
+    found = np.minimum(np.searchsorted(pixels, beside), len(pixels) - 1)
+    inside, value = pixels[found] == beside, measured[beside]
+    graph = csr_matrix((np.ones(np.count_nonzero(inside)), (np.nonzero(inside)[0], found[inside])), (len(pixels), len(pixels)))
+    label = connected_components(graph, directed=False)[1]
+    kept = (np.bincount(label, weights=(value > 0).any(axis=1)) > 0)[label]
+    number = np.cumsum(kept) - 1
+    return pixels[kept], np.where(inside, number[found], -1)[kept], value[kept]

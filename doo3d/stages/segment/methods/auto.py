@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ....config import SegmentConfig
-from ....geometry.sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing, sorted_unique
-from ....types import Cloud, Floats, Frame, Image
+from ....geometry.sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
+from ....kernels import neighborhood_spreads, occupied_cells
+from ....types import Cloud, Frame, Image
 
 MIN_BROAD_FRACTION = 0.5
 """A scene is broad when more than this fraction of it belongs to surfaces wider than `segment.max_width`."""
@@ -45,14 +45,17 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     """
     if isinstance(data, Frame):
         return _is_broad_frame(data, config)
-    points = data.points[:: max(1, len(data.points) // SAMPLE_POINTS)]
-    seeds = points[:: max(1, len(points) // SAMPLE_SEEDS)]
+    points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLE_POINTS)])
+    seeds = np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_SEEDS)])
     size = CELL_SPACINGS * cloud_spacing(points)
-    near = cKDTree(points).query_ball_point(seeds, config.max_width)
-    occupancy = [
-        _occupied_cells(points[index], size) * size**2 / (np.pi * config.max_width**2) for index in near if len(index) > 8
-    ]
-    return bool(occupancy) and float(np.mean(np.array(occupancy) > MIN_DISC_OCCUPANCY)) > MIN_BROAD_FRACTION
+    counts, means, covariances = neighborhood_spreads(points, seeds, config.max_width)
+    axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
+    # strands side by side leave gaps in the plane of the first two principal axes, a surface none
+    occupied = occupied_cells(points, seeds, config.max_width, means, axes, size)[counts > 8]
+    if not len(occupied):
+        return False
+    occupancy = occupied * size**2 / (np.pi * config.max_width**2)
+    return float(np.mean(occupancy > MIN_DISC_OCCUPANCY)) > MIN_BROAD_FRACTION
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
@@ -63,13 +66,3 @@ def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
     half_width = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
     half_width *= DEPTH_STRIDE_PX / frame.camera.fx * np.minimum(depth, config.max_depth)
     return bool(np.mean(half_width[depth > 0] > config.max_width / 2) > MIN_BROAD_FRACTION)
-
-
-def _occupied_cells(points: Floats, size: float) -> int:
-    """Return how many cells of `size` m the points (N, 3) m occupy in the plane of their first two principal axes.
-
-    Strands side by side leave gaps in it, a surface none.
-    """
-    centered = points - points.mean(axis=0)
-    cells = np.floor(centered @ np.linalg.eigh(centered.T @ centered)[1][:, 1:] / size).astype(np.int64)
-    return len(sorted_unique(cells[:, 0] * 1_000_000 + cells[:, 1]))
