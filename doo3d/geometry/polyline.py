@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from .. import kernels
 from ..types import Array, Floats
@@ -144,28 +143,14 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 
     Raises
     ------
-    numpy.linalg.LinAlgError : the weights are too few to determine the result, such as all zero.
+    ValueError : the weights are too few to determine the result, such as all zero.
 
     Notes
     -----
     With the values v and the weights W, the result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of
     x|^2.
     """
-    count, dim = values.shape
-    if count <= order or strength <= 0:
-        return values
-    difference = [(-1.0) ** (order - k) * math.comb(order, k) for k in range(order + 1)]
-    bands = np.zeros((order * dim + 1, count * dim))
-    for k in range(order + 1):
-        row = np.zeros(count)
-        for j in range(order + 1 - k):
-            row[j + k : count - order + j + k] += strength * difference[j] * difference[j + k]
-        bands[(order - k) * dim] = np.repeat(row, dim)
-    for a in range(dim):
-        for b in range(a, dim):
-            bands[order * dim - (b - a), b::dim] += weights[:, a, b]
-    right = np.einsum("pij,pj->pi", weights, values).ravel()
-    return np.asarray(solveh_banded(bands, right)).reshape(count, dim)
+    return kernels.whittaker_smooth(np.ascontiguousarray(values), np.ascontiguousarray(weights), strength, order)
 
 
 def perpendicular(direction: Floats) -> Floats:

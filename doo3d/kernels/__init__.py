@@ -45,6 +45,7 @@ from ._native import (
     traverse_contour,
     unit,
     unit_rows,
+    whittaker_smooth,
     window_sum,
     without_small_regions,
 )
@@ -94,6 +95,7 @@ __all__ = [
     "traverse_contour",
     "unit",
     "unit_rows",
+    "whittaker_smooth",
     "window_sum",
     "without_small_regions",
 ]

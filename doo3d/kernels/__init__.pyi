@@ -737,6 +737,26 @@ def unit_rows(vectors: Floats) -> Floats:
     4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
     """
 
+def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int) -> Floats:
+    """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), in time linear in the points.
+
+    Parameters
+    ----------
+    values
+        (P, D) float64, the P points
+    weights
+        (P, D, D) float64, weight matrix of each point, symmetric and positive semidefinite
+    strength
+        weight of smoothness, in the unit of the weights; 0 leaves the points as they are
+    order
+        order of the differences that are kept small, 1 to 8
+
+    Returns
+    -------
+    (P, D) float64; the given points if there are no more than `order`. A ValueError says if the weights are too few to determine
+    the result, such as all zero.
+    """
+
 def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     """Return at each sample the sum of the values at the sample and at its neighbors on the same path.
 

@@ -63,6 +63,7 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
     "without_small_regions": (np.ones((3, 3), bool), 4),
 }  # fmt: skip

@@ -20,6 +20,7 @@ void bind_segment_fitting(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_small_regions(nb::module_&);
 void bind_thinning(nb::module_&);
+void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
@@ -42,5 +43,6 @@ NB_MODULE(_native, m) {
     bind_skeleton_graph(m);
     bind_small_regions(m);
     bind_thinning(m);
+    bind_whittaker(m);
     bind_zhang_suen(m);
 }
