@@ -265,19 +265,26 @@ auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> 
 auto points_near_line(Matrix<double> points, Vector<double> origin, Vector<double> direction, double half_edge, double max_offset) {
     const Index count = points.shape(0), dim = points.shape(1);
     require(Index(origin.shape(0)) == dim && Index(direction.shape(0)) == dim, "origin and direction are not (D,)");
+    require(dim >= 1 && dim <= 3, "points are not (N, 1) to (N, 3)");
+    double start[3] = {0, 0, 0}, heading[3] = {0, 0, 0};
+    for (Index d = 0; d < dim; ++d) {
+        start[d] = origin(d);
+        heading[d] = direction(d);
+    }
     std::vector<double> kept, along, offsets;
     for (Index n = 0; n < count; ++n) {
         const double* point = points.data() + n * dim;
-        bool inside = true;
+        bool inside = std::fabs(point[0] - start[0]) < half_edge;
+        if (!inside) continue;  // as most points are
         double ahead = 0.0, square = 0.0;
         for (Index d = 0; d < dim; ++d) {
-            const double step = point[d] - origin(d);
+            const double step = point[d] - start[d];
             inside = inside && std::fabs(step) < half_edge;
-            ahead += step * direction(d);
+            ahead += step * heading[d];
         }
         if (!inside) continue;
         for (Index d = 0; d < dim; ++d) {
-            const double lateral = point[d] - origin(d) - ahead * direction(d);
+            const double lateral = point[d] - start[d] - ahead * heading[d];
             square += lateral * lateral;
         }
         if (square < max_offset * max_offset) {
