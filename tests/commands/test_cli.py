@@ -16,6 +16,7 @@ from builders.errors import code_in
 
 from doo3d import __version__
 from doo3d.config import Config, load_config, preset_names
+from doo3d.inspection import scaling
 
 COMMANDS = "detect info tune explain report video view export compare evaluate bench presets config samples".split()
 
@@ -139,6 +140,20 @@ def test_config(doo3d):
     assert "distance_weight" not in doo3d("config")[1]
     assert "distance_weight" in doo3d("config", "--all")[1]
     assert doo3d("config", "--markdown")[1].startswith("# Configuration")
+
+
+def test_bench_of_growing_frames(doo3d, tmp_path, monkeypatch):
+    monkeypatch.setattr(scaling, "SIZES", {"pixels": (0.02, 0.04), "crossings": (1, 3)})
+    code, out, _ = doo3d("bench", "--scale", "--runs", "1", "--plot", tmp_path / "scale.png")
+    assert code == 0
+    assert out.count("the time grows with the power") == 2
+    assert [line.split()[0] for line in out.splitlines() if "megapixels" in line] == ["0.02", "0.04"]
+    assert cv2.imread(str(tmp_path / "scale.png")).shape == (300, 800, 3)
+
+
+def test_bench_options_that_exclude_each_other(doo3d, capture):
+    assert "give no INPUT" in doo3d("bench", capture(), "--scale")[2]
+    assert "--scale" in doo3d("bench", "--plot", "a.png")[2]
 
 
 def test_bench(doo3d, capture):
