@@ -201,7 +201,11 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
         frame=data.name,
         timestamp=data.timestamp,
         seconds=stages.seconds,
-        notes=(*(data.notes if isinstance(data, Cloud) else ()), *(stages.context.foreground.notes or _lost(stages))),
+        notes=(
+            *(data.notes if isinstance(data, Cloud) else ()),
+            *(stages.context.foreground.notes or _lost(stages)),
+            *stages.merged.notes,
+        ),
         crossings=stages.crossings,
     )
 

@@ -13,7 +13,7 @@ from ..config import Config
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages, run_with_stages
-from ..stages.merge import Candidate, DroppedChain, MergeDecision
+from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
 
@@ -309,7 +309,7 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
     return Account(
         "merge",
         f"{_counted(len(merged.decisions), 'connection')}, {_counted(len(merged.assemblies), 'chain')}",
-        tuple(map(sentence, merged.dropped)),
+        (*(sentence(dropped) for dropped in merged.dropped if dropped.setting != TOO_MANY), *merged.notes),
     )
 
 

@@ -12,6 +12,8 @@ ends of chains (ends 2 c and 2 c + 1 are the first and the last end of chain c),
 branches, (H, W) rows and columns of an image. Lengths are in the unit of the coordinates: metres in 3-D, pixels in 2-D.
 """
 
+from collections.abc import Callable
+
 from ..types import Array, Bools, Floats, Ints
 
 def agreeing_readings(
@@ -242,21 +244,28 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, F
     length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     """
 
-def first_clear(points: Floats, others: Floats, clearance: float) -> int:
-    """Return the index of the first point that is farther than `clearance` from all others; the last index if there is none.
+def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
+    """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
+
+    A point is clear if it is farther than `clearance` from the first points of every other line, as many as are looked through of
+    its own line. The time grows in proportion to the points, unless many of them lie within `clearance` of each other.
 
     Parameters
     ----------
     points
-        (P, D) float64, P >= 1 points in order
-    others
-        (N, D) float64, the N points to keep clear of; with N = 0 the first point is clear
+        (N, D) float64, D = 2 or 3, the points of L lines, one line after the other, each from the common place on
+    bounds
+        (L + 1,) int64, row of the first point of each line; the last entry is the end of the last line
+    counts
+        (L,) int64 >= 1, number of points of each line to look through, and of each other line to compare them with
+    limits
+        (L,) int64, number of points of each line that others are compared with at most
     clearance
-        distance in the unit of the points
+        distance in the unit of the points, 0 or more
 
     Returns
     -------
-    int, 0 to P - 1.
+    (L,) int64, index within each line; that of the last point looked through if none is clear.
     """
 
 def is_simple(bits: int) -> bool:
@@ -311,6 +320,30 @@ def mask_pixels(mask: Bools) -> Ints:
     """Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
 
     mask : (H, W) bool. Returns (K, 2) int64 for K True pixels.
+    """
+
+def match_by_blossoms(weight: Floats, lowered: Callable[[Ints], tuple[Ints, Floats]] | None = None) -> Ints:
+    """Pair E chain ends so that the total weight of the pairs is largest (maximum-weight matching), each end in one pair at most.
+
+    It is found by Edmonds' blossom algorithm, on the weights rounded to 2^-50 of the largest. Where weights are lowered, only the
+    part of the matching that this changes is searched anew.
+
+    Parameters
+    ----------
+    weight
+        (E, E) float64, symmetric, the weight of pairing two ends; 0 for two ends that may not be paired
+    lowered
+        is called with the matching (E,), and returns pairs (K, 2) int64 of ends and their new weights (K,) float64; weights
+        larger than before are ignored. The ends are then matched again, until it returns no pairs. None accepts the first
+        matching
+
+    Returns
+    -------
+    (E,) int64, the end that each is paired with; -1 for none.
+
+    Raises
+    ------
+    ValueError : there are more than 5000 ends.
     """
 
 def match_by_subsets(weight: Floats) -> Ints:
@@ -458,7 +491,7 @@ def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> N
     """Remove the spurs of a 2-D skeleton in place, the shortest first.
 
     A spur is a line from a tip to a junction. A line between two tips stays, however short it is. Without a spur its junction
-    may be part of a longer line, so spurs are searched anew after each removal.
+    may be part of a longer line, so after each removal the spurs around it are measured anew.
 
     Parameters
     ----------
@@ -534,7 +567,14 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     """
 
 def second_best_rise(
-    cost: Floats, partner: Ints, free_cost: float, free_partner: Ints, release: Floats, pairs: Ints, allow_closed: bool
+    cost: Floats,
+    partner: Ints,
+    free_cost: float,
+    free_partner: Ints,
+    release: Floats,
+    pairs: Ints,
+    allow_closed: bool,
+    alternatives: int,
 ) -> Floats:
     """Return, for each connection of a matching of chain ends, by how much the total cost rises at least if it is not made.
 
@@ -559,6 +599,9 @@ def second_best_rise(
         (K, 2) int64, the two ends of each of K connections
     allow_closed
         True if an exchange of connections may close a chain to a ring
+    alternatives
+        number of other ends at most that each of the two ends is tried with, those with the least estimate of the cost; all E of
+        them give the least rise
 
     Returns
     -------

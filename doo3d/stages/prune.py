@@ -149,10 +149,15 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
 
 
 def _crowded(starts: Floats, ends: Floats, width: float) -> Ints:
-    """Return the segments with another one, not the next, whose cuboid could intersect theirs: ascending indices."""
+    """Return the segments with another one, not the next, whose cuboid could intersect theirs: ascending indices.
+
+    Of the nearest segments three may be the segment itself and the two next to it, so with one more there is another if any.
+    """
     reach = float(np.linalg.norm(ends - starts, axis=1).max()) + np.sqrt(2.0) * width
-    pairs = cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
-    return np.unique(pairs[np.abs(pairs[:, 0] - pairs[:, 1]) > 1])
+    middles = (starts + ends) / 2
+    near = cKDTree(middles).query(middles, k=4, distance_upper_bound=reach * (1 + 1e-9))[1]
+    count = np.arange(len(middles))
+    return np.flatnonzero(((near < len(middles)) & (np.abs(near - count[:, None]) > 1)).any(axis=1))
 
 
 def _boxes(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:

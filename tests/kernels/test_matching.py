@@ -6,8 +6,8 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from doo3d.kernels import match_by_subsets, settle_dominant_pairs
-from doo3d.stages.merge.matching import MAX_SUBSET_ENDS, maximum_weight_matching
+from doo3d.kernels import match_by_blossoms, match_by_subsets, settle_dominant_pairs
+from doo3d.stages.merge.matching import MAX_SETTLED_ENDS, MAX_SUBSET_ENDS, maximum_weight_matching
 
 
 def weights(seed, count, share=1.0):
@@ -56,9 +56,67 @@ def test_against_trying_all(seed, count, share):
 
 @pytest.mark.parametrize("count", [MAX_SUBSET_ENDS - 1, MAX_SUBSET_ENDS + 1, 30, 60])
 @pytest.mark.parametrize("seed", range(5))
-def test_against_blossoms(seed, count):
+def test_against_networkx(seed, count):
     for weight in (weights(seed, count), weights(seed, count, 0.1), near(seed, count) + near(seed, count).T):
-        assert total(weight, maximum_weight_matching(weight)) == pytest.approx(by_blossoms(weight))
+        expected = pytest.approx(by_blossoms(weight))
+        assert total(weight, maximum_weight_matching(weight)) == expected
+        assert total(weight, match_by_blossoms(weight)) == expected
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_blossoms_of_few_ends(seed):
+    """Small whole weights, so that many edges are tight at once and blossoms lie in blossoms."""
+    random = np.random.default_rng(seed)
+    count = int(random.integers(0, 25))
+    weight = np.triu(random.integers(0, 5, (count, count)), 1) * 1.0
+    weight += weight.T
+    assert total(weight, match_by_blossoms(weight)) == by_blossoms(weight)
+
+
+class Lowering:
+    """Lowers some weights of each matching a number of times, and compares every matching with that of networkx."""
+
+    def __init__(self, weight, seed, rounds):
+        self.weight, self.random, self.rounds = weight.copy(), np.random.default_rng(seed), rounds
+        self.seen = []
+
+    def __call__(self, partner):
+        self.seen.append(partner.copy())
+        assert total(self.weight, partner) == pytest.approx(by_blossoms(self.weight))
+        pairs = np.array([(a, b) for a, b in enumerate(partner.tolist()) if a < b]).reshape(-1, 2).astype(np.int64)
+        pairs = pairs[self.random.uniform(size=len(pairs)) < 0.4]
+        if len(self.seen) > self.rounds:
+            pairs = pairs[:0]
+        lower = self.weight[pairs[:, 0], pairs[:, 1]] * self.random.choice([0.0, 0.3, 0.9], len(pairs))
+        self.weight[pairs[:, 0], pairs[:, 1]] = self.weight[pairs[:, 1], pairs[:, 0]] = lower
+        return pairs, lower
+
+
+@pytest.mark.parametrize("match", [match_by_blossoms, maximum_weight_matching])
+@pytest.mark.parametrize("seed", range(10))
+def test_lowered_weights_are_matched_again(seed, match):
+    for weight in (weights(seed, 20, 0.5), near(seed, 40) + near(seed, 40).T):
+        lowering = Lowering(weight, seed, rounds=12)
+        partner = match(weight, lowering)
+        assert partner.tolist() == lowering.seen[-1].tolist()
+        assert total(lowering.weight, partner) == pytest.approx(by_blossoms(lowering.weight))
+
+
+def test_both_ways_of_matching_again_agree():
+    weight = near(1, MAX_SETTLED_ENDS) + near(1, MAX_SETTLED_ENDS).T
+    ways = [match(weight, Lowering(weight, 3, rounds=3)).tolist() for match in (match_by_blossoms, maximum_weight_matching)]
+    assert ways[0] == ways[1]
+
+
+def test_raised_weights_are_ignored():
+    weight = np.array([[0.0, 2.0], [2.0, 0.0]])
+    answers = iter([(np.array([[0, 1]]), np.array([5.0])), (np.zeros((0, 2), dtype=np.int64), np.zeros(0))])
+    assert match_by_blossoms(weight, lambda partner: next(answers)).tolist() == [1, 0]
+
+
+def test_a_lowered_pair_must_be_one_of_the_ends():
+    with pytest.raises(ValueError, match="two of the members"):
+        match_by_blossoms(np.ones((2, 2)), lambda partner: (np.array([[0, 2]]), np.zeros(1)))
 
 
 @pytest.mark.parametrize("seed", range(10))

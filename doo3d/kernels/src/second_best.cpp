@@ -2,8 +2,8 @@
 #include "arrays.h"
 
 #include <algorithm>
-
 #include <array>
+#include <queue>
 
 namespace {
 
@@ -30,54 +30,102 @@ struct Exchange {
 // A matching of E ends, by the cost of joining any two.
 class Matching {
 public:
-    Matching(Matrix<double> cost, Vector<Index> partner, double free_cost, Vector<Index> free_partner, Vector<double> release)
-        : cost_(cost), partner_(partner), free_partner_(free_partner), release_(release), free_cost_(free_cost), count_(cost.shape(0)) {
+    Matching(Matrix<double> cost, Vector<Index> partner, double free_cost, Vector<Index> free_partner, Vector<double> release, Index alternatives)
+        : cost_(cost), partner_(partner), free_partner_(free_partner), release_(release), free_cost_(free_cost), count_(cost.shape(0)), alternatives_(alternatives) {
         require(Index(cost.shape(1)) == count_, "cost is not square");
         require(Index(partner.shape(0)) == count_ && Index(free_partner.shape(0)) == count_ && Index(release.shape(0)) == count_,
                 "partner, free_partner and release are not one per end");
         for (Index e = 0; e < count_; ++e) {
             require(partner(e) >= -1 && partner(e) < count_ && free_partner(e) >= -1 && free_partner(e) < count_, "partner or free_partner is no end");
         }
+        cheapest_.assign(count_, INFINITY);
+        double largest = std::fabs(free_cost);
+        for (Index e = 0; e < count_; ++e) {
+            for (Index f = 0; f < count_; ++f) {
+                if (cost(e, f) < cheapest_[e]) cheapest_[e] = cost(e, f);
+                if (std::isfinite(cost(e, f))) largest = std::max(largest, std::fabs(cost(e, f)));
+            }
+            if (std::isfinite(release(e))) largest = std::max(largest, std::fabs(release(e)));
+        }
+        tolerance_ = 1e-12 * largest;
     }
 
     // Return the least rise without the connection of ends a and b, at most that of leaving both free.
+    //
+    // The exchanges are tried by the least that each may cost, its bound. To compute few of the E^2 bounds, those are computed first
+    // whose estimates are low: sums of a share of each of the two ends.
     double rise_without(Index a, Index b, bool allow_closed) {
         double least_rise = free_cost_ - cost_(a, b);
-        fill_bounds(a, b);
+        estimate(a, b, rows_);
+        estimate(b, a, columns_);
+        bounds_ = {};
+        estimates_ = {};
+        add_swaps(a, b);
+        add_estimate(0, 0);
         for (;;) {
-            const Index c = lowest(row_least_.data(), count_ + 1), d = row_column_[c];
-            if (!(row_least_[c] < least_rise)) return least_rise;
-            bound(c, d) = INFINITY;
-            update_row(c);
-            const Exchange exchange = exchange_for(a, b, c < count_ ? c : -1, d < count_ ? d : -1);
+            while (!estimates_.empty() && (bounds_.empty() || estimates_.top().value - cost_(a, b) - tolerance_ <= bounds_.top().value)) {
+                const Option next = estimates_.top();
+                estimates_.pop();
+                if (next.value - cost_(a, b) - tolerance_ >= least_rise) {
+                    estimates_ = {};
+                    break;
+                }
+                add_estimate(next.first, next.second + 1);
+                if (next.second == 0) add_estimate(next.first + 1, 0);
+                const Index c = rows_[next.first].end, d = columns_[next.second].end;
+                if (c == count_ || d == count_ || partner_(c) != d) add_bound(a, b, c, d);
+            }
+            if (bounds_.empty()) return least_rise;
+            const Option lowest = bounds_.top();
+            bounds_.pop();
+            if (!(lowest.value < least_rise)) return least_rise;
+            const Exchange exchange = exchange_for(a, b, lowest.first < count_ ? lowest.first : -1, lowest.second < count_ ? lowest.second : -1);
             if (exchange.rise < least_rise && (allow_closed || !closes_ring(exchange))) least_rise = exchange.rise;
         }
     }
 
 private:
-    double& bound(Index c, Index d) { return bounds_[c * (count_ + 1) + d]; }
-
-    static Index lowest(const double* values, Index size) {
-        Index index = 0;
-        for (Index k = 0; k < size; ++k) {
-            if (values[k] < values[index]) index = k;
+    // The least that joining an end to another end, or to none, adds to the rise.
+    struct Estimate {
+        double value;
+        Index end;
+        bool operator<(const Estimate& other) const { return value < other.value; }
+    };
+    // A pair of ends or of places in lists. The top of a priority queue is the largest: the lowest value, of equal ones the first pair.
+    struct Option {
+        double value;
+        Index first, second;
+        bool operator<(const Option& other) const {
+            if (value != other.value) return value > other.value;
+            return first != other.first ? first > other.first : second > other.second;
         }
-        return index;
-    }
+    };
 
-    void update_row(Index c) {
-        row_column_[c] = lowest(&bound(c, 0), count_ + 1);
-        row_least_[c] = bound(c, row_column_[c]);
+    // Estimate the share of each end that an end may be joined to instead, the lowest first; the end `count_` is none.
+    void estimate(Index end, Index other, std::vector<Estimate>& shares) const {
+        shares.clear();
+        for (Index c = 0; c < count_; ++c) {
+            if (c == end || c == other || !(cost_(end, c) < INFINITY)) continue;
+            double share = cost_(end, c) + release_(c);
+            if (partner_(c) >= 0) share += least(cheapest_[partner_(c)] / 2 - release_(c) - cost_(c, partner_(c)), 0.0);
+            if (share < INFINITY) shares.push_back({share, c});
+        }
+        std::sort(shares.begin(), shares.end());
+        if (Index(shares.size()) > alternatives_) shares.resize(alternatives_);
+        const Estimate none{free_cost_ / 2, count_};
+        shares.insert(std::upper_bound(shares.begin(), shares.end(), none), none);
     }
-
-    // Fill in the least by which the total rises when a is joined to end c and b to end d instead; the last is none.
-    void fill_bounds(Index a, Index b) {
-        bounds_.assign((count_ + 1) * (count_ + 1), 0.0);
-        row_column_.resize(count_ + 1);
-        row_least_.resize(count_ + 1);
-        for (Index c = 0; c <= count_; ++c) {
-            for (Index d = 0; d <= count_; ++d) bound(c, d) = bound_of(a, b, c, d);
-            update_row(c);
+    void add_estimate(Index row, Index column) {
+        if (row < Index(rows_.size()) && column < Index(columns_.size())) estimates_.push({rows_[row].value + columns_[column].value, row, column});
+    }
+    void add_bound(Index a, Index b, Index c, Index d) {
+        const double bound = bound_of(a, b, c, d);
+        if (bound < INFINITY) bounds_.push({bound, c, d});
+    }
+    // Add the bounds of joining a and b to the two ends of another connection.
+    void add_swaps(Index a, Index b) {
+        for (const Estimate& row : rows_) {
+            if (row.end < count_ && partner_(row.end) >= 0) add_bound(a, b, row.end, partner_(row.end));
         }
     }
 
@@ -146,17 +194,20 @@ private:
     Vector<Index> partner_, free_partner_;
     Vector<double> release_;
     double free_cost_;
-    Index count_;
-    std::vector<double> bounds_, row_least_;
-    std::vector<Index> row_column_;
+    Index count_, alternatives_;
+    std::vector<double> cheapest_;  // of each end, the least cost of joining it to any other
+    double tolerance_ = 0.0;        // more than the estimates are off by rounding
+    std::vector<Estimate> rows_, columns_;
+    std::priority_queue<Option> bounds_, estimates_;
 };
 
 auto second_best_rise(Matrix<double> cost, Vector<Index> partner, double free_cost, Vector<Index> free_partner, Vector<double> release,
-                      Matrix<Index> pairs, bool allow_closed) {
+                      Matrix<Index> pairs, bool allow_closed, Index alternatives) {
     const Index ends = cost.shape(0);
     require(ends % 2 == 0, "the number of ends is odd");
     require(pairs.shape(1) == 2, "pairs are not (K, 2)");
-    Matching matching(cost, partner, free_cost, free_partner, release);
+    require(alternatives >= 0, "alternatives are negative");
+    Matching matching(cost, partner, free_cost, free_partner, release, alternatives);
     std::vector<double> rises(pairs.shape(0));
     for (std::size_t k = 0; k < rises.size(); ++k) {
         require(pairs(k, 0) >= 0 && pairs(k, 0) < ends && pairs(k, 1) >= 0 && pairs(k, 1) < ends, "a pair holds no end");
@@ -169,5 +220,5 @@ auto second_best_rise(Matrix<double> cost, Vector<Index> partner, double free_co
 
 void bind_second_best(nb::module_& m) {
     m.def("second_best_rise", &second_best_rise, "cost"_a.noconvert(), "partner"_a.noconvert(), "free_cost"_a, "free_partner"_a.noconvert(),
-          "release"_a.noconvert(), "pairs"_a.noconvert(), "allow_closed"_a);
+          "release"_a.noconvert(), "pairs"_a.noconvert(), "allow_closed"_a, "alternatives"_a);
 }

@@ -2,6 +2,7 @@
 #include "thinning.h"
 
 #include <algorithm>
+#include <queue>
 
 namespace {
 
@@ -214,27 +215,104 @@ std::pair<double, bool> walk_from_tip(LineImage& image, Index pixel, double limi
     return {length, meets};
 }
 
-// Removing a spur may turn its junction into a part of a longer line, so the search begins anew after each.
+// The spurs of a skeleton, by length.
+//
+// Removing a spur may turn its junction into a part of a longer line. A walk sees only the pixels it passes and their neighbors, so
+// after a removal the walks are made anew that passed a pixel beside a removed one, and those from pixels beside it that are tips now.
+class Spurs {
+public:
+    Spurs(LineImage& lines, std::vector<Index>&& pixels, Index image_size, double min_length)
+        : lines_(lines), pixels_(std::move(pixels)), min_length_(min_length), version_(pixels_.size()), start_at_(image_size, -1),
+          first_walk_(image_size, -1) {
+        for (Index start = Index(pixels_.size()) - 1; start >= 0; --start) start_at_[pixels_[start]] = start;
+        for (Index start = 0; start < Index(pixels_.size()); ++start) {
+            if (start_at_[pixels_[start]] == start) walk(start);
+        }
+    }
+
+    void remove_all() {
+        while (!queue_.empty()) {
+            const Candidate shortest = queue_.top();
+            queue_.pop();
+            if (shortest.version != version_[shortest.start]) continue;
+            walk_from_tip(lines_, pixels_[shortest.start], min_length_, trail_);
+            const std::vector<Index> spur(trail_);
+            for (const Index pixel : spur) lines_.set(pixel, false);
+            update_beside(spur);
+        }
+    }
+
+private:
+    struct Candidate {
+        double length;
+        Index start, version;
+        // the top of a priority queue is the largest: the shortest spur, of equal ones that of the first pixel
+        bool operator<(const Candidate& other) const {
+            return length != other.length ? length > other.length : start > other.start;
+        }
+    };
+    struct Walk {
+        Index start, version, next;
+    };
+
+    void walk(Index start) {
+        ++version_[start];
+        const Index pixel = pixels_[start];
+        if (!lines_.on(pixel) || lines_.crossing_number(pixel) != 1) return;
+        const auto [length, meets] = walk_from_tip(lines_, pixel, min_length_, trail_);
+        if (meets && length < min_length_) queue_.push({length, start, version_[start]});
+        for (const Index passed : trail_) note(passed, start);
+        if (trail_.empty()) return;
+        const Index end = end_of_walk();
+        if (end >= 0) note(end, start);
+    }
+
+    // The pixel after the last of the trail, where the walk ended without stepping on; -1 for none.
+    Index end_of_walk() {
+        for (const Index passed : trail_) lines_.set(passed, false);
+        const int direction = lines_.neighbor_direction(trail_.back());
+        for (const Index passed : trail_) lines_.set(passed, true);
+        return direction < 0 ? -1 : lines_.neighbor(trail_.back(), direction);
+    }
+
+    void note(Index pixel, Index start) {
+        walks_.push_back({start, version_[start], first_walk_[pixel]});
+        first_walk_[pixel] = Index(walks_.size()) - 1;
+    }
+
+    void update_beside(const std::vector<Index>& spur) {
+        std::vector<Index> starts;
+        const auto visit = [&](Index pixel) {
+            if (start_at_[pixel] >= 0) starts.push_back(start_at_[pixel]);
+            for (Index w = first_walk_[pixel]; w >= 0; w = walks_[w].next) {
+                if (walks_[w].version == version_[walks_[w].start]) starts.push_back(walks_[w].start);
+            }
+            first_walk_[pixel] = -1;
+        };
+        for (const Index pixel : spur) {
+            visit(pixel);
+            for (int k = 0; k < 8; ++k) visit(lines_.neighbor(pixel, k));
+        }
+        std::sort(starts.begin(), starts.end());
+        starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
+        for (const Index start : starts) walk(start);
+    }
+
+    LineImage& lines_;
+    const std::vector<Index> pixels_;
+    const double min_length_;
+    std::vector<Index> version_, start_at_, first_walk_, trail_;
+    std::vector<Walk> walks_;
+    std::priority_queue<Candidate> queue_;
+};
+
 void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu> image, Vector<Index> rows, Vector<Index> columns,
                  double min_length) {
     LineImage lines(image.data(), image.shape(0), image.shape(1));
     lines.check(rows, columns);
-    std::vector<Index> trail, spur;
-    for (;;) {
-        double shortest = min_length;
-        spur.clear();
-        for (std::size_t start = 0; start < rows.shape(0); ++start) {
-            const Index pixel = lines.at(rows(start), columns(start));
-            if (!lines.on(pixel) || lines.crossing_number(pixel) != 1) continue;
-            const auto [length, meets] = walk_from_tip(lines, pixel, shortest, trail);
-            if (meets && length < shortest) {
-                shortest = length;
-                spur = trail;
-            }
-        }
-        if (spur.empty()) return;
-        for (const Index pixel : spur) lines.set(pixel, false);
-    }
+    std::vector<Index> pixels(rows.shape(0));
+    for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k] = lines.at(rows(k), columns(k));
+    Spurs(lines, std::move(pixels), Index(image.shape(0) * image.shape(1)), min_length).remove_all();
 }
 
 }  // namespace

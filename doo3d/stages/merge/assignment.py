@@ -6,19 +6,25 @@ By the greedy rule of Keipour et al. (RA-L 2022), or by a global matching.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...config import MergeConfig
-from ...types import Floats
+from ...types import Array, Bools, Floats, Ints
 from .costs import FORCED_COST_FACTOR
 from .ends import End, Pair, ends_of
 from .matching import maximum_weight_matching
 
 GapCosts = Callable[[Sequence[Pair]], list[float]]
 """Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
+
+CANDIDATES_AT_ONCE = 4096
+"""Pairs of ends that are looked through at once for those that may still be joined."""
+
+MERGES_PER_CLEANUP = 32
+"""Forced connections after which the pairs are forgotten that may no longer be joined."""
 
 FORCED_MIN_LENGTH_RATIO = 0.1
 """Fraction of the longest chain's length below which a chain is not joined by force: it is clutter rather than a part."""
@@ -52,40 +58,72 @@ class ChainGroups:
     Attributes
     ----------
     group
-        for each chain the number of its group. Numbers are arbitrary; equal numbers mean the same group.
+        (C,) int, for each of C chains the number of its group. Numbers are arbitrary; equal numbers mean the same group.
     """
 
     def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
         """Put each of `count` chains in a group of its own, then unite the groups that the links connect."""
-        self.group = list(range(count))
+        self.group: Ints = np.arange(count)
+        self._count = count
         for link in links:
             self.join(link.pair)
 
     def __len__(self) -> int:
         """Return the number of groups."""
-        return len(set(self.group))
+        return self._count
 
     def of(self, end: End) -> int:
         """Return the number of the group of connected chains to which the chain of an end belongs."""
-        return self.group[end.chain]
+        return int(self.group[end.chain])
 
     def join(self, pair: Pair) -> None:
         """Unite the groups of the two chains whose ends are given; changes the grouping in place."""
         kept, gone = self.of(pair[0]), self.of(pair[1])
-        self.group = [kept if group == gone else group for group in self.group]
+        if kept != gone:
+            self.group[self.group == gone] = kept
+            self._count -= 1
 
-    def large(self, sizes: Sequence[int]) -> set[int]:
-        """Return the numbers of the groups that have at least a tenth as many segments as the largest group.
+    def are_apart(self, first: Ints, second: Ints) -> Bools:
+        """Tell which pairs of ends, given by two arrays of their indices (K,), are in two groups: (K,) bool."""
+        return np.asarray(self.group[first // 2] != self.group[second // 2])
+
+    def in_large(self, sizes: Sequence[int]) -> Bools:
+        """Tell which chains are in a group that has at least a tenth as many segments as the largest group: (C,) bool.
 
         Parameters
         ----------
         sizes
             number of segments of each chain.
         """
-        total = dict.fromkeys(self.group, 0)
-        for group, size in zip(self.group, sizes, strict=True):
-            total[group] += size
-        return {group for group in total if total[group] >= FORCED_MIN_LENGTH_RATIO * max(total.values())}
+        total = np.bincount(self.group, weights=sizes)
+        return np.asarray(total[self.group] >= FORCED_MIN_LENGTH_RATIO * total.max())
+
+
+class _Candidates:
+    """The pairs of ends that may be joined, the cheapest first; of equal cost in the order of `Link`."""
+
+    def __init__(self, cost: Floats) -> None:
+        self.first, self.second = np.nonzero(np.isfinite(cost))
+        self.cost = cost[self.first, self.second]
+        self._keep(np.argsort(self.cost, kind="stable"))
+        self.ends = ends_of(len(cost) // 2)
+
+    def __len__(self) -> int:
+        return len(self.cost)
+
+    def _keep(self, rows: Array) -> None:
+        self.first, self.second, self.cost = self.first[rows], self.second[rows], self.cost[rows]
+
+    def select(self, is_possible: Callable[[Ints, Ints], Bools]) -> Iterator[Link]:
+        """Yield the pairs for which `is_possible` holds, given the indices of their ends, each part of the list anew."""
+        for start in range(0, len(self), CANDIDATES_AT_ONCE):
+            part = slice(start, start + CANDIDATES_AT_ONCE)
+            for i in start + np.flatnonzero(is_possible(self.first[part], self.second[part])):
+                yield Link(float(self.cost[i]), self.ends[self.first[i]], self.ends[self.second[i]])
+
+    def drop(self, is_possible: Callable[[Ints, Ints], Bools]) -> None:
+        """Forget all pairs for which `is_possible` does not hold."""
+        self._keep(np.flatnonzero(is_possible(self.first, self.second)))
 
 
 def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
@@ -122,26 +160,40 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link
     Gap paths only ever add to a cost, so only the gap path of the pair that would be next is made.
     """
     groups = ChainGroups(len(cost) // 2)
-    used: set[End] = set()
+    used = np.zeros(len(cost), dtype=bool)
     links: list[Link] = []
     rings: list[Link] = []
-    heap = [(link, False) for link in _finite(cost)]
-    heapq.heapify(heap)
-    while heap:
-        link, is_complete = heapq.heappop(heap)
-        if link.first in used or link.second in used:
+    complete: list[Link] = []
+
+    def is_possible(first: Ints, second: Ints) -> Bools:
+        free = ~(used[first] | used[second])
+        return free if config.allow_closed_chains else free & groups.are_apart(first, second)
+
+    def join_complete(limit: Link | None) -> None:
+        while complete and (limit is None or complete[0] < limit):
+            link = heapq.heappop(complete)
+            if used[link.first.index] or used[link.second.index]:
+                continue
+            if groups.of(link.first) == groups.of(link.second):
+                rings.append(link)
+            elif config.chains is None or len(groups) > config.chains:
+                used[[link.first.index, link.second.index]] = True
+                links.append(link)
+                groups.join(link.pair)
+
+    for link in _Candidates(cost).select(is_possible):
+        join_complete(link)
+        if used[link.first.index] or used[link.second.index]:
             continue
-        if not is_complete:
-            complete = _with_gap(link, gap_costs)
-            if complete.cost <= config.max_cost:
-                heapq.heappush(heap, (complete, True))
-        elif groups.of(link.first) == groups.of(link.second):
-            rings.append(link)
-        elif config.chains is None or len(groups) > config.chains:
-            used |= set(link.pair)
-            links.append(link)
-            groups.join(link.pair)
-    return links + [ring for ring in rings if config.allow_closed_chains and not used & set(ring.pair)]
+        if not config.allow_closed_chains and len(groups) <= (config.chains or 1):
+            break
+        with_gap = _with_gap(link, gap_costs)
+        if with_gap.cost <= config.max_cost:
+            heapq.heappush(complete, with_gap)
+    join_complete(None)
+    return links + [
+        ring for ring in rings if config.allow_closed_chains and not used[[ring.first.index, ring.second.index]].any()
+    ]
 
 
 def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
@@ -153,18 +205,25 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link
     """
     total = np.minimum(cost, cost.T)
     limit = config.max_cost if np.isfinite(config.max_cost) else 2 * float(total[np.isfinite(total)].max(initial=0.0)) + 1
+    ends = ends_of(len(total) // 2)
     complete: set[Pair] = set()
-    while True:
-        pairs = _matched_pairs(total, limit)
-        new = [pair for pair in pairs if pair not in complete]
-        complete |= set(new)
-        if _add_gap_costs(total, new, gap_costs):
-            continue
-        ring = None if config.allow_closed_chains else find_ring(pairs)
-        if ring is None:
-            break
-        a, b = max(ring, key=lambda pair: float(total[pair[0].index, pair[1].index]))
-        total[a.index, b.index] = total[b.index, a.index] = np.inf
+    pairs: list[Pair] = []
+
+    def lowered(partner: Ints) -> tuple[Ints, Floats]:
+        pairs[:] = [(ends[a], ends[b]) for a, b in enumerate(partner.tolist()) if a < b]
+        changed = [pair for pair in pairs if pair not in complete]
+        complete.update(changed)
+        if not _add_gap_costs(total, changed, gap_costs):
+            ring = None if config.allow_closed_chains else find_ring(pairs)
+            if ring is None:
+                return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+            a, b = max(ring, key=lambda pair: float(total[pair[0].index, pair[1].index]))
+            total[a.index, b.index] = total[b.index, a.index] = np.inf
+            changed = [(a, b)]
+        rows = np.array([(a.index, b.index) for a, b in changed])
+        return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
+
+    maximum_weight_matching(np.maximum(limit - total, 0.0), lowered)
     links = sorted(Link(float(total[a.index, b.index]), a, b) for a, b in pairs)
     if config.chains is None:
         return links
@@ -203,24 +262,29 @@ def force_merges(
     The further connections, without `links`. There are too few of them if no other connection is cheap enough.
     """
     groups = ChainGroups(len(sizes), links)
-    used = {end for link in links for end in link.pair}
-    candidates = sorted(_finite(cost))
+    used = np.zeros(len(cost), dtype=bool)
+    used[[end.index for link in links for end in link.pair]] = True
     forced: list[Link] = []
+    if len(groups) <= (config.chains or 1):
+        return forced
+    candidates = _Candidates(cost)
+
+    def is_possible(first: Ints, second: Ints) -> Bools:
+        return np.asarray(~(used[first] | used[second]) & groups.are_apart(first, second))
+
+    def are_large(first: Ints, second: Ints) -> Bools:
+        return np.asarray(is_possible(first, second) & large[first // 2] & large[second // 2])
+
     while len(groups) > (config.chains or 1):
-        large = groups.large(sizes)
-        allowed = (
-            link
-            for link in candidates
-            if not used & set(link.pair)
-            and groups.of(link.first) != groups.of(link.second)
-            and {groups.of(link.first), groups.of(link.second)} <= large
-        )
-        link = _cheapest(allowed, gap_costs, config.max_cost * FORCED_COST_FACTOR)
+        large = groups.in_large(sizes)
+        link = _cheapest(candidates.select(are_large), gap_costs, config.max_cost * FORCED_COST_FACTOR)
         if link is None:
             break
-        used |= set(link.pair)
+        used[[link.first.index, link.second.index]] = True
         forced.append(link)
         groups.join(link.pair)
+        if len(forced) % MERGES_PER_CLEANUP == 0:
+            candidates.drop(is_possible)
     return forced
 
 
@@ -258,22 +322,9 @@ def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
     return None
 
 
-def _finite(cost: Floats) -> list[Link]:
-    """Return the pairs of ends that may be joined, with their costs from (E, E)."""
-    ends = ends_of(len(cost) // 2)
-    return [Link(float(cost[a, b]), ends[a], ends[b]) for a, b in zip(*np.nonzero(np.isfinite(cost)), strict=True)]
-
-
 def _with_gap(link: Link, gap_costs: GapCosts) -> Link:
     """Return the link with the cost of its gap path added."""
     return link._replace(cost=link.cost + gap_costs([link.pair])[0])
-
-
-def _matched_pairs(total: Floats, limit: float) -> list[Pair]:
-    """Return the maximum-weight matching of the ends, the weight being what a connection costs less than the limit."""
-    partner = maximum_weight_matching(np.maximum(limit - total, 0.0)).tolist()
-    ends = ends_of(len(total) // 2)
-    return [(ends[a], ends[b]) for a, b in enumerate(partner) if a < b]
 
 
 def _add_gap_costs(total: Floats, pairs: Sequence[Pair], gap_costs: GapCosts) -> bool:

@@ -10,6 +10,12 @@ from ...kernels import second_best_rise
 from ...types import Floats, Ints
 from .assignment import Link
 
+FEW_ENDS = 256
+"""Ends up to which all others are tried as alternatives; the work grows as their number to the power of three."""
+
+MAX_ALTERNATIVES = 32
+"""Other ends that are tried for each of the two ends of a connection where there are more: those that promise the lowest cost."""
+
 
 def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_rings: bool = False) -> list[float]:
     """Return the confidence of each connection, 0 to 1: how much the best solution without the connection costs more.
@@ -47,7 +53,8 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
         partner[[a, b]] = b, a
         total[a, b] = total[b, a] = link.cost
     spare, settled = _spare_ends(total, partner, max_cost)
-    rise = second_best_rise(total, partner, float(max_cost), spare, settled, pairs, allow_rings)
+    alternatives = len(total) if len(total) <= FEW_ENDS else MAX_ALTERNATIVES
+    rise = second_best_rise(total, partner, float(max_cost), spare, settled, pairs, allow_rings, alternatives)
     return [float(confidence) for confidence in np.clip(rise / max_cost, 0.0, 1.0)]
 
 

@@ -35,6 +35,9 @@ IMAGE_BORDER_RADII = 8.0
 EXPOSED_END_LOOKAHEAD = 2.0
 """Radii beyond an end within which an occluder is looked for."""
 
+ROWS_AT_ONCE = 128
+"""Ends at most whose pairs with all others are computed at once: a pair takes about 200 bytes in between."""
+
 COINCIDENT = 1e-12
 """m (px in 2-D); ends nearer to each other than this have no direction from one to the other."""
 
@@ -70,7 +73,7 @@ def euclidean(points: Floats) -> Floats:
     -------
     (E, E) m (px in 2-D), distance of each pair, symmetric.
     """
-    return np.asarray(np.linalg.norm(points[None] - points[:, None], axis=-1))
+    return _by_rows(lambda rows: np.linalg.norm(points[None] - points[rows, None], axis=-1), len(points))
 
 
 def direction(tangents: Floats) -> Floats:
@@ -90,7 +93,7 @@ def direction(tangents: Floats) -> Floats:
     (E, E) radians, 0 to pi, symmetric.
     """
     outward = _pairwise(tangents)
-    return angle(outward, -outward.swapaxes(0, 1))
+    return _by_rows(lambda rows: angle(outward[rows], -outward[:, rows].swapaxes(0, 1)), len(tangents))
 
 
 def curvature(points: Floats, tangents: Floats) -> Floats:
@@ -111,9 +114,15 @@ def curvature(points: Floats, tangents: Floats) -> Floats:
     -------
     (E, E) radians, 0 to pi, symmetric; 0 for ends that coincide.
     """
-    gap = points[None] - points[:, None]
-    bend = angle(_pairwise(tangents), gap)
-    bend[np.linalg.norm(gap, axis=-1) < COINCIDENT] = 0
+    outward = _pairwise(tangents)
+
+    def bend_of(rows: slice) -> Floats:
+        gap = points[None] - points[rows, None]
+        bend = angle(outward[rows], gap)
+        bend[np.linalg.norm(gap, axis=-1) < COINCIDENT] = 0
+        return bend
+
+    bend = _by_rows(bend_of, len(points))
     return np.asarray(np.maximum(bend, bend.T))
 
 
@@ -227,13 +236,24 @@ def _pairwise(tangents: Floats) -> Floats:
     return np.broadcast_to(tangents[:, None], (len(tangents), *tangents.shape))
 
 
+def _by_rows(values: Callable[[slice], Floats], count: int) -> Floats:
+    """Return values of all pairs, (E, E) or (E, E, D), computed a few rows at a time where there are many ends."""
+    if count <= ROWS_AT_ONCE:
+        return np.asarray(values(slice(None)))
+    return np.concatenate([values(slice(start, start + ROWS_AT_ONCE)) for start in range(0, count, ROWS_AT_ONCE)])
+
+
 def _expected_tangents(ends: ChainEnds, distance: Floats, radius: float, config: MergeConfig) -> Floats:
     """Return the tangent of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
 
     On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
     object bends more sharply than two of its radii, and no curvature is known well enough to extrapolate far.
     """
-    half_way = np.minimum(distance, config.tangent_window_radii * radius)[:, :, None] / 2
     strength = np.linalg.norm(ends.curvatures, axis=1, keepdims=True)
     bend = ends.curvatures * np.minimum(1.0, 1 / np.maximum(2 * radius * strength, 1e-12))
-    return unit(ends.tangents[:, None] + config.bending.curvature_persistence * half_way * bend[:, None])
+
+    def tangents(rows: slice) -> Floats:
+        half_way = np.minimum(distance[rows], config.tangent_window_radii * radius)[:, :, None] / 2
+        return unit(ends.tangents[rows, None] + config.bending.curvature_persistence * half_way * bend[rows, None])
+
+    return _by_rows(tangents, len(distance))

@@ -13,6 +13,9 @@ from .assignment import Link
 from .ends import Pair, ends_of
 from .gap_path_costs import GapCost, GapPaths
 
+TOO_MANY = "too many chains"
+"""In place of a setting: the chain is not one of the longest, to which merging is limited."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -82,7 +85,8 @@ class DroppedChain:
     chain
         the dropped chain.
     setting
-        the setting that dropped it: "merge.chains" (too many objects) or "merge.min_length" (object too short).
+        the setting that dropped it: "merge.chains" (too many objects) or "merge.min_length" (object too short); or TOO_MANY, if
+        it was left out before the ends were joined.
     """
 
     chain: Chain
@@ -101,11 +105,14 @@ class Merged:
         one record per connection made, the cheapest connection first.
     dropped
         the chains that are part of no assembly.
+    notes
+        messages to the user, one sentence each: that there were too many chains.
     """
 
     assemblies: list[Assembly]
     decisions: tuple[MergeDecision, ...] = ()
     dropped: tuple[DroppedChain, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def record_decisions(

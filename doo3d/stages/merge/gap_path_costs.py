@@ -11,7 +11,7 @@ import numpy as np
 from ...config import MergeConfig
 from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.polyline import steps
-from ...types import Floats
+from ...types import Floats, Ints
 from ...visibility import PointVisibility, Visibility
 from .ends import ChainEnds, End, Pair
 
@@ -23,6 +23,10 @@ CONNECTION_POINTS = 20
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 """Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
+
+
+PAIRS_AT_ONCE = 20_000
+"""Pairs of ends whose straight connections are asked for at once, for memory: a pair takes about 1 kB."""
 
 
 class GapCost(NamedTuple):
@@ -139,8 +143,15 @@ class GapPaths:
         """
         total = cost.copy()
         first, second = np.nonzero(np.isfinite(cost))
-        if not len(first):
+        if not (self.config.free_space_weight or self.config.unknown_weight):
             return total
+        for start in range(0, len(first), PAIRS_AT_ONCE):
+            a, b = first[start : start + PAIRS_AT_ONCE], second[start : start + PAIRS_AT_ONCE]
+            total[a, b] += self._straight_gap_costs(a, b)
+        return total
+
+    def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
+        """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
         points, config = self.ends.points, self.config
         offset = points[second] - points[first]
         length = np.linalg.norm(offset, axis=1)
@@ -151,5 +162,5 @@ class GapPaths:
             free = np.isin(status, (PointVisibility.FREE, PointVisibility.OUTSIDE)).mean(axis=1)
             unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
         unknown = np.where((length < config.tangent_window_radii * self.radius) & (free == 0), 0.0, unknown)
-        total[first, second] += self.ends.unit_cost * length * (config.free_space_weight * free + config.unknown_weight * unknown)
-        return total
+        weighted = config.free_space_weight * free + config.unknown_weight * unknown
+        return np.asarray(self.ends.unit_cost * length * weighted)

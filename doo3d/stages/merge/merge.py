@@ -5,15 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...config import MergeConfig
 from ...types import Chain
 from .. import Assembly, FrameContext
 from .assignment import Link, assign
 from .confidence import confidences
 from .costs import cost_terms, pair_costs
-from .decisions import DroppedChain, Merged, record_decisions
+from .decisions import TOO_MANY, DroppedChain, Merged, record_decisions
 from .ends import End, ends_of, measure_ends
 from .gap_path_costs import GapPaths
+
+MAX_CHAINS = 500
+"""Chains at most whose ends are joined, the longest: the costs of all pairs of their ends, and the matching, take about a second.
+A frame of an object has a few dozen."""
 
 
 def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:
@@ -22,6 +28,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
     wanted number of chains is left. The part of a gap path in free space, which the camera saw to be empty, costs extra. Kept are
     the `config.chains` longest objects or, if that is not set, the objects of at least `config.min_length` radii.
+    Of more than MAX_CHAINS (500) chains only the longest are used, and a note says so.
 
     Parameters
     ----------
@@ -42,6 +49,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     """
     if not chains:
         return Merged([])
+    chains, left_out = _longest(chains)
     radius, visibility = context.radius, context.visibility
     ends = measure_ends(chains, config.tangent_window_radii * radius)
     terms = cost_terms(ends, radius, visibility, config)
@@ -64,7 +72,33 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     return Merged(
         [assembly for _, assembly in kept],
         record_decisions(links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths),
-        tuple(DroppedChain(chain, setting) for i, chain in enumerate(chains) if i not in used),
+        (
+            *(DroppedChain(chain, setting) for i, chain in enumerate(chains) if i not in used),
+            *(DroppedChain(chain, TOO_MANY) for chain in left_out),
+        ),
+        _notes(left_out),
+    )
+
+
+def _longest(chains: list[Chain]) -> tuple[list[Chain], list[Chain]]:
+    """Return the MAX_CHAINS chains with the most segments, of equal ones the first, and the others, each in the order given."""
+    if len(chains) <= MAX_CHAINS:
+        return chains, []
+    is_kept = np.zeros(len(chains), dtype=bool)
+    is_kept[np.argsort([-len(chain.joints) for chain in chains], kind="stable")[:MAX_CHAINS]] = True
+    return (
+        [chain for chain, kept in zip(chains, is_kept, strict=True) if kept],
+        [chain for chain, kept in zip(chains, is_kept, strict=True) if not kept],
+    )
+
+
+def _notes(left_out: list[Chain]) -> tuple[str, ...]:
+    if not left_out:
+        return ()
+    most = max(len(chain.joints) - 1 for chain in left_out)
+    return (
+        f"merge: the object falls into {MAX_CHAINS + len(left_out)} pieces, of which the {MAX_CHAINS} longest are used; "
+        f"{len(left_out)} pieces of at most {most} segment{'s' * (most != 1)} are left out; segment more narrowly",
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,12 +37,15 @@ class Branch:
         (P, D) m, D = 3 (in 2-D: px, D = 2), P points from a to b, without the positions of the nodes.
     length
         m (px in 2-D), from node to node; set by `BranchGraph.add`.
+    number
+        order in which the branches of a graph were added; set by `BranchGraph.add`.
     """
 
     a: int
     b: int
     points: Floats
     length: float = 0.0
+    number: int = -1
 
     def from_end(self, node: int) -> tuple[int, Floats]:
         """Return the node at the far end of the branch, and the points in the order from `node` to there.
@@ -58,21 +62,37 @@ class Branch:
         """
         return (self.b, self.points) if self.a == node else (self.a, self.points[::-1])
 
+    @property
+    def is_spur(self) -> bool:
+        """Whether one of its ends is free, and one only."""
+        return (self.a == FREE_END) != (self.b == FREE_END)
 
-@dataclass
+    @property
+    def is_bridge(self) -> bool:
+        """Whether it leads from a node to another node."""
+        return FREE_END != self.a != self.b != FREE_END
+
+
 class BranchGraph:
     """The skeleton as a graph: branches between nodes, where a node is a junction of branches.
 
     Attributes
     ----------
-    branches
-        all branches, in no particular order.
     positions
         number of each node -> its position (D,) m, D = 3 (in 2-D: px, D = 2).
     """
 
-    branches: list[Branch] = field(default_factory=list)
-    positions: dict[int, Floats] = field(default_factory=dict)
+    def __init__(self, positions: dict[int, Floats] | None = None) -> None:
+        """Make a graph of nodes at these positions, without branches."""
+        self.positions = {} if positions is None else positions
+        self._branches: dict[int, Branch] = {}
+        self._at: dict[int, dict[int, Branch]] = {}
+        self._added = 0
+
+    @property
+    def branches(self) -> list[Branch]:
+        """All branches, in the order in which they were added."""
+        return list(self._branches.values())
 
     def add(self, a: int, b: int, points: Floats) -> None:
         """Add a branch between two nodes, and compute its length.
@@ -84,9 +104,22 @@ class BranchGraph:
         points
             (P, D) m, D = 3 (in 2-D: px, D = 2), from a to b, without the positions of the nodes.
         """
-        branch = Branch(a, b, points)
+        branch = Branch(a, b, points, number=self._added)
         branch.length = float(steps(self.all_points(branch)).sum())
-        self.branches.append(branch)
+        self._added += 1
+        self._branches[branch.number] = branch
+        for node in {a, b} - {FREE_END}:
+            self._at.setdefault(node, {})[branch.number] = branch
+
+    def remove(self, branch: Branch) -> None:
+        """Remove a branch of the graph; its nodes stay."""
+        del self._branches[branch.number]
+        for node in {branch.a, branch.b} - {FREE_END}:
+            del self._at[node][branch.number]
+
+    def has(self, branch: Branch) -> bool:
+        """Tell whether a branch that was added has not been removed."""
+        return branch.number in self._branches
 
     def all_points(self, branch: Branch) -> Floats:
         """Return the points of a branch with the positions of its nodes added, in order from a to b.
@@ -101,12 +134,12 @@ class BranchGraph:
         return np.concatenate(parts)
 
     def branches_at(self, node: int) -> list[Branch]:
-        """Return the branches that end at a node; a branch with both ends there is listed twice."""
-        return [branch for branch in self.branches for end in (branch.a, branch.b) if end == node]
+        """Return the branches that end at a node, as they were added; a branch with both ends there is listed twice."""
+        return [branch for branch in self._at.get(node, {}).values() for end in (branch.a, branch.b) if end == node]
 
     def is_loop(self, branch: Branch) -> bool:
         """Tell whether a branch starts and ends at one node that has no other branch."""
-        return branch.a == branch.b != FREE_END and len(self.branches_at(branch.a)) == 2
+        return branch.a == branch.b != FREE_END and len(self._at[branch.a]) == 1
 
     def contract(self, bridge: Branch) -> None:
         """Remove a branch and unite the two nodes at its ends to one, half way between them; changes the graph in place.
@@ -118,11 +151,11 @@ class BranchGraph:
         bridge
             a branch of the graph between two different nodes, neither of them a free end.
         """
-        self.branches.remove(bridge)
+        self.remove(bridge)
         self.positions[bridge.a] = (self.positions[bridge.a] + self.positions[bridge.b]) / 2
         del self.positions[bridge.b]
-        for branch in [branch for branch in self.branches if bridge.b in (branch.a, branch.b)]:
-            self.branches.remove(branch)
+        for branch in list(self._at[bridge.b].values()):
+            self.remove(branch)
             a, b = (bridge.a if end == bridge.b else end for end in (branch.a, branch.b))
             self.add(a, b, branch.points)
 
@@ -132,11 +165,14 @@ class BranchGraph:
         Two branches become one through the position of the node; a single branch gets a free end there. A node with three or
         more branches stays, and so does a node whose only branch is a loop from the node to itself.
         """
+        if len(self._at.get(node, {})) > 2:
+            return
         ending = self.branches_at(node)
         if len(ending) > 2 or (len(ending) == 2 and ending[0] is ending[1]):
             return
         position = self.positions.pop(node)[None]
-        self.branches = [branch for branch in self.branches if all(branch is not other for other in ending)]
+        for branch in ending:
+            self.remove(branch)
         if len(ending) == 1:
             other, points = ending[0].from_end(node)
             self.add(FREE_END, other, np.concatenate((position, points)))
@@ -166,37 +202,97 @@ class BranchGraph:
         removed = {"spur": 0.0, "loop": 0.0}
         for node in list(self.positions):
             self.dissolve(node)
+        queue = _Simplification(self, min_branch, MIN_LOOP_RADII * radius, JUNCTION_MERGE_DISTANCE_RADII * radius)
         while True:
-            shortest = self._shortest_removable(min_branch, MIN_LOOP_RADII * radius)
+            queue.take([self._branches[i] for i in range(queue.seen, self._added) if i in self._branches])
+            queue.seen = self._added
+            shortest = queue.pop_removable()
             if shortest is not None:
                 removed["spur" if FREE_END in (shortest.a, shortest.b) else "loop"] += shortest.length
-                self.branches.remove(shortest)
+                self.remove(shortest)
                 for node in {shortest.a, shortest.b} - {FREE_END}:
                     self.dissolve(node)
                 continue
-            bridges = [
-                branch
-                for branch in self.branches
-                if FREE_END != branch.a != branch.b != FREE_END and branch.length < JUNCTION_MERGE_DISTANCE_RADII * radius
-            ]
-            if not bridges:
+            bridge = queue.pop_bridge()
+            if bridge is None:
                 return removed["spur"], removed["loop"]
-            self.contract(min(bridges, key=lambda branch: branch.length))
+            self.contract(bridge)
 
-    def _shortest_removable(self, min_branch: float, min_loop: float) -> Branch | None:
-        """Return the shortest of: spurs, small loops, and the longer of two branches around a small hole; None without any."""
-        shortest: dict[tuple[int, int], Branch] = {}
-        for branch in sorted(self.branches, key=lambda branch: branch.length):
-            if (branch.a == FREE_END) != (branch.b == FREE_END):
-                removable = branch.length < min_branch
+
+_Queue = list[tuple[float, int, Branch]]
+"""A heap of branches, the shortest first, of equal ones the one added first."""
+
+
+class _Simplification:
+    """The branches of a graph that may be removed or contracted, the shortest first.
+
+    A branch never changes: one that is cut, joined or moved is removed, and another one added. So each is put in the queues once,
+    and whether it may still go is asked when it comes up.
+    """
+
+    def __init__(self, graph: BranchGraph, min_branch: float, min_loop: float, merge_distance: float) -> None:
+        self.graph, self.seen = graph, 0
+        self.min_branch, self.min_loop, self.merge_distance = min_branch, min_loop, merge_distance
+        self.removable: _Queue = []
+        self.bridges: _Queue = []
+        self.between: dict[tuple[int, int], _Queue] = {}
+
+    def take(self, branches: list[Branch]) -> None:
+        """Put the branches that were added to the graph in the queues."""
+        for branch in branches:
+            entry = (branch.length, branch.number, branch)
+            if branch.is_spur:
+                if branch.length < self.min_branch:
+                    heapq.heappush(self.removable, entry)
             elif branch.a == branch.b:
-                removable = branch.a != FREE_END and branch.length < min_loop and len(self.branches_at(branch.a)) > 2
+                if branch.a != FREE_END and branch.length < self.min_loop:
+                    heapq.heappush(self.removable, entry)
             else:
-                twin = shortest.setdefault((min(branch.a, branch.b), max(branch.a, branch.b)), branch)
-                removable = twin is not branch and twin.length + branch.length < min_loop
-            if removable:
+                if branch.length < self.min_loop:
+                    # the branches that were too long to be around a small hole with the shortest so far may now be short enough
+                    former = self._shortest_between(branch)
+                    if former is not None and entry[:2] < former[:2]:
+                        for other in self.between[self._key(branch)]:
+                            heapq.heappush(self.removable, other)
+                    heapq.heappush(self.between.setdefault(self._key(branch), []), entry)
+                    heapq.heappush(self.removable, entry)
+                if branch.length < self.merge_distance:
+                    heapq.heappush(self.bridges, entry)
+
+    def pop_removable(self) -> Branch | None:
+        """Return the shortest of: spurs, small loops, and the longer of two branches around a small hole; None without any."""
+        while self.removable:
+            _, _, branch = heapq.heappop(self.removable)
+            if self.graph.has(branch) and self._may_go(branch):
                 return branch
         return None
+
+    def pop_bridge(self) -> Branch | None:
+        """Return the shortest branch between the two forks of a crossing; None without any."""
+        while self.bridges:
+            _, _, branch = heapq.heappop(self.bridges)
+            if self.graph.has(branch):
+                return branch
+        return None
+
+    def _may_go(self, branch: Branch) -> bool:
+        if branch.is_spur:
+            return True
+        if branch.a == branch.b:
+            return not self.graph.is_loop(branch)
+        shortest = self._shortest_between(branch)
+        return shortest is not None and shortest[2] is not branch and shortest[0] + branch.length < self.min_loop
+
+    def _shortest_between(self, branch: Branch) -> tuple[float, int, Branch] | None:
+        """Return the entry of the shortest branch between the nodes of a branch; None without any shorter than `min_loop`."""
+        queue = self.between.get(self._key(branch), [])
+        while queue and not self.graph.has(queue[0][2]):
+            heapq.heappop(queue)
+        return queue[0] if queue else None
+
+    @staticmethod
+    def _key(branch: Branch) -> tuple[int, int]:
+        return min(branch.a, branch.b), max(branch.a, branch.b)
 
 
 def build_graph(skeleton: Skeleton) -> tuple[BranchGraph, list[Floats]]:
@@ -212,11 +308,10 @@ def build_graph(skeleton: Skeleton) -> tuple[BranchGraph, list[Floats]]:
     if coords.shape[1] == 2:
         coords = np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
     cluster, order, bounds, ends = trace_branches(neighbor_table(coords))
-    graph = BranchGraph()
     at_junction = np.flatnonzero(cluster >= 0)
     node = cluster[at_junction]
     sums = [np.bincount(node, weights=column) for column in skeleton.points[at_junction].T]
-    graph.positions = dict(enumerate(np.column_stack(sums) / np.bincount(node)[:, None]))
+    graph = BranchGraph(dict(enumerate(np.column_stack(sums) / np.bincount(node)[:, None])))
     loops = []
     ordered = skeleton.points[order]
     for (a, b), (start, stop) in zip(ends.tolist(), itertools.pairwise(bounds.tolist()), strict=True):

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from ...errors import ConfigError
 from ...kernels import crossing_numbers, prune_spurs
-from ...types import Floats, Ints, Path, Skeleton
+from ...types import Floats, Path, Skeleton
 
 TIP_REACH_PX, JUNCTION_REACH_PX = 1.0, 2.0
 """px in rows or columns between a contour and the tip, or the junction, that it starts at: it runs around the line, and a
@@ -47,22 +47,22 @@ def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], i
     lines = crossing_numbers(image, v, u)
     tips, junctions = (np.column_stack((u, v))[kind] for kind in (lines == 1, lines > 2))
     contours, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    trees = [(cKDTree(tips) if len(tips) else None, TIP_REACH_PX)]
+    trees.append((cKDTree(junctions) if len(junctions) else None, JUNCTION_REACH_PX))
     offset = skeleton.points[0] - (u[0], v[0])
     paths = []
     for contour in contours:
         points = contour[:, 0].astype(float)
-        start = _nearest_index(points, tips, TIP_REACH_PX)
-        if start is None:
-            start = _nearest_index(points, junctions, JUNCTION_REACH_PX)
-        points = np.roll(points, -(start or 0), axis=0)
+        starts = (_nearest_index(points, *targets) for targets in trees)
+        points = np.roll(points, -next((start for start in starts if start is not None), 0), axis=0)
         paths.append(Path(np.concatenate((points, points[:1])) + offset))
     return paths, len(u) - int(np.count_nonzero(image))
 
 
-def _nearest_index(points: Floats, targets: Ints, max_distance: float) -> int | None:
-    """Return the first of the points (P, 2) nearest to a target (T, 2); None if it is farther (in rows or columns) than that."""
-    if not len(targets):
+def _nearest_index(points: Floats, targets: cKDTree | None, max_distance: float) -> int | None:
+    """Return the first of the points (P, 2) nearest to a target; None if it is farther (in rows or columns) than that."""
+    if targets is None:
         return None
-    distance = cKDTree(targets).query(points, p=np.inf)[0]
+    distance = targets.query(points, p=np.inf)[0]
     nearest = int(np.argmin(distance))
     return nearest if distance[nearest] <= max_distance else None

@@ -13,7 +13,7 @@ from ...geometry.polyline import arc_length, moving_mean, resample, steps
 from ...kernels import first_clear
 from ...types import Floats, Path, Skeleton
 from .. import FrameContext
-from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, build_graph
+from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
 from .contours import trace_contours
 from .traversal import Traversal
 
@@ -29,8 +29,8 @@ JUNCTION_CLEARANCE_RADII = 2.2
 TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
 """Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
 
-_BranchPoints = list[tuple[Branch, Floats]]
-"""Branches with all their points (P, D), those of their nodes too."""
+_ClearLengths = dict[tuple[int, int], float]
+"""(number of a branch, 0 for its first end or 1 for its last) -> length, m (px in 2-D)."""
 
 
 def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
@@ -77,17 +77,18 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
             paths.append(Path(moving_mean(loop, window_half, closed=True), closed=True))
         else:
             loop_length += float(length)
-    branches = [(branch, graph.all_points(branch)) for branch in graph.branches]
-    for branch, points in branches:
-        if not graph.is_loop(branch):
-            trimmed, cut = _trim_branch(branch, points, branches, context.radius)
-            trimmed_length += cut
-            if len(trimmed) > 1:
-                paths.append(Path(moving_mean(trimmed, window_half)))
+    branches = [branch for branch in graph.branches if not graph.is_loop(branch)]
+    points = {branch.number: graph.all_points(branch) for branch in branches}
+    clear = _clear_lengths(graph, branches, points, context.radius)
+    for branch in branches:
+        trimmed, cut = _trim_branch(branch, points[branch.number], clear, context.radius)
+        trimmed_length += cut
+        if len(trimmed) > 1:
+            paths.append(Path(moving_mean(trimmed, window_half)))
     return Traversal(paths, spur_length, loop_length, trimmed_length)
 
 
-def _trim_branch(branch: Branch, points: Floats, branches: _BranchPoints, radius: float) -> tuple[Floats, float]:
+def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: float) -> tuple[Floats, float]:
     """Return the points (P, D) of a branch without its ends, and the length cut off; no points where nothing is left.
 
     A free end is cut by `JUNCTION_TRIM_MIN_RADII`, which thinning draws into a corner of the surface. So is an end at a junction,
@@ -100,13 +101,8 @@ def _trim_branch(branch: Branch, points: Floats, branches: _BranchPoints, radius
     for end, node in enumerate((branch.a, branch.b)):
         if node == FREE_END:
             cut[end] = min(JUNCTION_TRIM_MIN_RADII * radius, TIP_TRIM_FRACTION * length)
-            continue
-        inward = points if end == 0 else points[::-1]
-        distance = position if end == 0 else position[-1] - position[::-1]
-        count = int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1
-        others = _other_branches(branch, branches, node, end, count)
-        first = first_clear(np.ascontiguousarray(inward[:count]), others, JUNCTION_CLEARANCE_RADII * radius)
-        cut[end] = max(JUNCTION_TRIM_MIN_RADII * radius, min(float(distance[first]), JUNCTION_TRIM_FRACTION * length))
+        else:
+            cut[end] = max(JUNCTION_TRIM_MIN_RADII * radius, min(clear[branch.number, end], JUNCTION_TRIM_FRACTION * length))
     if cut[0] + cut[1] >= length:
         return points[:0], length
     low, high = cut[0], length - cut[1]
@@ -114,13 +110,31 @@ def _trim_branch(branch: Branch, points: Floats, branches: _BranchPoints, radius
     return np.concatenate((ends[:1], points[(position > low) & (position < high)], ends[1:])), cut[0] + cut[1]
 
 
-def _other_branches(branch: Branch, branches: _BranchPoints, node: int, end: int, count: int) -> Floats:
-    """Return the first `count` points of every branch that leaves a node, except the given end of the given branch, (Q, D) m."""
-    result: list[Floats] = [branch.points[:0]]
-    for other, points in branches:
-        own_count = min(count, len(points) // 2 + 1) if other.a == other.b else count
-        if other.a == node and (other is not branch or end == 1):
-            result.append(points[:own_count])
-        if other.b == node and (other is not branch or end == 0):
-            result.append(points[::-1][:own_count])
-    return np.concatenate(result)
+def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int, Floats], radius: float) -> _ClearLengths:
+    """Return the length at each end at a node until the branch is clear of all others there, at most `JUNCTION_TRIM_MAX_RADII`.
+
+    points : number of each branch -> its points (P, D), those of its nodes too. Both ends of a branch at one node count as two
+    branches, each up to the middle.
+    """
+    clear: _ClearLengths = {}
+    at_node: dict[int, list[tuple[Branch, int]]] = {}
+    for branch in branches:
+        for end, node in enumerate((branch.a, branch.b)):
+            if node != FREE_END:
+                at_node.setdefault(node, []).append((branch, end))
+    for leaving in at_node.values():
+        lines, distances = [], []
+        for branch, end in leaving:
+            own = points[branch.number]
+            position = arc_length(own)
+            lines.append(own if end == 0 else own[::-1])
+            distances.append(position if end == 0 else position[-1] - position[::-1])
+        counts = [int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1 for distance in distances]
+        most = max(counts)
+        limits = [len(line) // 2 + 1 if branch.a == branch.b else most for (branch, _), line in zip(leaving, lines, strict=True)]
+        near = [line[:most] for line in lines]
+        bounds = np.cumsum([0, *map(len, near)])
+        first = first_clear(np.concatenate(near), bounds, np.array(counts), np.array(limits), JUNCTION_CLEARANCE_RADII * radius)
+        for (branch, end), distance, index in zip(leaving, distances, first.tolist(), strict=True):
+            clear[branch.number, end] = float(distance[index])
+    return clear
