@@ -13,6 +13,7 @@ from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
+from .mask_repair import repair_mask
 from .mask_cleanup import CleanedMask, clean_mask
 from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
@@ -102,6 +103,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         _check_frame_depth(frame, config)
     method, selected = _select(frame, config, mask, seed, frame.depth.shape)
     may_have_wide = method not in (MASK, "everything")
+    if frame.color is not None and method != "everything":
+        selected = repair_mask(selected, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))
     distance = 0.0
