@@ -17,6 +17,7 @@ from .mask_repair import repair_mask
 from .mask_cleanup import CleanedMask, clean_mask
 from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
+from .strand_filter import filter_along_strands
 from .segmentation import EXTENDED, MASK, Segmentation
 
 RIDGE_NOTE = (
@@ -114,6 +115,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
     if method != "everything":
+        readings = filter_along_strands(readings, cleaned.mask, radius, frame.camera.fx)
         readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
