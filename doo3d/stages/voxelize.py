@@ -176,7 +176,8 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
         return points
     if config.split_at_depth_step:
         mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
-    return points[core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)]
+    core = points[core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)]
+    return core if foreground.bridges is None else np.concatenate((core, foreground.bridges))
 
 
 def _closed_grid(points: Floats, size: float, radius: float) -> VoxelGrid:

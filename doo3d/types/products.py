@@ -19,6 +19,9 @@ class Foreground:
     points
         (N, D) m (px in 2-D), N points as measured: one per object pixel with depth (per object pixel in 2-D), or the points of a
         cloud.
+    bridges
+        (K, 3) m, points between neighboring pixels of a strand that runs away so steeply that their own points lie far apart; None
+        without a depth image.
     filtered
         (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
     pixels
@@ -43,6 +46,7 @@ class Foreground:
 
     points: Floats
     filtered: Floats | None = None
+    bridges: Floats | None = None
     pixels: Ints | None = None
     mask: Bools | None = None
     depth: Array | None = None
@@ -54,7 +58,7 @@ class Foreground:
     views: tuple[CameraView, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("points", "filtered", "pixels", "mask", "depth", "color", "viewpoint"):
+        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint"):
             set_sealed(self, **{name: getattr(self, name)})
 
 

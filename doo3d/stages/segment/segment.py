@@ -112,14 +112,16 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if pixels:
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
+    bridges = np.zeros((0, 3))
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
     if method != "everything":
-        readings = filter_along_strands(readings, cleaned.mask, radius, frame.camera.fx)
+        readings, bridges = filter_along_strands(readings, cleaned.mask, radius, frame.camera)
         readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
+        bridges=bridges,
         pixels=readings.pixels,
         mask=cleaned.mask,
         mask_radius=radius,
