@@ -25,7 +25,7 @@ COLOR_BITS = 4
 HISTOGRAM_SMOOTHING = 0.6
 """Cells of the color histograms by which they are smoothed: light varies along a cable."""
 
-ITERATIONS = 3
+ITERATIONS = 4
 
 MAX_LOG_RATIO = 4.0
 """Largest log ratio of one pixel: neighbors may outweigh it."""
@@ -35,6 +35,8 @@ SMOOTHING_PX = 0.8
 MIN_RAGGEDNESS_PX = 0.5
 """px; a mask whose edge is off by less, in the mean, is left as it is."""
 
+MAX_ELSEWHERE_RATIO, MAX_RING_SHARE = 0.05, 0.016
+MIN_THICKNESS_PX, MIN_ELONGATION = 3.5, 16.0
 MIN_CONTRAST = 2.5
 """Mean log ratio of the colors of the mask over those of the background that tells them apart."""
 
@@ -65,7 +67,7 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
     found, around = part, (distance > BAND_PX) & (distance <= RING_PX)
     for _ in range(ITERATIONS):
         core = cv2.erode(found.view(np.uint8), square) > 0
-        inside = core if np.count_nonzero(core) > 0.3 * np.count_nonzero(found) else found
+        inside = core if np.count_nonzero(core) > 0.4 * np.count_nonzero(found) else found
         ratio, contrast = _log_ratio(image, inside, around)
         if contrast < MIN_CONTRAST:
             return mask
@@ -75,23 +77,25 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
     perimeter = np.count_nonzero(part & (cv2.erode(part.view(np.uint8), np.ones((3, 3), np.uint8)) == 0))
     far = (distance > BAND_PX) & (distance <= RING_PX)
     import os
-    lim = [float(x) for x in os.environ.get('LIM', '0.5,0.05,16,3.5').split(',')]
-    found |= _long_parts(part & ~found, lim[2], lim[3])
-    if np.count_nonzero(found != part) < lim[0] * perimeter or np.count_nonzero((smooth > 0) & far) > lim[1] * np.count_nonzero(part):
+    found |= _long_parts(part & ~found)
+    elsewhere = np.count_nonzero((smooth > 0) & far)
+    if elsewhere > MAX_ELSEWHERE_RATIO * np.count_nonzero(part) and elsewhere > MAX_RING_SHARE * np.count_nonzero(far):
+        return mask
+    if np.count_nonzero(found != part) < MIN_RAGGEDNESS_PX * perimeter:
         return mask
     result = np.zeros_like(mask)
     result[rows, columns] = found
     return result
 
 
-def _long_parts(dropped: Bools, elongation: float, thick: float) -> Bools:
+def _long_parts(dropped: Bools) -> Bools:
     """Return the connected parts of what is dropped from a mask that are as thick as a cable and long."""
     distance = cv2.distanceTransform(dropped.astype(np.uint8), cv2.DIST_L2, 3)
     count, label, stats, _ = cv2.connectedComponentsWithStats(dropped.view(np.uint8), connectivity=8)
     thickest = np.zeros(count)
     np.maximum.at(thickest, label[dropped], distance[dropped])
     area = stats[:, cv2.CC_STAT_AREA]
-    long = (thickest > thick) & (area > elongation * thickest**2)
+    long = (thickest > MIN_THICKNESS_PX) & (area > MIN_ELONGATION * thickest**2)
     long[0] = False
     return np.asarray(long[label])
 

@@ -22,6 +22,7 @@ MAD_TO_DEVIATION = 1.4826
 BRIDGED_PX = 1.5
 BRIDGED_PLACES = 4
 BRIDGE_RADII = 0.4
+MAX_BRIDGE_RADII = 2.0
 FLOOR_WEIGHT = 1e-3
 MIN_LENGTH_PX = 12
 MAX_DEVIATION_RADII = 0.4
@@ -68,7 +69,7 @@ def _bridges(readings: Readings, place: Ints, middle: Bools, width: int, camera:
         other = np.minimum(np.searchsorted(key, key + step), len(key) - 1)
         pair = middle & middle[other] & (key[other] == key + step) & (np.abs(place[other] - place) <= BRIDGED_PLACES)
         gap = np.where(pair, np.linalg.norm(points[other] - points, axis=1), 0.0)
-        wide = np.flatnonzero(gap > BRIDGE_RADII * radius)
+        wide = np.flatnonzero((gap > BRIDGE_RADII * radius) & (gap < MAX_BRIDGE_RADII * radius))
         count = np.ceil(gap[wide] / (BRIDGE_RADII * radius)).astype(int)
         first = np.repeat(wide, count)
         number = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
