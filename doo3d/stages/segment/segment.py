@@ -116,7 +116,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
     if method != "everything":
-        readings, bridges = filter_along_strands(readings, cleaned.mask, radius, frame.camera)
+        readings, bridges = filter_along_strands(readings, cleaned.mask, radius, frame.camera, frame.depth)
         readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),

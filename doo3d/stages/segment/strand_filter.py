@@ -29,7 +29,7 @@ MAX_DEVIATION_RADII = 0.4
 """Radii; where the depth along a strand deviates by less from a smooth curve, it is left as it is."""
 
 
-def filter_along_strands(readings: Readings, mask: Bools, radius: float, camera: Camera) -> tuple[Readings, Floats]:
+def filter_along_strands(readings: Readings, mask: Bools, radius: float, camera: Camera, depth_image) -> tuple[Readings, Floats]:
     if not len(readings.pixels) or not radius:
         return readings, np.zeros((0, 3))
     focal = camera.fx
@@ -53,9 +53,12 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, camera:
         z = 1 / found
         worst = np.abs(1 / np.where(measured, value[start:stop], found) - z)
         if np.mean(worst > MAX_DEVIATION_RADII * radius) > 0.05:
+            z = _lowered(z, deviation * float(np.median(z)) ** 2, line[start:stop], mask, depth_image, radius, focal)
             smooth[start:stop] = z
     own = smooth[near]
+
     readings = readings._replace(filtered=np.where(own > 0, own, readings.filtered))
+    readings = readings._replace(depth=np.where(own > 0, own, readings.depth))
     branch = np.searchsorted(bounds, near, side="right")
     return readings, _bridges(readings, near + 10 * branch, offset <= BRIDGED_PX, mask.shape[1], camera, radius)
 
@@ -76,6 +79,38 @@ def _bridges(readings: Readings, place: Ints, middle: Bools, width: int, camera:
         share = ((number + 0.5) / np.repeat(count, count))[:, None]
         bridges.append(points[first] * (1 - share) + points[other[first]] * share)
     return np.concatenate(bridges)
+
+
+def _lowered(z: Floats, noise: float, line: Floats, mask: Bools, depth: Floats, radius: float, focal: float) -> Floats:
+    if noise < 0.5 * radius or len(z) < 30:
+        return z
+    step = np.gradient(line.astype(float), axis=0)
+    from scipy.ndimage import uniform_filter1d
+    step = uniform_filter1d(step, 9, axis=0, mode="nearest")
+    side = np.column_stack((-step[:, 1], step[:, 0])) / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-9)
+    radius_px = radius * focal / z
+    offsets = radius_px[:, None] + np.linspace(4, 14, 6)
+    at = line[:, None, None] + side[:, None, None] * (offsets[:, None] * np.array((-1, 1))[:, None])[..., None]
+    u, v = np.rint(at[..., 0]).astype(int), np.rint(at[..., 1]).astype(int)
+    inside = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+    values = np.where(inside & ~mask[v, u] & (depth[v, u] > 0), depth[v, u], np.nan).reshape(len(z), -1)
+    known = np.isfinite(values).any(axis=1)
+    if known.mean() < 0.5:
+        return z
+    sides = np.full(len(z), np.nan)
+    sides[known] = np.nanmedian(values[known], axis=1)
+    index = np.arange(len(z))
+    ground = np.interp(index, index[known], sides[known])
+    weight = np.ones(len(z))
+    size = max(21, round(60))
+    for _ in range(4):
+        fit = whittaker_smooth(ground[:, None], weight[:, None, None], float(size) ** 4)[:, 0]
+        residual = ground - fit
+        weight = 1 / (1 + (residual / max(2 * MAD_TO_DEVIATION * float(np.median(np.abs(residual))), 1e-6)) ** 2)
+    height = fit - z - 1.6 * radius
+    pull = noise**2 / (noise**2 + radius**2) / (1 + (height / (2.5 * noise)) ** 2)
+    return z + uniform_filter1d(pull, 15, mode="nearest") * height
 
 
 def _nearer_quantiles(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
