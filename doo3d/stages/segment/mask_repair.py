@@ -32,7 +32,8 @@ MAX_LOG_RATIO = 4.0
 
 SMOOTHING_PX = 0.8
 
-MIN_RAGGEDNESS_PX = 0.5
+EDGE_PX = 1.2
+MIN_RAGGEDNESS = 0.25
 """px; a mask whose edge is off by less, in the mean, is left as it is."""
 
 MAX_ELSEWHERE_RATIO, MAX_RING_SHARE = 0.05, 0.016
@@ -81,7 +82,8 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
     elsewhere = np.count_nonzero((smooth > 0) & far)
     if elsewhere > MAX_ELSEWHERE_RATIO * np.count_nonzero(part) and elsewhere > MAX_RING_SHARE * np.count_nonzero(far):
         return mask
-    if np.count_nonzero(found != part) < MIN_RAGGEDNESS_PX * perimeter:
+    off = (found & (distance > EDGE_PX)) | (part & ~found & (cv2.distanceTransform(part.astype(np.uint8), cv2.DIST_L2, 3) > EDGE_PX))
+    if np.count_nonzero(off) < MIN_RAGGEDNESS * perimeter:
         return mask
     result = np.zeros_like(mask)
     result[rows, columns] = found

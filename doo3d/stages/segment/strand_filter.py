@@ -16,16 +16,17 @@ from .depth_filter import Readings
 NEARER_SHARE = 0.35
 MEDIAN_RADII = 12.0
 OUTLIER_DEVIATIONS = 4.0
+OUTLIER_RADII = 2.5
 SMOOTHING_RADII, SMOOTHING_NOISE_RADII = 2.4, 0.15
 ITERATIONS = 4
 MAD_TO_DEVIATION = 1.4826
 BRIDGED_PX = 1.5
 BRIDGED_PLACES = 4
-BRIDGE_RADII = 0.4
+MIN_BRIDGE_RADII, BRIDGE_RADII = 0.7, 0.4
 MAX_BRIDGE_RADII = 2.0
 FLOOR_WEIGHT = 1e-3
 MIN_LENGTH_PX = 12
-MAX_DEVIATION_RADII = 0.4
+MAX_NOISE_RADII, MAX_TORN_SHARE = 0.35, 0.05
 """Radii; where the depth along a strand deviates by less from a smooth curve, it is left as it is."""
 
 
@@ -51,9 +52,10 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, camera:
             continue
         found, deviation = _smoothed(value[start:stop], measured, radius * focal * float(np.median(value[start:stop][measured])), focal)
         z = 1 / found
-        worst = np.abs(1 / np.where(measured, value[start:stop], found) - z)
-        if np.mean(worst > MAX_DEVIATION_RADII * radius) > 0.05:
-            z = _lowered(z, deviation * float(np.median(z)) ** 2, line[start:stop], mask, depth_image, radius, focal)
+        behind = 1 / np.where(measured, value[start:stop], found) - z
+        noise = _waves(behind, max(1, round(radius * focal / float(np.median(z)))))
+        if noise > MAX_NOISE_RADII * radius or np.mean(behind > OUTLIER_RADII * radius) > MAX_TORN_SHARE:
+            z = _lowered(z, noise, line[start:stop], mask, depth_image, radius, focal)
             smooth[start:stop] = z
     own = smooth[near]
 
@@ -72,7 +74,7 @@ def _bridges(readings: Readings, place: Ints, middle: Bools, width: int, camera:
         other = np.minimum(np.searchsorted(key, key + step), len(key) - 1)
         pair = middle & middle[other] & (key[other] == key + step) & (np.abs(place[other] - place) <= BRIDGED_PLACES)
         gap = np.where(pair, np.linalg.norm(points[other] - points, axis=1), 0.0)
-        wide = np.flatnonzero((gap > BRIDGE_RADII * radius) & (gap < MAX_BRIDGE_RADII * radius))
+        wide = np.flatnonzero((gap > MIN_BRIDGE_RADII * radius) & (gap < MAX_BRIDGE_RADII * radius))
         count = np.ceil(gap[wide] / (BRIDGE_RADII * radius)).astype(int)
         first = np.repeat(wide, count)
         number = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
@@ -113,6 +115,13 @@ def _lowered(z: Floats, noise: float, line: Floats, mask: Bools, depth: Floats, 
     return z + uniform_filter1d(pull, 15, mode="nearest") * height
 
 
+def _waves(residual: Floats, window: int) -> float:
+    """Return the standard deviation of the residuals averaged over a window: the noise that does not average away."""
+    from scipy.ndimage import uniform_filter1d
+    mean = uniform_filter1d(residual, 2 * window + 1, mode="nearest")
+    return MAD_TO_DEVIATION * float(np.median(np.abs(mean)))
+
+
 def _nearer_quantiles(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
     order = np.lexsort((inverse, sample))
     count = np.bincount(sample, minlength=size)
@@ -131,7 +140,8 @@ def _smoothed(value: Floats, measured: Bools, radius_px: float, focal: float) ->
         residual = value - smooth
         deviation = MAD_TO_DEVIATION * float(np.median(np.abs(residual[at])))
         noise = deviation / float(np.median(smooth)) ** 2 / (radius_px / focal / float(np.median(smooth)))
-        inlier = np.maximum(0.0, 1 - (residual / max(OUTLIER_DEVIATIONS * deviation, 1e-12)) ** 2) ** 2 * measured
+        cut = max(OUTLIER_DEVIATIONS * deviation, OUTLIER_RADII * radius_px * float(np.median(smooth)) / focal)
+        inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
         length = SMOOTHING_RADII * np.sqrt(max(noise, SMOOTHING_NOISE_RADII) / SMOOTHING_NOISE_RADII) * radius_px
         weight = inlier + FLOOR_WEIGHT
         target = (inlier * value + FLOOR_WEIGHT * base) / weight
