@@ -9,15 +9,14 @@ from scipy.ndimage import gaussian_filter
 from ...geometry.mask import bounding_box
 from ...types import Array, Bools, Floats
 
-CELLS = 1 << 12
-SHADES = (0.85, 0.7, 0.55, 0.4)
-SHADOW_SHARE = 0.03
-FLOOR = 1e-5
 BAND_PX = 4
-"""px; the edge of a mask is looked for up to so far beyond the mask."""
+"""px; the edge of the object is looked for up to so far outside the mask."""
 
 RING_PX = 24
-"""px; the colors of the background are taken from the band's edge to so far from the mask."""
+"""px; the colors of the background are those from the band to so far from the mask."""
+
+ITERATIONS = 3
+"""Times the colors are learned: the first time from the mask as given, then from what was found."""
 
 COLOR_BITS = 4
 """Bits per channel that tell colors apart."""
@@ -25,28 +24,56 @@ COLOR_BITS = 4
 HISTOGRAM_SMOOTHING = 0.6
 """Cells of the color histograms by which they are smoothed: light varies along a cable."""
 
-ITERATIONS = 4
+SHADES, SHADOW_SHARE = (0.85, 0.7, 0.55, 0.4), 0.03
+"""Brightness of the background in the cable's shadow, and how frequent each is held to be: a ragged mask seldom shows it."""
+
+MIN_FREQUENCY = 1e-5
+"""Frequency of a color that was never seen."""
 
 MAX_LOG_RATIO = 4.0
-"""Largest log ratio of one pixel: neighbors may outweigh it."""
+"""Largest log ratio of one pixel, so that neighbors may outweigh it."""
 
 SMOOTHING_PX = 0.8
+"""px; standard deviation of the Gauss filter of log ratios."""
 
-EDGE_PX = 1.2
-MIN_RAGGEDNESS = 0.25
-"""px; a mask whose edge is off by less, in the mean, is left as it is."""
+MIN_CONTRAST = 2.5
+"""Median log ratio in the mask from which on the colors tell the object from what is around it."""
+
+MIN_CORE_SHARE = 0.4
+"""Share of the mask inside its edge from which on the colors are learned there: at the edge they are mixed with the background's."""
 
 MAX_ELSEWHERE_RATIO, MAX_RING_SHARE = 0.05, 0.016
+"""Pixels in the object's colors around the mask, over those in the mask and over those around it; if there are more than both say,
+something else has these colors too."""
+
 MIN_THICKNESS_PX, MIN_ELONGATION = 3.5, 16.0
-MIN_CONTRAST = 2.5
-"""Mean log ratio of the colors of the mask over those of the background that tells them apart."""
+"""Half-width in px, and area in its squares, of a part that is not dropped: a cable in the colors of the background."""
+
+EDGE_PX = 1.2
+"""px by which an edge may be off: whether a pixel on it belongs to the object is a matter of taste."""
+
+MIN_RAGGEDNESS = 0.25
+"""Pixels farther off than that, per pixel of the mask's edge, that make a mask ragged; true masks have 0.03, ragged ones 0.4."""
+
+SAMPLED_EDGES = 400
+"""Pixels of the edge at which the image is looked at first."""
+
+PROFILE_PX = 5
+"""px on either side of the edge within which the largest step of color is looked for."""
+
+MAX_OFF_SHARE = 0.12
+"""Share of these pixels whose largest step is not at the edge, up to which a mask surely is not ragged."""
+
+NORMAL_WINDOW_PX = 3
+"""px; half-width of the window in which the direction across the edge is measured."""
 
 
 def repair_mask(mask: Bools, color: Array) -> Bools:
-    """Move the edge of a mask to where the colors of the image change, and drop the parts in the colors of the background.
+    """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
 
-    The colors of the mask and of a ring around it are compared. Where they are told apart, a pixel in the mask or up to 4 px from it
-    belongs to the object if its color, with those of its neighbors, is more frequent in the mask than around it.
+    The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the object
+    if its color and those of its neighbors are more frequent in the mask than around it. The colors are then learned again from what
+    was found. Darker shades of the background count as background, since cables cast shadows.
 
     Parameters
     ----------
@@ -57,76 +84,105 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
 
     Returns
     -------
-    (H, W) bool; `mask` itself if it is empty, its edge already is where the colors change, or the colors do not tell.
+    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell object and background apart.
     """
-    if not mask.any():
+    if not _may_be_ragged(mask, color):
         return mask
     rows, columns = _widened(bounding_box(mask), RING_PX, mask.shape)
-    part, image = mask[rows, columns], color[rows, columns]
-    distance = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 3)
+    part, image = np.ascontiguousarray(mask[rows, columns]), color[rows, columns]
+    outside = cv2.distanceTransform((~part).view(np.uint8), cv2.DIST_L2, 3)
+    in_band, in_ring = outside <= BAND_PX, outside <= RING_PX
     square = np.ones((3, 3), np.uint8)
-    found, around = part, (distance > BAND_PX) & (distance <= RING_PX)
+    found, around = part, in_ring & ~in_band
     for _ in range(ITERATIONS):
-        core = cv2.erode(found.view(np.uint8), square) > 0
-        inside = core if np.count_nonzero(core) > 0.4 * np.count_nonzero(found) else found
-        ratio, contrast = _log_ratio(image, inside, around)
-        if contrast < MIN_CONTRAST:
+        core = cv2.erode(found.view(np.uint8), square).view(bool)
+        inside = core if np.count_nonzero(core) > MIN_CORE_SHARE * np.count_nonzero(found) else found
+        ratio = _log_ratio(image, inside, around)
+        if not inside.any() or np.median(ratio[inside]) < MIN_CONTRAST:
             return mask
-        smooth = cv2.GaussianBlur(ratio, (0, 0), SMOOTHING_PX)
-        found = (smooth > 0) & (distance <= BAND_PX)
-        around = (distance <= RING_PX) & (cv2.dilate(found.view(np.uint8), square) == 0)
-    perimeter = np.count_nonzero(part & (cv2.erode(part.view(np.uint8), np.ones((3, 3), np.uint8)) == 0))
-    far = (distance > BAND_PX) & (distance <= RING_PX)
-    import os
+        likely = cv2.GaussianBlur(ratio, (0, 0), SMOOTHING_PX) > 0
+        found = likely & in_band
+        around = in_ring & ~cv2.dilate(found.view(np.uint8), square).view(bool)
     found |= _long_parts(part & ~found)
-    elsewhere = np.count_nonzero((smooth > 0) & far)
-    if elsewhere > MAX_ELSEWHERE_RATIO * np.count_nonzero(part) and elsewhere > MAX_RING_SHARE * np.count_nonzero(far):
+    ring = in_ring & ~in_band
+    elsewhere = np.count_nonzero(likely & ring)
+    if elsewhere > MAX_ELSEWHERE_RATIO * np.count_nonzero(part) and elsewhere > MAX_RING_SHARE * np.count_nonzero(ring):
         return mask
-    off = (found & (distance > EDGE_PX)) | (part & ~found & (cv2.distanceTransform(part.astype(np.uint8), cv2.DIST_L2, 3) > EDGE_PX))
-    if np.count_nonzero(off) < MIN_RAGGEDNESS * perimeter:
+    within = cv2.distanceTransform(part.view(np.uint8), cv2.DIST_L2, 3)
+    off = (found & (outside > EDGE_PX)) | (~found & (within > EDGE_PX))
+    if np.count_nonzero(off) < MIN_RAGGEDNESS * np.count_nonzero(_edge(part)):
         return mask
     result = np.zeros_like(mask)
     result[rows, columns] = found
     return result
 
 
+def _may_be_ragged(mask: Bools, color: Array) -> bool:
+    """Tell whether the largest step of color across the edge of the mask lies elsewhere at many places, by a sample of them."""
+    height, width = mask.shape
+    margin = PROFILE_PX + NORMAL_WINDOW_PX
+    edge = np.flatnonzero(_edge(mask))
+    v, u = np.divmod(edge[np.linspace(0, len(edge) - 1, min(len(edge), SAMPLED_EDGES)).astype(int)], width)
+    inner = (u >= margin) & (v >= margin) & (u < width - margin) & (v < height - margin)
+    u, v = u[inner], v[inner]
+    dv, du = (
+        each.ravel() for each in np.mgrid[-NORMAL_WINDOW_PX : NORMAL_WINDOW_PX + 1, -NORMAL_WINDOW_PX : NORMAL_WINDOW_PX + 1]
+    )
+    window = mask.ravel()[(v * width + u)[:, None] + dv * width + du]
+    outwards = -np.column_stack((window @ du, window @ dv)).astype(float)
+    size = np.linalg.norm(outwards, axis=1)
+    directed = size > 0
+    outwards = outwards[directed] / size[directed, None]
+    along = np.arange(-PROFILE_PX, PROFILE_PX + 1)
+    at = np.rint(np.column_stack((u, v))[directed, None] + outwards[:, None] * along[:, None]).astype(int)
+    profile = color[at[..., 1], at[..., 0]].astype(int)
+    largest = np.abs(np.diff(profile, axis=1)).sum(axis=2).argmax(axis=1)
+    return bool(len(largest)) and float(np.mean(np.abs(along[largest]) > 1)) > MAX_OFF_SHARE
+
+
+def _edge(mask: Bools) -> Bools:
+    """Return the pixels of a mask (H, W) that have a neighbor outside it."""
+    return mask & ~cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+
+
+def _widened(box: tuple[slice, slice], margin: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the box with a margin in px on all sides, within the image."""
+    rows, columns = (slice(max(0, s.start - margin), min(size, s.stop + margin)) for s, size in zip(box, shape, strict=True))
+    return rows, columns
+
+
 def _long_parts(dropped: Bools) -> Bools:
-    """Return the connected parts of what is dropped from a mask that are as thick as a cable and long."""
-    distance = cv2.distanceTransform(dropped.astype(np.uint8), cv2.DIST_L2, 3)
+    """Return the connected parts of what is dropped from a mask that are as thick as a cable, and long."""
+    distance = cv2.distanceTransform(dropped.view(np.uint8), cv2.DIST_L2, 3)
     count, label, stats, _ = cv2.connectedComponentsWithStats(dropped.view(np.uint8), connectivity=8)
     thickest = np.zeros(count)
     np.maximum.at(thickest, label[dropped], distance[dropped])
-    area = stats[:, cv2.CC_STAT_AREA]
-    long = (thickest > MIN_THICKNESS_PX) & (area > MIN_ELONGATION * thickest**2)
+    long = (thickest > MIN_THICKNESS_PX) & (stats[:, cv2.CC_STAT_AREA] > MIN_ELONGATION * thickest**2)
     long[0] = False
     return np.asarray(long[label])
 
 
-def _widened(box: tuple[slice, slice], margin: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    rows, columns = (slice(max(0, side.start - margin), min(size, side.stop + margin)) for side, size in zip(box, shape, strict=True))
-    return rows, columns
+def _log_ratio(image: Array, inside: Bools, around: Bools) -> Array:
+    """Return the log ratio (H, W) float32 of each pixel's color: how frequent it is inside over how frequent around."""
+    theirs = image[around]
+    theirs = theirs[:: max(1, len(theirs) // 20_000)]
+    background = _counts(theirs) + SHADOW_SHARE * sum(_counts((theirs * shade).astype(np.uint8)) for shade in SHADES)
+    table = np.log(_frequencies(_counts(image[inside])) / _frequencies(background))
+    return np.clip(table, -MAX_LOG_RATIO, MAX_LOG_RATIO).astype(np.float32)[_cells(image)]
 
 
-def _log_ratio(image: Array, inside: Bools, around: Bools) -> tuple[Array, float]:
-    """Return the log ratio (H, W) of each pixel's color inside over around, and its median over the inside."""
-    ours, theirs = image[inside], image[around]
-    step = max(1, len(theirs) // 20000)
-    theirs = theirs[::step]
-    shadows = [np.bincount(_keys((theirs * shade).astype(np.uint8)), minlength=CELLS) for shade in SHADES]
-    table = np.log(_frequency(np.bincount(_keys(ours), minlength=CELLS)))
-    table -= np.log(_frequency(np.bincount(_keys(theirs), minlength=CELLS) + SHADOW_SHARE * sum(shadows)))
-    ratio = np.clip(table, -MAX_LOG_RATIO, MAX_LOG_RATIO).astype(np.float32)[_keys(image)]
-    return ratio, float(np.median(ratio[inside]))
+def _cells(colors: Array) -> Array:
+    """Return the number of the histogram's cell that each color (..., 3) uint8 falls into."""
+    cell = (colors >> (8 - COLOR_BITS)).astype(np.int32)
+    return (cell[..., 0] << 2 * COLOR_BITS) + (cell[..., 1] << COLOR_BITS) + cell[..., 2]
 
 
-def _keys(colors: Array) -> Array:
-    """Return the number of the histogram cell of each color (..., 3) uint8."""
-    cells = (colors >> (8 - COLOR_BITS)).astype(np.int32)
-    return (cells[..., 0] << 2 * COLOR_BITS) + (cells[..., 1] << COLOR_BITS) + cells[..., 2]
+def _counts(colors: Array) -> Floats:
+    return np.bincount(_cells(colors), minlength=1 << 3 * COLOR_BITS).astype(float)
 
 
-def _frequency(counts: Array) -> Floats:
+def _frequencies(counts: Floats) -> Floats:
+    """Return the smoothed frequencies of the cells, (4096,), none of them 0."""
     side = 1 << COLOR_BITS
-    smooth = gaussian_filter(counts.reshape(side, side, side).astype(float), HISTOGRAM_SMOOTHING, mode="nearest").ravel()
-    smooth = smooth / smooth.sum()
-    return smooth + FLOOR
+    smooth = gaussian_filter(counts.reshape(side, side, side), HISTOGRAM_SMOOTHING, mode="nearest").ravel()
+    return smooth / max(float(smooth.sum()), 1e-9) + MIN_FREQUENCY

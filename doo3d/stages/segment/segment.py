@@ -13,12 +13,12 @@ from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
-from .mask_repair import repair_mask
 from .mask_cleanup import CleanedMask, clean_mask
+from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
-from .strand_filter import filter_along_strands
 from .segmentation import EXTENDED, MASK, Segmentation
+from .strand_filter import filter_along_strands
 
 RIDGE_NOTE = (
     "segment: neither a mask nor color ranges are given, so every line in the image counts as the object, shadows too: "
@@ -104,19 +104,20 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         _check_frame_depth(frame, config)
     method, selected = _select(frame, config, mask, seed, frame.depth.shape)
     may_have_wide = method not in (MASK, "everything")
+    given = selected
     if frame.color is not None and method != "everything":
-        selected = repair_mask(selected, frame.color)
+        selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))
     distance = 0.0
     if pixels:
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
-    bridges = np.zeros((0, 3))
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
+    bridges, smoothed = None, 0
     if method != "everything":
-        readings, bridges = filter_along_strands(readings, cleaned.mask, radius, frame.camera, frame.depth)
+        readings, bridges, smoothed = filter_along_strands(readings, cleaned.mask, radius, frame)
         readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
@@ -132,7 +133,9 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         notes=() if pixels else (_nothing_note(method),),
     )
     without_depth = pixels - measured - outliers
-    return _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
+    record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
+    repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
+    return replace(record, repaired=repaired, smoothed=smoothed)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:

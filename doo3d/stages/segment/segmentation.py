@@ -30,7 +30,7 @@ class Segmentation:
         "mask" if the caller gave a mask, "extended" if `extend_mask` extended one; otherwise the name of the segmentation method
         that was used.
     selected
-        pixels or points that the method took for the object, before anything was dropped.
+        pixels or points that the method took for the object, after a ragged mask was repaired and before anything was dropped.
     removed_small
         pixels removed in connected components of fewer than `segment.min_component` pixels.
     removed_wide
@@ -43,6 +43,10 @@ class Segmentation:
         readings dropped because too few of their neighbors agree; in a cloud, points with few neighbors or far from the rest.
     closed_holes
         pixels added in holes of the mask smaller than `segment.min_component`.
+    repaired
+        pixels that were added to a ragged mask, or removed from it, because of their color; 0 in 2-D and for a cloud.
+    smoothed
+        readings whose depth was smoothed along the strand, because depth is torn or comes in waves there; 0 in 2-D and for a cloud.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """
@@ -56,4 +60,6 @@ class Segmentation:
     inpainted: int
     outliers: int
     closed_holes: int = 0
+    repaired: int = 0
+    smoothed: int = 0
     base: Segmentation | None = None

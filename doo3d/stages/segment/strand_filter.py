@@ -1,149 +1,255 @@
-"""Depth along the strands of a mask, smoothed over their length where it is torn or noisy."""
+"""Depth along the strands of a mask: smoothed over their length where it is torn or comes in waves, bridged where it is steep.
+
+The depth of a stereo camera switches along a strand, in stretches, between the strand and what lies behind it, and its noise
+comes in waves longer than the strand is wide, so that no window in the image averages it away. Both break a strand apart that is
+one in the mask. A strand is smooth along its length, and the inverse of depth has the same noise near and far: so it is smoothed
+along each branch of the mask's skeleton, and readings that contradict the rest of the branch do not count.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from ...geometry.mask import bounding_box
 from ...geometry.polyline import whittaker_smooth
 from ...kernels import nearest, neighbor_table, thin_pixels, trace_branches
-from ...types import Bools, Camera, Floats, Ints
+from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
 NEARER_SHARE = 0.35
+"""Share of the readings across a strand that are nearer than the one taken for the strand: what is wrong mostly lies behind."""
+
+MIN_BRANCH_PX = 12
+"""Pixels with readings of a branch at least; shorter ones do not tell what is smooth."""
+
 MEDIAN_RADII = 12.0
+"""Radii on either side over which the first estimate is a median: longer than the stretches in which depth is torn."""
+
+MAX_WAVES_RADII = 0.35
+"""Radii; depth whose waves are smaller is left as it is."""
+
+TORN_RADII, MAX_TORN_SHARE = 2.5, 0.05
+"""Radii behind the strand from which on a reading is of something else, and the share of these up to which depth is left alone."""
+
 OUTLIER_DEVIATIONS = 4.0
-OUTLIER_RADII = 2.5
+"""Standard deviations, if more than TORN_RADII, beyond which a reading does not count."""
+
 SMOOTHING_RADII, SMOOTHING_NOISE_RADII = 2.4, 0.15
-ITERATIONS = 4
+"""Length in radii over which noise of so many radii is smoothed; more noise over more length, by the square root."""
+
+SMOOTHINGS = 4
+"""Times the curve is smoothed, each time without what the last curve says are outliers."""
+
+FIRST_WEIGHT = 1e-3
+"""Weight of the first estimate beside 1 of a reading: where there are none."""
+
+SURFACE_NEAR_PX, SURFACE_FAR_PX, SURFACE_SAMPLES = 4.0, 14.0, 6
+"""px beyond a strand's side, and number of samples, at which the depth of the surface beside it is taken."""
+
+SURFACE_SMOOTHING_PX = 60.0
+"""px along a strand over which the surface beside it is smoothed."""
+
+SEEN_HEIGHT_RADII = 1.6
+"""Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
+
+LYING_DEVIATIONS = 2.5
+"""Deviations of the depth from that height at which a strand is held to lie on the surface with half the weight."""
+
+MIN_LYING_NOISE_RADII = 0.5
+"""Radii of noise from which on the surface beside a strand tells its depth better than the readings on it."""
+
+MIDDLE_PX = 1.5
+"""px; pixels not farther than this from the skeleton are bridged."""
+
+MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 2.0, 0.4
+"""Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
+bridge."""
+
+NEIGHBORS_ALONG_PX = 4
+"""Pixels of the skeleton between two neighboring pixels at most, if they are of one stretch of a strand."""
+
 MAD_TO_DEVIATION = 1.4826
-BRIDGED_PX = 1.5
-BRIDGED_PLACES = 4
-MIN_BRIDGE_RADII, BRIDGE_RADII = 0.7, 0.4
-MAX_BRIDGE_RADII = 2.0
-FLOOR_WEIGHT = 1e-3
-MIN_LENGTH_PX = 12
-MAX_NOISE_RADII, MAX_TORN_SHARE = 0.35, 0.05
-"""Radii; where the depth along a strand deviates by less from a smooth curve, it is left as it is."""
+"""Standard deviations per median absolute deviation of normal errors."""
 
 
-def filter_along_strands(readings: Readings, mask: Bools, radius: float, camera: Camera, depth_image) -> tuple[Readings, Floats]:
+class StrandDepth(NamedTuple):
+    """Depth readings filtered along the strands, and points that bridge steep places.
+
+    Attributes
+    ----------
+    readings
+        the given readings; `depth` and `filtered` are the smooth curve on branches that were smoothed.
+    bridges
+        (K, 3) m in the camera's optical frame, points between neighboring pixels of a strand that runs away so steeply that the
+        pixels' own points lie far apart.
+    smoothed
+        number of readings on branches that were smoothed.
+    """
+
+    readings: Readings
+    bridges: Floats
+    smoothed: int
+
+
+def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: Frame) -> StrandDepth:
+    """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
+
+    Every reading is assigned to the nearest pixel of the mask's skeleton. A smooth curve is laid through the inverse depth of the
+    nearer readings along each branch of the skeleton (robust Whittaker smoother). Where the readings differ from it by waves of
+    more than 0.35 radii, or more than 5 % of them are torn, it replaces them. If the noise is larger still, and the surface beside
+    the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
+
+    Parameters
+    ----------
+    readings
+        the readings in the mask, without outliers.
+    mask
+        (H, W) bool, the pixels of the object.
+    radius
+        m, radius of the object; 0 if unknown, which leaves everything as it is.
+    frame
+        the depth and the camera.
+    """
+    none = StrandDepth(readings, np.zeros((0, 3)), 0)
     if not len(readings.pixels) or not radius:
-        return readings, np.zeros((0, 3))
-    focal = camera.fx
+        return none
+    line, bounds = _skeleton(mask)
+    if not len(line):
+        return none
+    radius_px = radius * frame.camera.fx / float(np.median(readings.depth))
+    offset, near = nearest(readings.pixels.astype(float), line.astype(float), max(3 * radius_px, 3.0), False)
+    value, count = _nearer_readings(1 / readings.depth, near, len(line))
+    smooth = np.zeros(len(line))
+    for part in map(slice, bounds[:-1].tolist(), bounds[1:].tolist()):
+        if np.count_nonzero(count[part]) >= MIN_BRANCH_PX:
+            smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
+    own = smooth[near]
+    readings = readings._replace(depth=np.where(own > 0, own, readings.depth), filtered=np.where(own > 0, own, readings.filtered))
+    branch = np.searchsorted(bounds, near, side="right")
+    place = near + 2 * NEIGHBORS_ALONG_PX * branch
+    return StrandDepth(readings, _bridges(readings, place, offset <= MIDDLE_PX, radius, frame), int(np.count_nonzero(own)))
+
+
+def _skeleton(mask: Bools) -> tuple[Ints, Ints]:
+    """Return the pixels (S, 2) (u, v) of the mask's skeleton, branch by branch, and where each branch begins, (B + 1,)."""
     rows, columns = bounding_box(mask)
     coords = np.argwhere(mask[rows, columns]) + 1
-    skeleton = coords[thin_pixels(coords)]
-    _, order, bounds, _ = trace_branches(neighbor_table(np.column_stack((skeleton, np.ones(len(skeleton), dtype=np.int64)))))
-    if not len(order):
-        return readings, np.zeros((0, 3))
-    line = skeleton[order][:, ::-1] + (columns.start - 1, rows.start - 1)
-    reach = 3 * radius * focal / float(np.median(readings.depth))
-    offset, near = nearest(readings.pixels.astype(float), line.astype(float), max(reach, 3.0), False)
-    inverse = 1 / readings.depth
-    value, count = _nearer_quantiles(inverse, near, len(line))
-    smooth = np.zeros(len(line))
-    for start, stop in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        measured = count[start:stop] > 0
-        if np.count_nonzero(measured) < MIN_LENGTH_PX:
-            continue
-        found, deviation = _smoothed(value[start:stop], measured, radius * focal * float(np.median(value[start:stop][measured])), focal)
-        z = 1 / found
-        behind = 1 / np.where(measured, value[start:stop], found) - z
-        noise = _waves(behind, max(1, round(radius * focal / float(np.median(z)))))
-        if noise > MAX_NOISE_RADII * radius or np.mean(behind > OUTLIER_RADII * radius) > MAX_TORN_SHARE:
-            z = _lowered(z, noise, line[start:stop], mask, depth_image, radius, focal)
-            smooth[start:stop] = z
-    own = smooth[near]
-
-    readings = readings._replace(filtered=np.where(own > 0, own, readings.filtered))
-    readings = readings._replace(depth=np.where(own > 0, own, readings.depth))
-    branch = np.searchsorted(bounds, near, side="right")
-    return readings, _bridges(readings, near + 10 * branch, offset <= BRIDGED_PX, mask.shape[1], camera, radius)
+    pixels = coords[thin_pixels(coords)]
+    _, order, bounds, _ = trace_branches(neighbor_table(np.column_stack((pixels, np.ones(len(pixels), dtype=np.int64)))))
+    return pixels[order][:, ::-1] + (columns.start - 1, rows.start - 1), bounds
 
 
-def _bridges(readings: Readings, place: Ints, middle: Bools, width: int, camera: Camera, radius: float) -> Floats:
-    """Return points between neighboring pixels in the middle of a strand that lie far apart, since the strand runs away steeply."""
-    key = readings.pixels[:, 1] * width + readings.pixels[:, 0]
-    points = camera.unproject(readings.pixels, readings.filtered)
-    bridges = []
-    for step in (1, width, width + 1, width - 1):
-        other = np.minimum(np.searchsorted(key, key + step), len(key) - 1)
-        pair = middle & middle[other] & (key[other] == key + step) & (np.abs(place[other] - place) <= BRIDGED_PLACES)
-        gap = np.where(pair, np.linalg.norm(points[other] - points, axis=1), 0.0)
-        wide = np.flatnonzero((gap > MIN_BRIDGE_RADII * radius) & (gap < MAX_BRIDGE_RADII * radius))
-        count = np.ceil(gap[wide] / (BRIDGE_RADII * radius)).astype(int)
-        first = np.repeat(wide, count)
-        number = np.arange(len(first)) - np.repeat(np.cumsum(count) - count, count)
-        share = ((number + 0.5) / np.repeat(count, count))[:, None]
-        bridges.append(points[first] * (1 - share) + points[other[first]] * share)
-    return np.concatenate(bridges)
-
-
-def _lowered(z: Floats, noise: float, line: Floats, mask: Bools, depth: Floats, radius: float, focal: float) -> Floats:
-    if noise < 0.5 * radius or len(z) < 30:
-        return z
-    step = np.gradient(line.astype(float), axis=0)
-    from scipy.ndimage import uniform_filter1d
-    step = uniform_filter1d(step, 9, axis=0, mode="nearest")
-    side = np.column_stack((-step[:, 1], step[:, 0])) / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-9)
-    radius_px = radius * focal / z
-    offsets = radius_px[:, None] + np.linspace(4, 14, 6)
-    at = line[:, None, None] + side[:, None, None] * (offsets[:, None] * np.array((-1, 1))[:, None])[..., None]
-    u, v = np.rint(at[..., 0]).astype(int), np.rint(at[..., 1]).astype(int)
-    inside = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
-    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    values = np.where(inside & ~mask[v, u] & (depth[v, u] > 0), depth[v, u], np.nan).reshape(len(z), -1)
-    known = np.isfinite(values).any(axis=1)
-    if known.mean() < 0.5:
-        return z
-    sides = np.full(len(z), np.nan)
-    sides[known] = np.nanmedian(values[known], axis=1)
-    index = np.arange(len(z))
-    ground = np.interp(index, index[known], sides[known])
-    weight = np.ones(len(z))
-    size = max(21, round(60))
-    for _ in range(4):
-        fit = whittaker_smooth(ground[:, None], weight[:, None, None], float(size) ** 4)[:, 0]
-        residual = ground - fit
-        weight = 1 / (1 + (residual / max(2 * MAD_TO_DEVIATION * float(np.median(np.abs(residual))), 1e-6)) ** 2)
-    height = fit - z - 1.6 * radius
-    pull = noise**2 / (noise**2 + radius**2) / (1 + (height / (2.5 * noise)) ** 2)
-    return z + uniform_filter1d(pull, 15, mode="nearest") * height
-
-
-def _waves(residual: Floats, window: int) -> float:
-    """Return the standard deviation of the residuals averaged over a window: the noise that does not average away."""
-    from scipy.ndimage import uniform_filter1d
-    mean = uniform_filter1d(residual, 2 * window + 1, mode="nearest")
-    return MAD_TO_DEVIATION * float(np.median(np.abs(mean)))
-
-
-def _nearer_quantiles(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
+def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
+    """Return the nearer inverse depth at each of so many samples, 0 without readings, and the number of readings: (S,), (S,)."""
     order = np.lexsort((inverse, sample))
     count = np.bincount(sample, minlength=size)
-    last = np.cumsum(count) - 1
-    index = last - np.floor(NEARER_SHARE * np.maximum(count - 1, 0)).astype(int)
+    index = np.cumsum(count) - 1 - np.floor(NEARER_SHARE * np.maximum(count - 1, 0)).astype(int)
     return np.where(count > 0, inverse[order][np.maximum(index, 0)], 0.0), count
 
 
-def _smoothed(value: Floats, measured: Bools, radius_px: float, focal: float) -> tuple[Floats, float]:
+def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
+    """Return the smooth depth (S,) m along one branch, or 0 where its depth is left as it is.
+
+    value : (S,) 1/m, inverse depth where measured (S,). line : (S, 2) px, the branch.
+    """
     at = np.flatnonzero(measured)
-    first = np.interp(np.arange(len(value)), at, value[at])
+    filled = np.interp(np.arange(len(value)), at, value[at])
+    radius_px = radius * frame.camera.fx * float(np.median(value[at]))
     half = max(2, round(MEDIAN_RADII * radius_px))
-    smooth = base = median_filter(first, 2 * min(half, len(value) // 4) + 1, mode="nearest")
-    deviation = 0.0
-    for _ in range(ITERATIONS):
-        residual = value - smooth
-        deviation = MAD_TO_DEVIATION * float(np.median(np.abs(residual[at])))
-        noise = deviation / float(np.median(smooth)) ** 2 / (radius_px / focal / float(np.median(smooth)))
-        cut = max(OUTLIER_DEVIATIONS * deviation, OUTLIER_RADII * radius_px * float(np.median(smooth)) / focal)
+    first = median_filter(filled, 2 * min(half, len(value) // 4) + 1, mode="nearest")
+    smooth = first
+    per_meter = float(np.median(first)) ** 2  # of depth, in inverse depth
+    for _ in range(SMOOTHINGS):
+        residual = filled - smooth
+        deviation = _deviation(residual[at])
+        cut = max(OUTLIER_DEVIATIONS * deviation, TORN_RADII * radius * per_meter)
         inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
-        length = SMOOTHING_RADII * np.sqrt(max(noise, SMOOTHING_NOISE_RADII) / SMOOTHING_NOISE_RADII) * radius_px
-        weight = inlier + FLOOR_WEIGHT
-        target = (inlier * value + FLOOR_WEIGHT * base) / weight
+        noise = max(deviation / per_meter / radius, SMOOTHING_NOISE_RADII)
+        length = SMOOTHING_RADII * radius_px * np.sqrt(noise / SMOOTHING_NOISE_RADII)
+        weight = inlier + FIRST_WEIGHT
+        target = (inlier * filled + FIRST_WEIGHT * first) / weight
         smooth = whittaker_smooth(target[:, None], weight[:, None, None], length**4)[:, 0]
-    return smooth, deviation
+    depth = 1 / smooth
+    behind = 1 / filled - depth
+    behind[~measured] = 0.0
+    noise = _waves(behind, radius_px)
+    if noise <= MAX_WAVES_RADII * radius and np.mean(behind > TORN_RADII * radius) <= MAX_TORN_SHARE:
+        return np.zeros(len(value))
+    return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MIN_LYING_NOISE_RADII * radius else depth
+
+
+def _waves(residual: Floats, radius_px: float) -> float:
+    """Return the standard deviation of residuals (S,) averaged over a radius on either side: of what does not average away."""
+    return _deviation(uniform_filter1d(residual, 2 * max(1, round(radius_px)) + 1, mode="nearest"))
+
+
+def _deviation(residual: Floats) -> float:
+    return MAD_TO_DEVIATION * float(np.median(np.abs(residual)))
+
+
+def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
+    """Return the depth (S,) m of a strand, drawn towards the surface beside it as far as the strand probably lies on it.
+
+    The prior is that of a Cauchy distribution around the height at which a strand that lies on the surface is seen.
+    """
+    surface = _surface_beside(depth, line, mask, radius, frame)
+    if surface is None:
+        return depth
+    height = surface - depth - SEEN_HEIGHT_RADII * radius
+    pull = noise**2 / (noise**2 + radius**2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
+    return depth + uniform_filter1d(pull, 15, mode="nearest") * height
+
+
+def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats | None:
+    """Return the smooth depth (S,) m of what is seen on both sides of a strand; None if less than half of it is seen."""
+    along = uniform_filter1d(np.gradient(line.astype(float), axis=0), 9, axis=0, mode="nearest")
+    lateral = np.column_stack((-along[:, 1], along[:, 0])) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    offset = (radius * frame.camera.fx / depth)[:, None] + np.linspace(SURFACE_NEAR_PX, SURFACE_FAR_PX, SURFACE_SAMPLES)
+    offset = np.concatenate((-offset, offset), axis=1)
+    u, v = np.rint(line[:, None] + lateral[:, None] * offset[..., None]).astype(int).transpose(2, 0, 1)
+    height, width = mask.shape
+    seen = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    u, v = np.where(seen, u, 0), np.where(seen, v, 0)
+    readings = frame.depth[v, u]
+    seen &= ~mask[v, u] & (readings > 0)
+    known = np.flatnonzero(seen.any(axis=1))
+    if 2 * len(known) < len(line):
+        return None
+    medians = np.nanmedian(np.where(seen, readings, np.nan)[known], axis=1)
+    surface = np.interp(np.arange(len(line)), known, medians)
+    weight, smooth = np.ones(len(line)), surface
+    for _ in range(SMOOTHINGS):
+        smooth = whittaker_smooth(surface[:, None], weight[:, None, None], SURFACE_SMOOTHING_PX**4)[:, 0]
+        residual = surface - smooth
+        weight = 1 / (1 + (residual / max(2 * _deviation(residual), 1e-6)) ** 2)
+    return smooth
+
+
+def _bridges(readings: Readings, place: Ints, middle: Bools, radius: float, frame: Frame) -> Floats:
+    """Return points (K, 3) m between neighboring pixels in the middle of a strand whose own points lie far apart.
+
+    place : (N,) int, where on the skeleton each reading lies. middle : (N,) bool, readings that are bridged.
+    """
+    width = frame.camera.width
+    chosen = np.flatnonzero(middle)
+    if not len(chosen):
+        return np.zeros((0, 3))
+    pixels, place = readings.pixels[chosen], place[chosen]
+    points = frame.camera.unproject(pixels, readings.filtered[chosen])
+    key = pixels[:, 1] * width + pixels[:, 0]
+    bridges = [np.zeros((0, 3))]
+    for step in (1, width - 1, width, width + 1):
+        other = np.minimum(np.searchsorted(key, key + step), len(key) - 1)
+        pair = np.flatnonzero((key[other] == key + step) & (np.abs(place[other] - place) <= NEIGHBORS_ALONG_PX))
+        ends = np.stack((points[pair], points[other[pair]]), axis=1)
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / radius
+        steep = (length > MIN_STEEP_RADII) & (length < MAX_STEEP_RADII)
+        count = np.ceil(length[steep] / BRIDGE_SPACING_RADII).astype(int)
+        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        share = ((number + 0.5) / np.repeat(count, count))[:, None]
+        start, end = np.repeat(ends[steep], count, axis=0).transpose(1, 0, 2)
+        bridges.append(start * (1 - share) + end * share)
+    return np.concatenate(bridges)
