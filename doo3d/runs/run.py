@@ -110,8 +110,8 @@ def run(
     options
         the options that the capture was opened with, to be noted in the manifest; None for the defaults.
     workers
-        number of worker processes to start on this machine; 0 works in this process alone. Workers import the calling
-        script: keep the call under `if __name__ == "__main__":`.
+        number of worker processes to start on this machine; 0 works in this process alone. Workers do not import the calling
+        script: loaders of a capture of your own have to be in a module.
     scheduler
         address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
         must have the same path on their machines.
