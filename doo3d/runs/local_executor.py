@@ -24,7 +24,6 @@ from types import ModuleType
 from typing import Any
 
 from .executor import do_calls
-from .frame_cache import FrameCache
 from .retrying_executor import JobLost, RetryingExecutor, WorkerJob
 from .threads import ONE_THREAD, single_thread
 
@@ -203,6 +202,7 @@ def _work(pipe: Connection) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     single_thread()
     from . import frame_jobs  # noqa: F401 - loads the method while the run prepares the first jobs
+    from .frame_cache import FrameCache
 
     cache = FrameCache()
     with suppress(EOFError, OSError):
