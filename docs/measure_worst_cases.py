@@ -31,7 +31,8 @@ def detect_case(kind: str, view: str, size: tuple[int, int]) -> dict:
     from tests.builders import worst_cases
 
     cv2.setNumThreads(1)
-    config = doo3d.load_config(view if view in ("image", "paper_2d") else "default")
+    overrides = {"segment.method": "everything"} if view.endswith("cloud") else {}
+    config = doo3d.load_config(view if view in ("image", "paper_2d") else "default", overrides)
     data: object
     if kind == NOISE:
         color = worst_cases.noise_image(size)

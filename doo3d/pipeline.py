@@ -27,6 +27,11 @@ from .visibility import Visibility
 MASK_EXTENSIONS = 3
 """Times at most that the mask is extended and the chains are found anew."""
 
+MAX_EXTENDED_CHAINS = 30
+"""Chains at most along which the mask is extended: following each, and all stages again, take a second or more beyond that."""
+
+EXTENSION_NOTE = "extend_mask: {} chains were found, so the mask is not extended along them; that is done for at most {}"
+
 
 @dataclass
 class Stages:
@@ -56,6 +61,8 @@ class Stages:
         where strands cross in the view, and which is on top.
     seconds
         name of the stage -> s.
+    extension_notes
+        messages to the user: that the mask was not extended, since there were too many chains.
     """
 
     segmentation: Segmentation
@@ -69,6 +76,7 @@ class Stages:
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+    extension_notes: tuple[str, ...] = ()
 
     @property
     def paths(self) -> list[Path]:
@@ -115,6 +123,10 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     clock("segment")
     stages = run_from_segmentation(segmentation, config, clock)
     for _ in range(MASK_EXTENSIONS):
+        if len(stages.chains) > MAX_EXTENDED_CHAINS:
+            if config.extend_mask.max_length:
+                stages.extension_notes = (EXTENSION_NOTE.format(len(stages.chains), MAX_EXTENDED_CHAINS),)
+            break
         extended = extend_mask(stages.chains, stages.context, config.extend_mask)
         clock("extend_mask")
         if extended is None:
@@ -204,7 +216,9 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
         notes=(
             *(data.notes if isinstance(data, Cloud) else ()),
             *(stages.context.foreground.notes or _lost(stages)),
+            *stages.traversal.notes,
             *stages.merged.notes,
+            *stages.extension_notes,
         ),
         crossings=stages.crossings,
     )

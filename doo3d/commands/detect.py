@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -69,35 +70,40 @@ def detect(
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
     """
-    from ..runs.threads import single_thread
+    from ..runs.local_executor import local_workers
 
-    single_thread()
-    from ..inputs import ReadOptions, open_capture
-    from ..inputs.frame_selection import Selection, select_frames
+    # the workers load the method while this process opens the capture
+    with local_workers(workers) if workers and not scheduler else nullcontext() as executor:
+        from ..runs.threads import single_thread
 
-    effective = config_of(config, overrides)
-    read_options = ReadOptions.from_pairs(input_options or [])
-    opened = open_capture(capture, effective.mode == "2d", mask, read_options)
-    opened = select_frames(opened, Selection(every, start, end, frames))
-    if fuse_views:
-        from ..sequence.fused_capture import FusedCapture
+        single_thread()
+        from ..inputs import ReadOptions, open_capture
+        from ..inputs.frame_selection import Selection, select_frames
 
-        opened = FusedCapture(opened, effective)
-    debugged = debug_frames(opened, debug_frame)
-    from ..runs.run import run
+        effective = config_of(config, overrides)
+        read_options = ReadOptions.from_pairs(input_options or [])
+        opened = open_capture(capture, effective.mode == "2d", mask, read_options)
+        opened = select_frames(opened, Selection(every, start, end, frames))
+        if fuse_views:
+            from ..sequence.fused_capture import FusedCapture
 
-    names = [entry.name for entry in opened.frames]
-    with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
-        summary = run(
-            *(opened, out, effective),
-            options=read_options,
-            workers=workers,
-            scheduler=scheduler,
-            restart=restart,
-            force=force,
-            report=reporter,
-            resumed=reporter.resumed,
-        )
+            opened = FusedCapture(opened, effective)
+        debugged = debug_frames(opened, debug_frame)
+        from ..runs.run import run
+
+        names = [entry.name for entry in opened.frames]
+        with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
+            summary = run(
+                *(opened, out, effective),
+                options=read_options,
+                workers=workers,
+                scheduler=scheduler,
+                executor=executor,
+                restart=restart,
+                force=force,
+                report=reporter,
+                resumed=reporter.resumed,
+            )
     if not summary.succeeded:
         if len(names) > 1:
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)

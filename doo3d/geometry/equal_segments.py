@@ -82,6 +82,9 @@ def equal_segments(points: Floats, length: float) -> Floats:
     total = float(arc_length(points)[-1])
     if total < length / 2:
         return points[:0]
+    # an end that is repeated has no direction to continue in
+    moved = np.flatnonzero(steps(points) > 0)
+    points = points[moved[0] : moved[-1] + 2]
     before, after = points[0] - length * unit(points[1] - points[0]), points[-1] + length * unit(points[-1] - points[-2])
     return np.asarray(cover_with_chords(np.concatenate(([before], points, [after])), length))
 

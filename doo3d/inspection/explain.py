@@ -273,7 +273,10 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
     return Account(
         "traverse",
         f"{_counted(len(lengths), 'path')}: {listed}{more}",
-        tuple(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
+        (
+            *(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
+            *stages.traversal.notes,
+        ),
     )
 
 

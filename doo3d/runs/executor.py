@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from .frame_cache import FrameCache
+if TYPE_CHECKING:
+    from .frame_cache import FrameCache
 
 Call = tuple[Any, ...]
 """The arguments of one call of a job's function, after the cache."""

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Iterator
@@ -18,10 +20,10 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from multiprocessing.reduction import ForkingPickler
+from types import ModuleType
 from typing import Any
 
 from .executor import do_calls
-from .frame_cache import FrameCache
 from .retrying_executor import JobLost, RetryingExecutor, WorkerJob
 from .threads import ONE_THREAD, single_thread
 
@@ -100,16 +102,11 @@ class LocalExecutor(RetryingExecutor):
             worker.pipe.close()
 
     def _spawn(self) -> tuple[BaseProcess, Connection]:
-        """Start a process, limited to one thread, and return it with this end of its pipe."""
+        """Start a process and return it with this end of its pipe."""
         here, there = self._context.Pipe()
         process = self._context.Process(target=_work, args=(there,), daemon=True)
-        before = {name: os.environ.get(name) for name in ONE_THREAD}
-        os.environ.update(ONE_THREAD)  # numerical libraries read it as they are loaded, which is before the first line of _work
-        try:
+        with _bare_surroundings():
             process.start()
-        finally:
-            for name, value in before.items():
-                os.environ.pop(name) if value is None else os.environ.update({name: value})
         there.close()
         return process, here
 
@@ -175,6 +172,24 @@ class LocalExecutor(RetryingExecutor):
                 worker.process, worker.pipe = self._spawn()
 
 
+@contextmanager
+def _bare_surroundings() -> Iterator[None]:
+    """Set what a process started in this `with` block takes over: one thread, and no script.
+
+    Numerical libraries read the number of threads as they are loaded. Without a script in `__main__` a spawned process has none
+    to import: it starts sooner, and scripts need no `if __name__ == "__main__":`.
+    """
+    before, script = {name: os.environ.get(name) for name in ONE_THREAD}, sys.modules["__main__"]
+    os.environ.update(ONE_THREAD)
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
 def _work(pipe: Connection) -> None:
     """Do jobs until the run ends: the main function of a worker process.
 
@@ -187,12 +202,14 @@ def _work(pipe: Connection) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     single_thread()
     from . import frame_jobs  # noqa: F401 - loads the method while the run prepares the first jobs
+    from .frame_cache import FrameCache
 
     cache = FrameCache()
     with suppress(EOFError, OSError):
         while True:
-            function, calls = pipe.recv()
+            payload = pipe.recv_bytes()
             try:
+                function, calls = pickle.loads(payload)
                 answer = ForkingPickler.dumps((do_calls(cache, function, calls), None))
             except Exception as error:
                 answer = ForkingPickler.dumps((None, error))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from ..inputs.support.fingerprint import fingerprint
 from ..outputs import SUFFIXES
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
+from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .process_frames import process_frames
 from .select_executor import select_executor
@@ -89,6 +90,7 @@ def run(
     options: ReadOptions | None = None,
     workers: int = 0,
     scheduler: str | None = None,
+    executor: Executor | None = None,
     restart: bool = False,
     force: bool = False,
     report: Callable[[FrameRecord], None] = lambda record: None,
@@ -110,11 +112,13 @@ def run(
     options
         the options that the capture was opened with, to be noted in the manifest; None for the defaults.
     workers
-        number of worker processes to start on this machine; 0 works in this process alone. Workers import the calling
-        script: keep the call under `if __name__ == "__main__":`.
+        number of worker processes to start on this machine; 0 works in this process alone. Workers do not import the calling
+        script: loaders of a capture of your own have to be in a module.
     scheduler
         address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
         must have the same path on their machines.
+    executor
+        does the jobs, instead of one made for `workers` or `scheduler`; it stays open. None to make one.
     restart
         do all frames again, and replace results of the same capture that are in `out`, also those with another configuration.
     force
@@ -148,8 +152,8 @@ def run(
         resumed(list(records.values()))
     remaining = [frame for frame in capture.frames if frame.name not in records]
     tracker = _resume_tracker(capture, config, folder)
-    with select_executor(workers, scheduler) if remaining else nullcontext(SerialExecutor()) as executor:
-        for record, files in process_frames(remaining, config, executor, tracker):
+    with _executor(executor if remaining else SerialExecutor(), workers, scheduler) as chosen:
+        for record, files in process_frames(remaining, config, chosen, tracker):
             folder.add(record.name, record.to_journal(), files)
             records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
             report(record)
@@ -160,6 +164,11 @@ def run(
     else:
         folder.abandon()
     return summary
+
+
+def _executor(given: Executor | None, workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
+    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block."""
+    return select_executor(workers, scheduler) if given is None else nullcontext(given)
 
 
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import json
 import os
 import pickle
 import signal
+import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -266,6 +267,31 @@ def count_cached(cache):
     return len(cache)
 
 
+def test_scripts_may_start_workers_at_their_top_level(frames, tmp_path):
+    """Whether they are files or come from standard input."""
+    code = f"""
+from doo3d.runs.run import run
+from doo3d.config import Config
+from doo3d.inputs import open_capture
+capture = open_capture({str(frames)!r})
+capture.frames = capture.frames[:2]
+assert run(capture, 'out', Config(), workers=2, restart=True).succeeded == 2
+"""
+    (tmp_path / "script.py").write_text(code)
+    for arguments in (["script.py"], ["-"]):
+        done = subprocess.run([sys.executable, *arguments], input=code, cwd=tmp_path, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_function_that_workers_cannot_import_is_named(monkeypatch):
+    monkeypatch.setattr(pid, "__module__", "__main__")
+    monkeypatch.setattr(sys.modules["__main__"], "pid", pid, raising=False)
+    with local_workers(1) as executor:
+        with pytest.raises(AttributeError, match="pid"):
+            executor.submit(pid, [()]).result()
+        assert executor.submit(slept, [(0,)]).result() != [os.getpid()]
+
+
 @pytest.mark.parametrize("workers", [0, 2])
 def test_only_a_scheduler_needs_dask(frames, workers):
     code = f"""
@@ -275,9 +301,8 @@ from doo3d.config import Config
 from doo3d.inputs import open_capture
 capture = open_capture({str(frames)!r})
 capture.frames = capture.frames[:1]
-if __name__ == '__main__':
-    run(capture, 'out{workers}', Config(), workers={workers})
-    assert not {{'dask', 'distributed'}} & set(sys.modules)
+run(capture, 'out{workers}', Config(), workers={workers})
+assert not {{'dask', 'distributed'}} & set(sys.modules)
 """
     done = started(sys.executable, "-c", code, cwd=frames.parent)
     output, _ = done.communicate()

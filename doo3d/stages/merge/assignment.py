@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,12 @@ CANDIDATES_AT_ONCE = 4096
 
 MERGES_PER_CLEANUP = 32
 """Forced connections after which the pairs are forgotten that may no longer be joined."""
+
+StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
+"""Function from costs (E, E) without gap paths to costs with straight gaps; or None."""
+
+MAX_GAP_PATHS = 2000
+"""Gap paths at most that are made to find the best matching: each takes 0.1 ms. A frame of an object needs some hundreds."""
 
 FORCED_MIN_LENGTH_RATIO = 0.1
 """Fraction of the longest chain's length below which a chain is not joined by force: it is clutter rather than a part."""
@@ -126,7 +132,13 @@ class _Candidates:
         self._keep(np.flatnonzero(is_possible(self.first, self.second)))
 
 
-def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+def assign(
+    cost: Floats,
+    sizes: Sequence[int],
+    gap_costs: GapCosts,
+    config: MergeConfig,
+    with_straight_gaps: StraightGaps = None,
+) -> list[Link]:
     """Choose which chain ends to connect, by the configured strategy.
 
     Each connection costs at most `max_cost`. If `chains` is set and more chains are left, further connections are forced, each of
@@ -143,18 +155,22 @@ def assign(cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: Merg
         function from pairs of ends to the costs of their gap paths, which are added to `cost` and are not negative.
     config
         section `merge` of the settings: `strategy`, `chains`, `max_cost`, `allow_closed_chains`.
+    with_straight_gaps
+        function from `cost` to the costs (E, E) with those of straight gaps added. The strategy `global` takes them for all pairs
+        that are left when it has made MAX_GAP_PATHS (2000) gap paths; None makes all the gap paths it needs.
 
     Returns
     -------
     The chosen connections, each with its cost including the gap path; no end is in two of them.
     """
-    links = STRATEGIES[config.strategy](np.where(cost <= config.max_cost, cost, np.inf), gap_costs, config)
+    allowed = np.where(cost <= config.max_cost, cost, np.inf)
+    links = STRATEGIES[config.strategy](allowed, gap_costs, config, with_straight_gaps)
     if config.chains is not None:
         links += force_merges(links, cost, sizes, gap_costs, config)
     return links
 
 
-def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightGaps = None) -> list[Link]:
     """Join the cheapest pair first, as Keipour et al. (RA-L 2022) do.
 
     Gap paths only ever add to a cost, so only the gap path of the pair that would be next is made.
@@ -196,22 +212,29 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link
     ]
 
 
-def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link]:
+def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straight_gaps: StraightGaps = None) -> list[Link]:
     """Choose the connections with the largest total of (max_cost - cost): a maximum-weight matching of the ends.
 
     Only the gap paths of pairs that a matching chose are made, and the matching then made again: as they only add to a cost,
-    nothing better is missed. A matching that closes a ring is made again without the costliest of the ring's connections,
-    unless rings are allowed. If a number of chains is wanted and fewer are left, the costliest connections are undone.
+    nothing better is missed. After MAX_GAP_PATHS of them all other gaps are taken as straight. A matching that closes a ring is
+    made again without the costliest of the ring's connections, unless rings are allowed. If a number of chains is wanted and
+    fewer are left, the costliest connections are undone.
     """
     total = np.minimum(cost, cost.T)
     limit = config.max_cost if np.isfinite(config.max_cost) else 2 * float(total[np.isfinite(total)].max(initial=0.0)) + 1
     ends = ends_of(len(total) // 2)
     complete: set[Pair] = set()
     pairs: list[Pair] = []
+    all_complete = False
 
     def lowered(partner: Ints) -> tuple[Ints, Floats]:
+        nonlocal all_complete
         pairs[:] = [(ends[a], ends[b]) for a, b in enumerate(partner.tolist()) if a < b]
-        changed = [pair for pair in pairs if pair not in complete]
+        changed = [] if all_complete else [pair for pair in pairs if pair not in complete]
+        if changed and with_straight_gaps is not None and len(complete) + len(changed) > MAX_GAP_PATHS:
+            all_complete = True
+            rows = _take_straight_gaps(total, cost, with_straight_gaps(cost), complete)
+            return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
         complete.update(changed)
         if not _add_gap_costs(total, changed, gap_costs):
             ring = None if config.allow_closed_chains else find_ring(pairs)
@@ -232,7 +255,10 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig) -> list[Link
     return links[: len(links) - max(0, surplus)]
 
 
-STRATEGIES: dict[str, Callable[[Floats, GapCosts, MergeConfig], list[Link]]] = {"greedy": _greedy, "global": _global}
+STRATEGIES: dict[str, Callable[[Floats, GapCosts, MergeConfig, StraightGaps], list[Link]]] = {
+    "greedy": _greedy,
+    "global": _global,
+}
 
 
 def force_merges(
@@ -325,6 +351,18 @@ def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
 def _with_gap(link: Link, gap_costs: GapCosts) -> Link:
     """Return the link with the cost of its gap path added."""
     return link._replace(cost=link.cost + gap_costs([link.pair])[0])
+
+
+def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete: set[Pair]) -> Ints:
+    """Add to `total` (E, E) what a straight gap adds to the cost of each pair without a gap path; return these pairs, (K, 2)."""
+    allowed = np.isfinite(cost) & np.isfinite(total)
+    for a, b in complete:
+        allowed[a.index, b.index] = False
+    rows = np.argwhere(allowed)
+    first, second = rows.T
+    total[first, second] += straight[first, second] - cost[first, second]
+    total[second, first] = total[first, second]
+    return rows
 
 
 def _add_gap_costs(total: Floats, pairs: Sequence[Pair], gap_costs: GapCosts) -> bool:

@@ -55,7 +55,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     terms = cost_terms(ends, radius, visibility, config)
     cost = pair_costs(ends, terms, radius, visibility, config)
     gap_paths = GapPaths(ends, radius, visibility, config)
-    links = assign(cost, [len(chain.joints) - 1 for chain in chains], gap_paths.costs, config)
+    links = assign(cost, [len(chain.joints) - 1 for chain in chains], gap_paths.costs, config, gap_paths.with_straight_gaps)
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 

@@ -24,9 +24,12 @@ class Traversal:
         length of the small loops removed, which run around holes in the surface.
     trimmed_length
         length cut off the ends of branches: at tips, and where strands touch at junctions.
+    notes
+        messages to the user, one sentence each: that there were too many branches.
     """
 
     paths: list[Path]
     spur_length: float = 0.0
     loop_length: float = 0.0
     trimmed_length: float = 0.0
+    notes: tuple[str, ...] = ()

@@ -29,6 +29,9 @@ JUNCTION_CLEARANCE_RADII = 2.2
 TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
 """Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
 
+MAX_BRANCHES = 3000
+"""Branches at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than a hundred."""
+
 _ClearLengths = dict[tuple[int, int], float]
 """(number of a branch, 0 for its first end or 1 for its last) -> length, m (px in 2-D)."""
 
@@ -77,7 +80,7 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
             paths.append(Path(moving_mean(loop, window_half, closed=True), closed=True))
         else:
             loop_length += float(length)
-    branches = [branch for branch in graph.branches if not graph.is_loop(branch)]
+    branches, notes = _longest([branch for branch in graph.branches if not graph.is_loop(branch)])
     points = {branch.number: graph.all_points(branch) for branch in branches}
     clear = _clear_lengths(graph, branches, points, context.radius)
     for branch in branches:
@@ -85,7 +88,20 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
         trimmed_length += cut
         if len(trimmed) > 1:
             paths.append(Path(moving_mean(trimmed, window_half)))
-    return Traversal(paths, spur_length, loop_length, trimmed_length)
+    return Traversal(paths, spur_length, loop_length, trimmed_length, notes)
+
+
+def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:
+    """Return the MAX_BRANCHES longest branches in the order given, and a note if there are more."""
+    left_out = len(branches) - MAX_BRANCHES
+    if left_out <= 0:
+        return branches, ()
+    order = np.argsort([-branch.length for branch in branches], kind="stable")
+    note = (
+        f"traverse: the skeleton has {len(branches)} branches, of which the {MAX_BRANCHES} longest are used; {left_out} short "
+        "ones are left out; segment more narrowly"
+    )
+    return [branches[i] for i in np.sort(order[:MAX_BRANCHES])], (note,)
 
 
 def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: float) -> tuple[Floats, float]:
