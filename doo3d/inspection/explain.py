@@ -226,12 +226,18 @@ def _segment(segmentation: Segmentation) -> Account:
         unit = "pixels"
         made = f"{int(foreground.mask.sum())} pixels, {2 * mask_radius(foreground.mask):.1f} px wide; {made}"
     dropped = [*foreground.notes, *_selection(segmentation, unit)]
+    if segmentation.repaired:
+        dropped.append(f"{segmentation.repaired} pixels of the mask changed, so that it ends where the colors of the image do")
     if segmentation.base is not None:
         dropped += [f"{sentence}, before the mask was extended" for sentence in _selection(segmentation.base, unit)]
     if segmentation.without_depth:
         left = segmentation.without_depth - segmentation.inpainted
         rest = f"; {segmentation.inpainted} others got the depth of their surroundings" if segmentation.inpainted else ""
         dropped.append(f"{left} pixels without depth{rest}")
+    if segmentation.smoothed:
+        dropped.append(
+            f"the depth of {segmentation.smoothed} pixels was smoothed along the strand: it is torn, or comes in waves"
+        )
     if segmentation.outliers:
         reason = "points with few neighbors, or far from the rest"
         if foreground.mask is not None:

@@ -19,11 +19,11 @@ class Foreground:
     points
         (N, D) m (px in 2-D), N points as measured: one per object pixel with depth (per object pixel in 2-D), or the points of a
         cloud.
-    bridges
-        (K, 3) m, points between neighboring pixels of a strand that runs away so steeply that their own points lie far apart; None
-        without a depth image.
     filtered
         (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
+    bridges
+        (K, 3) m, points between neighboring pixels of a strand that runs away so steeply that the pixels' own points lie
+        far apart; None if there are none.
     pixels
         (N, 2) int, the pixel (u, v) = (column, row) of each point; None for clouds.
     mask

@@ -40,11 +40,11 @@ MIN_CONTRAST = 2.5
 """Median log ratio in the mask from which on the colors tell the object from what is around it."""
 
 MIN_CORE_SHARE = 0.4
-"""Share of the mask inside its edge from which on the colors are learned there: at the edge they are mixed with the background's."""
+"""Share of the mask inside its edge from which on the colors are learned there: at the edge they are mixed with others."""
 
 MAX_ELSEWHERE_RATIO, MAX_RING_SHARE = 0.05, 0.016
-"""Pixels in the object's colors around the mask, over those in the mask and over those around it; if there are more than both say,
-something else has these colors too."""
+"""Pixels in the object's colors around the mask, over those in the mask and over those around it: if there are more than both
+say, something else has these colors too."""
 
 MIN_THICKNESS_PX, MIN_ELONGATION = 3.5, 16.0
 """Half-width in px, and area in its squares, of a part that is not dropped: a cable in the colors of the background."""
@@ -71,9 +71,9 @@ NORMAL_WINDOW_PX = 3
 def repair_mask(mask: Bools, color: Array) -> Bools:
     """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
 
-    The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the object
-    if its color and those of its neighbors are more frequent in the mask than around it. The colors are then learned again from what
-    was found. Darker shades of the background count as background, since cables cast shadows.
+    The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the
+    object if its color and those of its neighbors are more frequent in the mask than around it. The colors are then learned again
+    from what was found. Darker shades of the background count as background, since cables cast shadows.
 
     Parameters
     ----------
@@ -84,7 +84,8 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
 
     Returns
     -------
-    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell object and background apart.
+    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
+    background.
     """
     if not _may_be_ragged(mask, color):
         return mask
@@ -125,9 +126,8 @@ def _may_be_ragged(mask: Bools, color: Array) -> bool:
     v, u = np.divmod(edge[np.linspace(0, len(edge) - 1, min(len(edge), SAMPLED_EDGES)).astype(int)], width)
     inner = (u >= margin) & (v >= margin) & (u < width - margin) & (v < height - margin)
     u, v = u[inner], v[inner]
-    dv, du = (
-        each.ravel() for each in np.mgrid[-NORMAL_WINDOW_PX : NORMAL_WINDOW_PX + 1, -NORMAL_WINDOW_PX : NORMAL_WINDOW_PX + 1]
-    )
+    side = np.arange(-NORMAL_WINDOW_PX, NORMAL_WINDOW_PX + 1)
+    dv, du = np.repeat(side, len(side)), np.tile(side, len(side))
     window = mask.ravel()[(v * width + u)[:, None] + dv * width + du]
     outwards = -np.column_stack((window @ du, window @ dv)).astype(float)
     size = np.linalg.norm(outwards, axis=1)
@@ -142,7 +142,7 @@ def _may_be_ragged(mask: Bools, color: Array) -> bool:
 
 def _edge(mask: Bools) -> Bools:
     """Return the pixels of a mask (H, W) that have a neighbor outside it."""
-    return mask & ~cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+    return np.asarray(mask & ~cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool))
 
 
 def _widened(box: tuple[slice, slice], margin: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -185,4 +185,4 @@ def _frequencies(counts: Floats) -> Floats:
     """Return the smoothed frequencies of the cells, (4096,), none of them 0."""
     side = 1 << COLOR_BITS
     smooth = gaussian_filter(counts.reshape(side, side, side), HISTOGRAM_SMOOTHING, mode="nearest").ravel()
-    return smooth / max(float(smooth.sum()), 1e-9) + MIN_FREQUENCY
+    return np.asarray(smooth / max(float(smooth.sum()), 1e-9) + MIN_FREQUENCY)

@@ -46,7 +46,7 @@ class Segmentation:
     repaired
         pixels that were added to a ragged mask, or removed from it, because of their color; 0 in 2-D and for a cloud.
     smoothed
-        readings whose depth was smoothed along the strand, because depth is torn or comes in waves there; 0 in 2-D and for a cloud.
+        readings whose depth was smoothed along the strand, where depth is torn or comes in waves; 0 in 2-D and for a cloud.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """

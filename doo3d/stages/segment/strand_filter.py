@@ -32,7 +32,7 @@ MAX_WAVES_RADII = 0.35
 """Radii; depth whose waves are smaller is left as it is."""
 
 TORN_RADII, MAX_TORN_SHARE = 2.5, 0.05
-"""Radii behind the strand from which on a reading is of something else, and the share of these up to which depth is left alone."""
+"""Radii behind the strand from which on a reading is of something else, and their share up to which depth is left alone."""
 
 OUTLIER_DEVIATIONS = 4.0
 """Standard deviations, if more than TORN_RADII, beyond which a reading does not count."""
@@ -99,8 +99,8 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
 
     Every reading is assigned to the nearest pixel of the mask's skeleton. A smooth curve is laid through the inverse depth of the
     nearer readings along each branch of the skeleton (robust Whittaker smoother). Where the readings differ from it by waves of
-    more than 0.35 radii, or more than 5 % of them are torn, it replaces them. If the noise is larger still, and the surface beside
-    the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
+    more than 0.35 radii, or more than 5 % of them are torn, it replaces them. If the noise is larger still, and the surface
+    beside the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radi
         return depth
     height = surface - depth - SEEN_HEIGHT_RADII * radius
     pull = noise**2 / (noise**2 + radius**2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
-    return depth + uniform_filter1d(pull, 15, mode="nearest") * height
+    return np.asarray(depth + uniform_filter1d(pull, 15, mode="nearest") * height)
 
 
 def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats | None:
@@ -220,7 +220,7 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
         return None
     medians = np.nanmedian(np.where(seen, readings, np.nan)[known], axis=1)
     surface = np.interp(np.arange(len(line)), known, medians)
-    weight, smooth = np.ones(len(line)), surface
+    weight, smooth = np.ones(len(line)), np.asarray(surface)
     for _ in range(SMOOTHINGS):
         smooth = whittaker_smooth(surface[:, None], weight[:, None, None], SURFACE_SMOOTHING_PX**4)[:, 0]
         residual = surface - smooth
