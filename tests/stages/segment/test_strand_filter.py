@@ -1,0 +1,94 @@
+"""Torn and wavy depth is smoothed along strands; sound depth stays as it was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders.blue_cable import DEPTH, RADIUS, SEEN, frame
+from builders.drawn_masks import CAMERA, depth_of, line, wave
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
+
+from doo3d import Frame, load_config
+from doo3d.config import SegmentConfig
+from doo3d.pipeline import detect
+from doo3d.stages.segment import segment
+
+AXIS = wave()
+TABLE = 0.6
+
+
+def record_of(depth, mask=SEEN):
+    return segment(frame(depth), SegmentConfig(), mask)
+
+
+def error_of(record):
+    """Distances of the filtered points from the true surface, m."""
+    return np.abs(cKDTree(AXIS).query(record.foreground.filtered)[0] - RADIUS)
+
+
+def torn(stretches=6, length=16, seed=0):
+    """The cable in depth, with stretches that show the table behind it."""
+    rng = np.random.default_rng(seed)
+    depth = np.where(SEEN, DEPTH, TABLE)
+    columns = np.flatnonzero(SEEN.any(axis=0))
+    for start in rng.choice(columns[20:-40], stretches, replace=False):
+        depth[:, start : start + length] = TABLE
+    return depth
+
+
+def test_sound_depth_stays():
+    noisy = np.where(SEEN, DEPTH + 0.0005 * np.random.default_rng(0).normal(size=DEPTH.shape), TABLE)
+    record = record_of(noisy)
+    assert record.smoothed == 0
+    pixels = record.foreground.pixels
+    np.testing.assert_allclose(record.foreground.points[:, 2], noisy[pixels[:, 1], pixels[:, 0]], rtol=1e-6)
+
+
+def test_torn_depth_follows_the_strand():
+    record = record_of(torn())
+    assert record.smoothed > 0.9 * SEEN.sum()
+    assert np.percentile(error_of(record), 99) < RADIUS
+    chains = detect(frame(torn()), load_config("default"), SEEN).chains
+    assert len(chains) == 1
+    away = cKDTree(AXIS).query(chains[0].joints)[0]
+    assert away.max() < RADIUS
+
+
+def test_waves_are_smoothed():
+    field = gaussian_filter(np.random.default_rng(1).normal(size=DEPTH.shape), 9)
+    waves = 0.005 * field / field.std()
+    record = record_of(np.where(SEEN, DEPTH + waves, 0.9))
+    assert record.smoothed > 0.9 * SEEN.sum()
+    assert np.median(error_of(record)) < 0.65 * np.median(np.abs(waves[SEEN]))
+
+
+def test_a_noisy_strand_on_a_table_is_drawn_to_it():
+    """The table beside the strand is known better than the strand: up to the height of its top, 1.6 radii as a camera sees it."""
+    flat, _ = depth_of([line([-0.15, 0, TABLE - RADIUS], [0.15, 0, TABLE - RADIUS])], [RADIUS], table=TABLE)
+    mask = np.abs(flat - TABLE) > 1e-6
+    field = gaussian_filter(np.random.default_rng(2).normal(size=flat.shape), 14)
+    noisy = np.where(mask, flat + 0.012 * field / field.std(), flat)
+    record = record_of(noisy, mask)
+    top = TABLE - 1.6 * RADIUS
+    before = np.abs(noisy[mask] - top).mean()
+    assert np.abs(record.foreground.filtered[:, 2] - top).mean() < 0.6 * before
+
+
+def test_a_strand_that_runs_away_is_bridged_and_whole():
+    axis = line([-0.08, -0.05, 0.4], [0.16, 0.09, 1.1])
+    depth, which = depth_of([axis], [0.004])
+    data = Frame(None, np.where(which >= 0, depth, 1.6).astype(np.float32), CAMERA)
+    record = segment(data, SegmentConfig(), which >= 0)
+    assert len(record.foreground.bridges) > 50
+    assert cKDTree(axis).query(record.foreground.bridges)[0].max() < 2 * 0.004
+    chains = detect(data, load_config("default"), which >= 0).chains
+    assert len(chains) == 1
+    assert chains[0].length == pytest.approx(np.linalg.norm(axis[-1] - axis[0]), rel=0.08)
+
+
+@pytest.mark.parametrize("pixels", [1, 5, 40])
+def test_few_pixels(pixels):
+    mask = np.zeros_like(SEEN)
+    mask.ravel()[np.flatnonzero(SEEN)[:pixels]] = True
+    assert len(record_of(np.where(SEEN, DEPTH, TABLE), mask).foreground.points) <= pixels
