@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Measure the detection against known truth.", rich_markup_mode=None)
 
-MASKS: dict[str, Masking] = {"given": "mask", "hsv": "hsv", "auto": "auto"}
+MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
 ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all.")]
@@ -31,7 +31,11 @@ Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated 
 Size = Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")]
 Count = Annotated[str, typer.Option(metavar="given|auto", help="Give the number of cables, or decide it from the data.")]
 Mask = Annotated[
-    str, typer.Option(metavar="|".join(MASKS), help="Give the true mask, give boxes round the cables' colors, or use the config.")
+    str,
+    typer.Option(
+        metavar="|".join(MASKS),
+        help="Give the true mask, a spoiled one, or boxes round the cables' colors; or use the config.",
+    ),
 ]
 Truth = Annotated[
     Path | None,
@@ -68,6 +72,7 @@ def scenes(
       doo3d evaluate scenes --families all --seeds 20
       doo3d evaluate scenes --families tangle,knots --count auto --mask auto --csv rows.csv --json rows.json
       doo3d evaluate scenes --families thin --sensor zivid --pictures worst --worst 3
+      doo3d evaluate scenes --sensor stereo --mask ragged --size 848x480
     """
     use_single_thread()
     from ..evaluation.benchmark import cases

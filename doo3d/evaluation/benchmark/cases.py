@@ -72,7 +72,7 @@ def scene_cases(
     seeds
         integers, 0 or more; one scene of each family is made for each seed.
     sensor
-        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth.
     size
         (width, height) px of the image.
     """

@@ -15,13 +15,14 @@ from ...config import Config, HsvRange
 from ...errors import ConfigError, DooError, InputError
 from ...types import Detection, Frame
 from ..metrics.score import score
+from ..rendering.ragged_mask import ragged_mask
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Color, Truth
-from ..scenes.registry import make_scene
+from ..scenes.registry import family_rng, make_scene
 from .cases import Case, KnownFrame, folder_cases, known_frame, scene_cases
 from .rows import Row
 
-Masking = Literal["mask", "hsv", "auto"]
+Masking = Literal["mask", "ragged", "hsv", "auto"]
 
 HUE_HALF_WIDTH, MIN_SATURATION, MIN_VALUE = 10, 90, 25
 """The box of a cable's color, in OpenCV's 8-bit HSV."""
@@ -49,6 +50,7 @@ def evaluate(
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
+        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     report
         called with each row as soon as its case is done.
@@ -113,12 +115,15 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     """
     from ...pipeline import detect
 
     used = _case_config(config, known.truths, known_count, method)
-    mask = known.mask if method == "mask" and used.segment.method in ("auto", "mask") else None
+    mask = known.mask if method in ("mask", "ragged") and used.segment.method in ("auto", "mask") else None
+    if method == "ragged" and mask is not None:
+        mask = ragged_mask(mask, family_rng(f"{case.name}/ragged", 0))
     run: Callable[..., Detection] = detect
     error = code = None
     start = time.perf_counter()
@@ -128,7 +133,8 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
         detection, error, code = Detection(()), str(failure), failure.code
     seconds = time.perf_counter() - start
     crossings = detection.crossings if isinstance(known.data, Frame) else None
-    frame_score = score(detection.chains, known.truths, crossings)
+    camera = known.data.camera if isinstance(known.data, Frame) else None
+    frame_score = score(detection.chains, known.truths, crossings, camera)
     return Row(case.name, case.family, frame_score, seconds, error, code, detection.confidence, detection, case)
 
 
@@ -152,11 +158,12 @@ def evaluate_scenes(
     config
         the configuration of the detection, of a 3-D mode.
     sensor
-        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
+        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     size
         (width, height) px of the image.
@@ -188,7 +195,7 @@ def render_scenes(
     seeds
         integers, 0 or more; one scene of each family is made for each seed.
     sensor
-        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth.
     size
         (width, height) px of the image.
 
@@ -217,6 +224,7 @@ def evaluate_rendered(
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
+        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
 
     Returns

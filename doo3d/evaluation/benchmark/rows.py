@@ -72,10 +72,14 @@ class Summary:
     ----------
     frames, frames_correct
         number of frames, and number of frames correct by the strict rule of Keipour et al. (RA-L 2022); see `FrameScore.correct`.
+    image_frames, image_correct
+        number of frames that are scored in the image, too, and number of those that are right there; see `FrameScore`.
     count_correct
         number of frames with as many chains as true cables.
     confident, confident_correct
         number of frames left without the tenth of the frames that has the least confidence, and number of correct frames left.
+    image_rms
+        median over frames of the RMS distance in the image from the projected axis, px.
     occlusions, occlusions_correct
         number of stretches of 8 mm or more where the cable is hidden but seen on both sides, and number of such stretches that a
         chain passes correctly.
@@ -100,6 +104,8 @@ class Summary:
 
     frames: int
     frames_correct: int
+    image_frames: int
+    image_correct: int
     count_correct: int
     confident: int
     confident_correct: int
@@ -114,6 +120,7 @@ class Summary:
     crossings_extra: int
     rms_seen: float
     rms_hidden: float
+    image_rms: float
     node_error: float
     end_error: float
     radius_ratio: float
@@ -122,11 +129,12 @@ class Summary:
     def to_dict(self) -> dict[str, Any]:
         """Return the summary as a flat dict for the JSON file.
 
-        It holds all fields, and frames_accuracy (fraction of correct frames). For occlusions, merges and connections, it also
-        holds `<kind>_incorrect` (a count) and `<kind>_accuracy` (fraction correct, 0 to 1). Fractions are NaN if there is nothing
-        to count.
+        It holds all fields, frames_accuracy and image_accuracy (fractions of frames that are correct, and right in the image).
+        For occlusions, merges and connections, it also holds `<kind>_incorrect` (a count) and `<kind>_accuracy` (fraction
+        correct, 0 to 1). Fractions are NaN if there is nothing to count.
         """
         result = asdict(self) | {"frames_accuracy": _accuracy(self.frames, self.frames_correct)}
+        result |= {"image_accuracy": _accuracy(self.image_frames, self.image_correct)}
         for kind in ("occlusions", "merges", "connections"):
             total, correct = getattr(self, kind), getattr(self, f"{kind}_correct")
             result |= {f"{kind}_incorrect": total - correct, f"{kind}_accuracy": _accuracy(total, correct)}
@@ -146,6 +154,8 @@ def summary(rows: Sequence[Row]) -> Summary:
     return Summary(
         frames=len(rows),
         frames_correct=total(lambda item: item.correct),
+        image_frames=total(lambda item: item.image_correct is not None),
+        image_correct=total(lambda item: item.image_correct is True),
         count_correct=total(lambda item: item.chains == item.objects),
         confident=len(confident),
         confident_correct=sum(row.score.correct for row in confident),
@@ -160,6 +170,7 @@ def summary(rows: Sequence[Row]) -> Summary:
         crossings_extra=total(lambda item: item.crossings_extra),
         rms_seen=_median([item.rms_seen for item in scores]),
         rms_hidden=_median([item.rms_hidden for item in scores]),
+        image_rms=_median([item.image_rms for item in scores]),
         node_error=_median([item.node_error for item in scores]),
         end_error=_median([item.end_error for item in scores]),
         radius_ratio=_median([item.radius_ratio for item in scores]),

@@ -16,6 +16,7 @@ COLUMNS = (
     ("frames correct", "", 15),
     ("number", "correct", 8),
     ("confident", "90 %", 9),
+    ("right in", "image", 9),
     ("occlusions", "correct", 15),
     ("merges", "correct", 15),
     ("connections", "correct", 20),
@@ -23,6 +24,7 @@ COLUMNS = (
     ("upper", "strand", 15),
     ("RMS seen", "mm", 9),
     ("hidden", "mm", 7),
+    ("image", "px", 6),
     ("nodes", "mm", 6),
     ("ends", "mm", 6),
     ("radius", "ratio", 7),
@@ -39,10 +41,12 @@ def format_table(rows: Sequence[Row]) -> str:
     - frames correct: frames correct by the strict rule of Keipour et al. (RA-L 2022), of all frames;
     - number correct: frames with as many chains as true cables, in %;
     - confident 90 %: correct frames in % of the frames without the tenth that have the least confidence;
+    - right in image: frames correct by the same rule for chains and cables projected into the image, in %;
     - occlusions correct, merges correct, connections correct: correct ones of all;
     - wrong: number of wrong connections;
     - upper strand: crossings detected with the right cable on top, of those whose upper cable is seen;
     - RMS seen, hidden: RMS distance from the true axis, where the axis is seen and where it is hidden, mm, median over frames;
+    - image: RMS distance from the projected axis where it is seen, px, median over frames;
     - nodes, ends: distance of joints and of ends from those of the true cable, mm, median over frames;
     - radius: detected over true radius, median over frames;
     - time: duration of a detection, ms, median over frames.
@@ -63,6 +67,7 @@ def _line(name: str, name_width: int, total: Summary) -> str:
         _share(total.frames_correct, total.frames, 1),
         _percent(total.count_correct, total.frames),
         _percent(total.confident_correct, total.confident),
+        _percent(total.image_correct, total.image_frames),
         _share(total.occlusions_correct, total.occlusions, 1),
         _share(total.merges_correct, total.merges, 1),
         _share(total.connections_correct, total.connections, 2),
@@ -70,6 +75,7 @@ def _line(name: str, name_width: int, total: Summary) -> str:
         _share(total.crossings_correct, total.crossings, 1),
         _number(total.rms_seen, 2),
         _number(total.rms_hidden, 2),
+        _number(total.image_rms, 2),
         _number(total.node_error, 1),
         _number(total.end_error, 1),
         _number(total.radius_ratio, 2),

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ...types import Chain, Crossing
+from ...types import Camera, Chain, Crossing
 from ..scenes.model import Truth
 from .alignment import ChainAlignment, align_chain, overlaps
 from .crossings import count_crossings, true_crossings
 from .distances import ChainDistances, end_error, measure_distances, rms_mm
+from .image import project
 from .merges import wrong_merges
 from .nodes import node_error
 from .occlusions import occlusions, passed_occlusions
@@ -58,6 +59,11 @@ class FrameScore:
     crossings, crossings_correct, crossings_extra
         number of places where true cables cross in the image with the upper one seen, number of those detected with the right
         cable on top, and number of detected crossings that do not exist.
+    image_correct
+        whether the frame is right in the image: the same rule for the same chains and cables, projected into the image, with
+        distances in px as they are at the median depth of the cables; None if the camera is unknown.
+    image_rms
+        px, RMS distance of the projected chains from the projected axes where they are seen; NaN if the camera is unknown.
     """
 
     correct: bool
@@ -80,6 +86,8 @@ class FrameScore:
     crossings: int = 0
     crossings_correct: int = 0
     crossings_extra: int = 0
+    image_correct: bool | None = None
+    image_rms: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -105,7 +113,12 @@ class _Match:
         return max((distances.off_fraction for distances in self.distances), default=0.0)
 
 
-def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[Crossing] | None = None) -> FrameScore:
+def score(
+    chains: Sequence[Chain],
+    truths: Sequence[Truth],
+    crossings: Sequence[Crossing] | None = None,
+    camera: Camera | None = None,
+) -> FrameScore:
     """Score the chains of one frame against its true cables.
 
     Parameters
@@ -117,6 +130,8 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
         the true cables in the same frame; a cable whose `seen` is None counts as seen all along.
     crossings
         the detected crossings of the chains in the camera's image; None leaves crossings out of the score (all counts 0).
+    camera
+        the intrinsics, to score the chains in the image alone, too; None leaves this out.
 
     Returns
     -------
@@ -129,6 +144,7 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
     true = true_crossings(match.truths if crossings is not None else ())
     crossings_correct, crossings_extra = count_crossings(crossings or (), match.chains, match.alignments, match.truths, true)
     pairs = [(match.chains[c], match.truths[t]) for c, t in match.pairs]
+    image_correct, image_rms = (None, float("nan")) if camera is None else _score_in_image(chains, truths, camera)
     return FrameScore(
         correct=not reasons,
         reasons=reasons,
@@ -150,7 +166,19 @@ def score(chains: Sequence[Chain], truths: Sequence[Truth], crossings: Sequence[
         crossings=int(true.seen.sum()),
         crossings_correct=crossings_correct,
         crossings_extra=crossings_extra,
+        image_correct=image_correct,
+        image_rms=image_rms,
     )
+
+
+def _score_in_image(chains: Sequence[Chain], truths: Sequence[Truth], camera: Camera) -> tuple[bool, float]:
+    """Return whether projected chains are correct by the rule for a frame, and their RMS distance in px from the seen axes."""
+    if not truths:
+        return not chains, float("nan")
+    view = project(chains, truths, camera)
+    match = _match(view.chains, view.truths)
+    distance = rms_mm([part.distance[part.seen] for part in match.distances]) / 1e3
+    return len(view.chains) == len(chains) and not _reasons(match), distance / view.metres_per_pixel
 
 
 def _match(chains: tuple[Chain, ...], truths: tuple[Truth, ...]) -> _Match:
