@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from ...errors import InputError
 from ...inputs.read_options import DEFAULT, ReadOptions
-from ...types import Bools, Cloud, Frame, Image
+from ...types import Bools, Camera, Cloud, Frame, Image
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Truth
 from ..scenes.registry import make_scene
 from ..truth_file import read_truth
 
 TRUTH = "truth.json"
+MIN_PIECE = 0.010
+"""m; a shorter piece of a cable inside the image is no object."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +93,40 @@ def _render_scene(family: str, seed: int, sensor: str, size: tuple[int, int]) ->
 
 
 def known_frame(rendered: Rendered) -> KnownFrame:
-    """Return a rendered scene as a frame with known truth: its image data, its true cables and its true mask."""
-    return KnownFrame(rendered.frame, rendered.truths, rendered.mask)
+    """Return a rendered scene as a frame with known truth: its image data, its true cables and its true mask.
+
+    A cable that leaves the image becomes one cable for each of its pieces inside, since nothing in the image tells that they
+    belong together.
+    """
+    camera = rendered.frame.camera
+    pieces = [piece for truth in rendered.truths for piece in pieces_in_view(truth, camera)]
+    return KnownFrame(rendered.frame, tuple(pieces), rendered.mask)
+
+
+def pieces_in_view(truth: Truth, camera: Camera) -> list[Truth]:
+    """Return the pieces of a cable that are inside the image, of 10 mm or more; the cable itself if all of it is inside.
+
+    Parameters
+    ----------
+    truth
+        the cable, in the camera's optical frame.
+    camera
+        the intrinsics and the image size.
+    """
+    pixels = camera.project(truth.axis)
+    size = np.array([camera.width, camera.height])
+    inside = np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
+    if inside.all():
+        return [truth]
+    start = int(np.argmin(inside)) if truth.closed else 0
+    order = (np.arange(len(inside)) + start) % len(inside)
+    edges = np.flatnonzero(np.diff(np.pad(inside[order].astype(int), 1))).reshape(-1, 2)
+    seen = truth.seen
+    return [
+        replace(truth, axis=truth.axis[order[a:b]], closed=False, seen=None if seen is None else seen[order[a:b]])
+        for a, b in edges
+        if (b - a) * truth.spacing >= MIN_PIECE
+    ]
 
 
 def capture_cases(

@@ -267,9 +267,14 @@ def _case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, m
     merge = config.merge.model_copy(update={"chains": max(len(truths), 1) if known_count else None})
     segment = config.segment
     if method == "hsv":
-        ranges = tuple(_hsv_range(color) for color in sorted({truth.color for truth in truths}))
+        ranges = tuple(_hsv_range(color) for color in sorted(_colors(truths)))
         segment = segment.model_copy(update={"method": "hsv", "ranges": ranges})
     return config.model_copy(update={"merge": merge, "segment": segment})
+
+
+def _colors(truths: tuple[Truth, ...]) -> set[Color]:
+    """Return the colors of cables, with those of their stripes."""
+    return {truth.color for truth in truths} | {truth.stripe.color for truth in truths if truth.stripe is not None}
 
 
 def _hsv_range(color: Color) -> HsvRange:

@@ -10,7 +10,7 @@ import numpy as np
 from ...inputs.support.open3d import open3d
 from ...types import Array, Bools, Floats, Ints
 from ..scenes.model import Scene, Truth
-from .tube_mesh import parallel_frames, sweep, tangents
+from .tube_mesh import SIDES, parallel_frames, sweep, tangents
 
 OCCLUDER = 255
 """Label of all that is neither cable nor background."""
@@ -47,6 +47,8 @@ class Hits:
         (R,) int, index of the solid that is hit: cables from 0, then occluders; -1 for the table, -2 for nothing.
     shiny
         (R,) bool, whether the hit is on a stretch of cable where the sensor measures no depth.
+    striped
+        (R,) bool, whether the hit is on a stripe of a cable.
     """
 
     depth: Floats
@@ -54,6 +56,7 @@ class Hits:
     normals: Floats
     solid: Ints
     shiny: Bools
+    striped: Bools
 
 
 class RayCaster:
@@ -110,7 +113,7 @@ class RayCaster:
         triangle, uv = answer["primitive_ids"].numpy().astype(np.int64), answer["primitive_uvs"].numpy().astype(float)
         solid[~np.isfinite(depth)] = NOTHING
         label = np.where(solid >= 0, OCCLUDER, 0).astype(np.uint8)
-        shiny = np.zeros(len(depth), dtype=bool)
+        shiny, striped = np.zeros((2, len(depth)), dtype=bool)
         for k, (tube, cable) in enumerate(zip(self.tubes, self.scene.cables, strict=True)):
             on = np.flatnonzero(solid == k)
             label[on] = k + 1
@@ -120,9 +123,12 @@ class RayCaster:
             arcs = tube.arcs[triangle[on]]
             for start, end in cable.shiny:
                 shiny[on] |= (arcs >= start) & (arcs <= end)
+            if cable.stripe is not None:
+                turn = triangle[on] // 2 % SIDES / SIDES
+                striped[on] = (arcs / cable.stripe.pitch + cable.stripe.threads * turn) % 1 < cable.stripe.share
         self._add_table(origins, directions, depth, label, normals, solid)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        return Hits(depth, label, normals, solid, shiny & (solid >= 0))
+        return Hits(depth, label, normals, solid, shiny & (solid >= 0), striped & (solid >= 0))
 
     def _add_table(self, origins: Floats, directions: Floats, depth: Floats, label: Array, normals: Floats, solid: Ints) -> None:
         table = self.scene.table

@@ -146,7 +146,11 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
     halfway /= np.linalg.norm(halfway, axis=1, keepdims=True)
     diffuse = np.clip(normals @ light, 0, 1) * lit
     gloss = np.clip(np.einsum("ij,ij->i", normals, halfway), 0, 1) ** 40 * lit
-    result[on] = colors[hits.solid[on]] * (AMBIENT + DIFFUSE * diffuse)[:, None] + 255 * GLOSS * gloss[:, None]
+    base = colors[hits.solid[on]]
+    for k, cable in enumerate(scene.cables):
+        if cable.stripe is not None:
+            base[(hits.solid[on] == k) & hits.striped[on]] = cable.stripe.color
+    result[on] = base * (AMBIENT + DIFFUSE * diffuse)[:, None] + 255 * GLOSS * gloss[:, None]
     return result
 
 

@@ -81,11 +81,11 @@ class StereoSensor:
     nearest: float = 0.25
     blur: float = 0.8
     noise: tuple[float, float] = (1.0, 2.5)
-    block: int = 9
+    block: int = 5
     window: float = 5.5
     min_texture: float = 1.3
     fattening: int = 3
-    uniqueness: int = 5
+    uniqueness: int = 10
     speckle_size: int = 100
     speckle_range: int = 1
     left_right: int = 1

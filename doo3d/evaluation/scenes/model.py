@@ -14,6 +14,28 @@ Color = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
+class Stripe:
+    """Stripes of a second color around a cable.
+
+    Attributes
+    ----------
+    color
+        8-bit RGB.
+    pitch
+        m along the cable from one stripe to the next.
+    share
+        fraction, 0 to 1, of the pitch that has this color.
+    threads
+        number of stripes side by side that wind round the cable like a thread, to the left if negative; 0 for rings.
+    """
+
+    color: Color
+    pitch: float
+    share: float = 0.5
+    threads: int = 0
+
+
+@dataclass(frozen=True)
 class Truth:
     """A cable whose shape is known: the truth that detections are scored against.
 
@@ -32,6 +54,8 @@ class Truth:
         (P,) bool, whether the camera sees the cable's surface at each axis point; None before rendering.
     shiny
         (start, end), arc lengths in m, of each stretch where the sensor measures no depth on the cable.
+    stripe
+        stripes of a second color; None for one color.
     """
 
     axis: Floats
@@ -40,6 +64,7 @@ class Truth:
     color: Color = (200, 40, 40)
     seen: Bools | None = None
     shiny: tuple[tuple[float, float], ...] = ()
+    stripe: Stripe | None = None
 
     @property
     def arcs(self) -> Floats:

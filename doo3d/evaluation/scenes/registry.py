@@ -12,7 +12,9 @@ import numpy as np
 from numpy.random import Generator
 
 from . import families, knots, tubes
+from . import handled_families as handled
 from . import hard_families as hard
+from . import wound_families as wound
 from .model import Scene
 
 Builder = Callable[[Generator, tuple[int, int]], "Scene | None"]
@@ -32,6 +34,19 @@ FAMILIES: dict[str, Builder] = {
     "thin": hard.thin,
     "far": hard.far,
     "knots": knots.knots,
+    "gripper": handled.gripper,
+    "hook": handled.hook,
+    "coil": wound.coil,
+    "bundle": wound.bundle,
+    "two_radii": wound.two_radii,
+    "hose": handled.hose,
+    "wire": handled.wire,
+    "plugs": handled.plugs,
+    "striped": handled.striped,
+    "ring": wound.ring,
+    "leaving": handled.leaving,
+    "touch": handled.touch,
+    "figure_eight": wound.figure_eight,
 }
 TUBES = "tubes"
 """The family whose scenes are read from a file."""

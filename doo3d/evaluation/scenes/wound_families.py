@@ -1,0 +1,184 @@
+"""Families of cables that are wound or run side by side: coils, rings, figures of eight, bundles, two radii.
+
+Each builder draws one scene in the camera's optical frame, or returns None if the draw cannot be built.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.random import Generator
+from scipy.spatial.transform import Rotation
+
+from ...types import Floats
+from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves, resample_polyline
+from .families import MIN_BEND_RADII, RADII, Size, at_height, cables_on_table
+from .model import Scene, Truth
+from .stacking import min_bend_radius, min_clearance, spline_axis
+from .studio import Studio, cable_color, make_studio
+
+TURNS = (3.0, 6.0)
+"""Turns of a coil."""
+
+MIN_CROSSING_ANGLE = np.radians(20.0)
+"""Least angle at which the strands of a figure of eight cross."""
+
+BUNDLE = (3, 5)
+"""Least and greatest number of cables in a bundle."""
+
+
+def coil(rng: Generator, size: Size) -> Scene | None:
+    """Draw a scene of one cable wound to a flat coil of 3 to 6 turns, whose inner end runs out over or under all turns.
+
+    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
+    of the image.
+    """
+    studio, radius = make_studio(rng, size), rng.uniform(0.002, 0.004)
+    inner, spacing = rng.uniform(0.025, 0.05), 2 * radius * rng.uniform(1.15, 2.6)
+    turns = rng.uniform(*TURNS)
+    angle = np.arange(0, 2 * np.pi * turns, 0.5 * STEP / inner)
+    distance = inner + spacing * angle / (2 * np.pi)
+    wobble = 1 + rng.uniform(0, 0.04) * np.sin(2 * angle + rng.uniform(0, 6)) * np.minimum(angle / 3, 1)
+    spiral = np.column_stack((distance * np.sin(angle), -distance * np.cos(angle))) * wobble[:, None]
+    tail = np.arange(distance[-1] + rng.uniform(0.03, 0.12), 0, -STEP)
+    bow = rng.uniform(0, 0.15) * np.clip(tail - 0.03, 0, None) ** 2 / 0.1
+    start = np.column_stack((-tail, -inner - bow))
+    rest = np.arange(1, int(rng.uniform(0.02, 0.12) / STEP)) * STEP
+    heading = (spiral[-1] - spiral[-2]) / np.linalg.norm(spiral[-1] - spiral[-2])
+    points = np.vstack((start, spiral, spiral[-1] + rest[:, None] * heading))
+    curve = resample_polyline(points * (1.0, rng.uniform(0.8, 1.0)) * rng.choice((-1, 1), 2), STEP)
+    curve = _turned(curve, rng.uniform(0, 2 * np.pi)) + _offset(rng, studio, curve)
+    crossed = curve_crossings(curve, np.zeros(len(curve), dtype=int))
+    over = np.full(len(crossed.first), rng.random() < 0.7)
+    return cables_on_table(rng, studio, [curve], radius, over=over) if len(crossed.first) >= int(turns) - 1 else None
+
+
+def figure_eight(rng: Generator, size: Size) -> Scene | None:
+    """Draw a scene of one cable laid in a figure of eight, whose ends nearly meet in a lobe.
+
+    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
+    of the image.
+    """
+    studio, radius = make_studio(rng, size), rng.uniform(0.0022, 0.0045)
+    wide, tall = rng.uniform(0.10, 0.2), rng.uniform(0.09, 0.17)
+    start = rng.choice((-0.5, 0.5)) * np.pi + rng.uniform(-0.5, 0.5)
+    t = start + np.linspace(0, 2 * np.pi * rng.uniform(0.88, 0.97), 2000)
+    shrink = 1 - rng.uniform(0.15, 0.3) * (t - start) / (2 * np.pi)
+    curve = np.column_stack((wide * np.sin(t), tall * np.sin(t) * np.cos(t))) * shrink[:, None]
+    drift = rng.uniform(-0.04, 0.04, 2) * (1.0, 0.2) * np.linspace(0, 1, len(t))[:, None]
+    curve = _turned(resample_polyline(curve + drift, STEP), rng.uniform(-0.5, 0.5))
+    curve = np.asarray(curve + _offset(rng, studio, curve))
+    if clear_crossings(curve, np.zeros(len(curve), dtype=int), 2.3 * radius, MIN_CROSSING_ANGLE) is None:
+        return None
+    return cables_on_table(rng, studio, [curve], radius)
+
+
+def ring(rng: Generator, size: Size) -> Scene | None:
+    """Draw a scene of one closed ring of cable, warped, on the table or tilted in the air.
+
+    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
+    of the image.
+    """
+    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
+    t = np.linspace(0, 2 * np.pi, 120, endpoint=False)
+    distance: Floats = np.full(len(t), rng.uniform(0.05, 0.13))
+    for k in (2, 3, 4):
+        distance *= np.asarray(1 + rng.uniform(0, 0.5 / k) * np.cos(k * t + rng.uniform(0, 2 * np.pi)))
+    planar = np.column_stack((distance * np.cos(t) * rng.uniform(1.0, 1.6), distance * np.sin(t)))
+    planar = _turned(planar, rng.uniform(0, np.pi))
+    points = at_height(planar + _offset(rng, studio, planar), radius)
+    if rng.random() < 0.5:
+        tilted = Rotation.from_rotvec(rng.uniform(-0.7, 0.7, 3) * (1, 1, 0)).apply(points)
+        points = tilted + np.array([0, 0, rng.uniform(0.01, 0.1) + radius - tilted[:, 2].min()])
+    axis = spline_axis(points, closed=True)
+    around = np.vstack((axis, axis[:20]))
+    if (
+        not studio.contains(axis)
+        or min_bend_radius(around) < MIN_BEND_RADII * radius
+        or min_clearance([axis[:-40]], radius) < 1.2
+    ):
+        return None
+    cable = Truth(studio.to_camera(axis), radius, closed=True, color=cable_color(rng))
+    return Scene("", "", 0, studio.camera, (cable,), (), studio.table(), studio.light)
+
+
+def bundle(rng: Generator, size: Size) -> Scene | None:
+    """Draw a scene of three to five cables of one color that run side by side for a while and fan out at both ends.
+
+    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
+    of the image.
+    """
+    studio, count = make_studio(rng, size), int(rng.integers(BUNDLE[0], BUNDLE[1] + 1))
+    radius = rng.uniform(0.002, 0.004)
+    gap, fan = 2 * radius * (1 + rng.uniform(0.05, 0.6)), 2 * radius * rng.uniform(2.0, 4.0)
+    radii = np.full(count, radius)
+    return _side_by_side(rng, studio, radii, np.arange(count) - (count - 1) / 2, (gap, fan), (fan, fan))
+
+
+def two_radii(rng: Generator, size: Size) -> Scene | None:
+    """Draw a scene of a thick and a thin cable of one color that run side by side and part.
+
+    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
+    of the image.
+    """
+    studio, thin = make_studio(rng, size), rng.uniform(0.0018, 0.003)
+    thick = thin * rng.uniform(1.7, 2.8)
+    gap = thin + thick + 2 * thin * rng.uniform(0.1, 1.0)
+    fans = gap + 2 * thin * rng.uniform(0.0, 8.0, 2)
+    order = rng.choice((-1.0, 1.0)) * np.array([-0.5, 0.5])
+    return _side_by_side(rng, studio, np.array([thick, thin]), order, (gap, gap), (float(fans[0]), float(fans[1])))
+
+
+def _side_by_side(
+    rng: Generator, studio: Studio, radii: Floats, order: Floats, gap: tuple[float, float], fans: tuple[float, float]
+) -> Scene | None:
+    """Return the scene of cables beside a common curve, at `order` times `gap` in the middle and times `fans` at its ends."""
+    length, thickest = rng.uniform(0.45, 0.85), float(radii.max())
+    middle = oriented_curve(random_curves(rng, 1, length, 0.08 + 8 * thickest)[0], rng.uniform(-0.4, 0.4))
+    middle = middle + _offset(rng, studio, middle)
+    tangent = np.gradient(middle, axis=0)
+    normal = np.column_stack((-tangent[:, 1], tangent[:, 0])) / np.linalg.norm(tangent, axis=1, keepdims=True)
+    t = np.linspace(0, 1, len(middle))
+    start, end = rng.uniform(0.15, 0.35), rng.uniform(0.65, 0.85)
+    spread = gap[0] + (fans[0] - gap[0]) * _eased((start - t) / start) + (fans[1] - gap[0]) * _eased((t - end) / (1 - end))
+    axes = []
+    for place, radius in zip(order, radii, strict=True):
+        first, last = int(rng.integers(0, 20)), len(middle) - int(rng.integers(0, 20))
+        curve = (middle + place * spread[:, None] * normal)[first:last]
+        axes.append(spline_axis(at_height(curve, float(radius))))
+    if not all(studio.contains(axis) for axis in axes) or not _is_apart(axes, radii):
+        return None
+    if min(min_bend_radius(axis) / radius for axis, radius in zip(axes, radii, strict=True)) < MIN_BEND_RADII:
+        return None
+    color = cable_color(rng)
+    cables = tuple(Truth(studio.to_camera(axis), float(radius), color=color) for axis, radius in zip(axes, radii, strict=True))
+    return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)
+
+
+def _is_apart(axes: list[Floats], radii: Floats) -> bool:
+    """Tell whether no two cables meet, and none meets itself."""
+    if any(min_clearance([axis], float(radius)) < 1.0 for axis, radius in zip(axes, radii, strict=True)):
+        return False
+    for k in range(len(axes)):
+        for j in range(k):
+            distance = np.linalg.norm(axes[k][::4, None] - axes[j][None, ::4], axis=-1).min()
+            if distance < float(radii[k] + radii[j]) * 0.999:
+                return False
+    return True
+
+
+def _eased(t: Floats) -> Floats:
+    """Return a smooth step (R,): 0 up to 0, 1 from 1."""
+    t = np.clip(t, 0, 1)
+    return np.asarray(t * t * (3 - 2 * t))
+
+
+def _turned(curve: Floats, angle: float) -> Floats:
+    """Return a planar curve (P, 2) rotated by an angle in radians, with its bounding box centered at the origin."""
+    rotated = curve @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return np.asarray(rotated - (rotated.max(axis=0) + rotated.min(axis=0)) / 2)
+
+
+def _offset(rng: Generator, studio: Studio, curve: Floats) -> Floats:
+    """Draw a shift (2,) m that keeps a centered planar curve (P, 2) about in view."""
+    slack = np.clip(np.array(studio.usable_size()) - np.ptp(curve, axis=0), 0, None)
+    return np.asarray(rng.uniform(-0.4, 0.4, 2) * slack)
