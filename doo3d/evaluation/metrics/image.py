@@ -14,6 +14,9 @@ from ..scenes.model import Truth
 SPACING = 0.0005
 """m at most between the samples of a projected axis, as of a rendered one."""
 
+MIN_SEGMENT = 1e-4
+"""m at least of a segment of a projected chain, which has no length where it runs along the line of sight."""
+
 
 @dataclass(frozen=True)
 class ImageView:
@@ -70,8 +73,10 @@ def _to_plane(points: Floats, camera: Camera, scale: float) -> Floats:
 def _flat_chain(chain: Chain, line: Floats) -> Chain:
     """Return a chain of equal segments along a projected line; its radius is the chain's own."""
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    segment = min(chain.segment_length, max(length, 1e-6) / 2)
+    segment = min(chain.segment_length, max(length / 2, MIN_SEGMENT))
     joints = lay_equal_chords(line, segment)[0]
+    if len(joints) < 2:
+        joints = np.vstack((line[0], line[0] + (segment, 0.0, 0.0)))
     return Chain(joints, segment, chain.radius, closed=chain.closed and bool(np.allclose(joints[0], joints[-1])))
 
 

@@ -10,7 +10,7 @@ from numpy.random import Generator
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ...types import Array, Bools, Camera, Floats
-from .rays import RayCaster
+from .rays import OCCLUDER, RayCaster
 
 AMBIENT, PATTERN, GREY_LEVEL = 0.55, 0.9, 90.0
 """Brightness of a white surface that faces the camera, of a dot on it, and grey level (of 255) of the former."""
@@ -29,6 +29,10 @@ TABLE_CELL, SOLID_CELL = 0.0012, 0.0009
 
 PATCHES, PATCH_CELL = 0.6, 0.015
 """Standard deviation of the strength of the texture over its mean, and m, edge of a cell of it: worn, dirty and glossy parts."""
+
+GLARE_CELL, GLARE_SHIFT, MIN_GLARE = 0.009, 17.3, 1.35
+"""m, edge of a cell of the noise that tells where cables mirror the light; its offset in cells from the texture; the level above
+which they do, for some 3 % of their surface."""
 
 TEXTURE_CELLS = 64
 """Cells along an edge of the cube of noise, which repeats."""
@@ -124,6 +128,10 @@ class InfraredLight:
         falloff = (reference_depth / np.maximum(distance, 0.1)) ** 2
         return np.asarray(albedo * (AMBIENT * (0.4 + 0.6 * facing) + PATTERN * dots * facing * falloff))
 
+    def glares(self, points: Floats) -> Bools:
+        """Tell where surfaces mirror so much light that no pattern shows, at points (R, 3) m: (R,) bool."""
+        return np.asarray(self._noise(points / GLARE_CELL + GLARE_SHIFT) > MIN_GLARE)
+
     def _noise(self, cells: Floats) -> Floats:
         """Return the noise at points (R, 3) in cells: (R,)."""
         return np.asarray(map_coordinates(self.texture, cells.T, order=1, mode="grid-wrap"))
@@ -197,7 +205,9 @@ def _hit_view(
     points = origin + hits.depth[found, None] * directions[found]
     result = np.zeros(len(directions))
     result[found] = light.brightness(points, hits.normals[found], hits.solid[found] < 0, reference_depth)
-    return result, hits.shiny
+    shiny = hits.shiny.copy()
+    shiny[found] |= ((hits.label[found] > 0) & (hits.label[found] < OCCLUDER)) & light.glares(points)
+    return result, shiny
 
 
 def _table_view(caster: RayCaster, directions: Floats, origin: Floats, light: InfraredLight, reference_depth: float) -> Floats:
