@@ -24,7 +24,7 @@ app = typer.Typer(no_args_is_help=True, help="Measure the detection against know
 MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
 ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
-Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all.")]
+Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all.")]
 Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
 Start = Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family.")]
 Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")]
@@ -256,9 +256,10 @@ def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None
 
 def _families(names: str) -> list[str]:
     """Return the families of a comma-separated list."""
-    from ..evaluation.scenes.registry import FAMILIES
+    from ..evaluation.scenes.registry import FAMILIES, GROUPS
 
-    chosen = list(FAMILIES) if names == "all" else split(names) or []
-    for name in chosen:
-        check_choice("--families", name, FAMILIES)
-    return chosen
+    chosen: list[str] = []
+    for name in split(names) or []:
+        check_choice("--families", name, [*FAMILIES, *GROUPS])
+        chosen += GROUPS.get(name, (name,))
+    return list(dict.fromkeys(chosen))

@@ -13,6 +13,8 @@ import pytest
 from builders.errors import code_in
 from builders.paths import SAMPLES
 
+from doo3d.commands.evaluate import _families
+
 SMALL = ("--size", "640x480", "--sensor", "perfect", "--families", "straight")
 
 
@@ -39,6 +41,26 @@ def test_the_number_may_be_left_to_the_data(doo3d):
         == 0
     )
     assert json.loads(Path("a.json").read_text())["summary"]["all"]["count_correct"] == 1
+
+
+def test_the_stereo_sensor_and_a_ragged_mask_are_chosen_by_name(doo3d):
+    options = ("--size", "320x240", "--families", "straight", "--seeds", 1, "--sensor", "stereo", "--mask", "ragged")
+    code, out, err = doo3d("evaluate", "scenes", *options, "--json", "a.json")
+    assert code == 0, err
+    assert "right in" in out
+    written = json.loads(Path("a.json").read_text())
+    assert (written["settings"]["sensor"], written["settings"]["mask"]) == ("stereo", "ragged")
+    assert written["summary"]["straight"]["image_frames"] == 1
+    assert written["frames"][0]["image_correct"] in (True, False)
+    assert doo3d("evaluate", "scenes", *options, "--json", "b.json")[0] == 0
+    again = json.loads(Path("b.json").read_text())
+    assert {**again["frames"][0], "ms": 0} == {**written["frames"][0], "ms": 0}
+
+
+def test_groups_of_families_are_chosen_by_name():
+    basic, more, both = (_families(name) for name in ("basic", "more", "all"))
+    assert (len(basic), len(more)) == (14, 13)
+    assert both == basic + more == _families("more,basic,ring")[13:] + more
 
 
 @pytest.mark.parametrize(

@@ -29,14 +29,14 @@ import numpy as np
 from doo3d import Detection, detect, load_config
 from doo3d.evaluation.benchmark.evaluate import render_scenes
 from doo3d.evaluation.photos.datasets import cset, mbest
-from doo3d.evaluation.scenes.registry import FAMILIES
+from doo3d.evaluation.scenes.registry import GROUPS
 from doo3d.inputs import open_capture
 
 HERE = Path(__file__).parent
 FILE = HERE / "chains.json"
 SAMPLES = HERE.parents[1] / "sample_clouds"
 SEEDS = 10
-GUARDED = tuple(FAMILIES)[:14]
+GUARDED = GROUPS["basic"]
 CAPTURES = ("crossing", "helix", "occluder", "straight", "two_cables", "clouds", "bags/crossing")
 PHOTO_PRESETS = ("image", "paper_2d")
 MOVED = 1e-6

@@ -48,6 +48,9 @@ FAMILIES: dict[str, Builder] = {
     "touch": handled.touch,
     "figure_eight": wound.figure_eight,
 }
+GROUPS = {"all": tuple(FAMILIES), "basic": tuple(FAMILIES)[:14], "more": tuple(FAMILIES)[14:]}
+"""Names of several families: cables of one kind in common and hard positions, and cables as they are handled and wound."""
+
 TUBES = "tubes"
 """The family whose scenes are read from a file."""
 

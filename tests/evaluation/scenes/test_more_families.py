@@ -7,12 +7,12 @@ from doo3d.evaluation.benchmark.cases import known_frame, pieces_in_view
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.curves import curve_crossings
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
+from doo3d.evaluation.scenes.registry import GROUPS, make_scene
 from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.types import Camera
 
 SMALL = (320, 180)
-NEW = tuple(FAMILIES)[14:]
+NEW = GROUPS["more"]
 
 
 def flat(scene, cable=0):
