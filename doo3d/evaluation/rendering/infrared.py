@@ -30,7 +30,7 @@ TABLE_CELL, SOLID_CELL = 0.0012, 0.0009
 PATCHES, PATCH_CELL = 0.6, 0.015
 """Standard deviation of the strength of the texture over its mean, and m, edge of a cell of it: worn, dirty and glossy parts."""
 
-GLARE_CELL, GLARE_SHIFT, MIN_GLARE = 0.009, 17.3, 1.35
+GLARE_CELL, GLARE_SHIFT, MIN_GLARE = 0.009, 17.3, 1.3
 """m, edge of a cell of the noise that tells where cables mirror the light; its offset in cells from the texture; the level above
 which they do, for some 3 % of their surface."""
 

@@ -84,7 +84,7 @@ class StereoSensor:
     block: int = 5
     window: float = 5.5
     min_texture: float = 1.3
-    fattening: int = 3
+    fattening: int = 2
     uniqueness: int = 10
     speckle_size: int = 100
     speckle_range: int = 1
