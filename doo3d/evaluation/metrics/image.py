@@ -17,6 +17,9 @@ SPACING = 0.0005
 MIN_SEGMENT = 1e-4
 """m at least of a segment of a projected chain, which has no length where it runs along the line of sight."""
 
+SHORTER = (1.0, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9)
+"""Fractions of an even division of a projected chain at which its chords are tried, until the last one reaches its end."""
+
 
 @dataclass(frozen=True)
 class ImageView:
@@ -73,8 +76,13 @@ def _to_plane(points: Floats, camera: Camera, scale: float) -> Floats:
 def _flat_chain(chain: Chain, line: Floats) -> Chain:
     """Return a chain of equal segments along a projected line; its radius is the chain's own."""
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    segment = min(chain.segment_length, max(length / 2, MIN_SEGMENT))
-    joints = lay_equal_chords(line, segment)[0]
+    count = max(1, round(length / chain.segment_length))
+    segment, joints = MIN_SEGMENT, line[:1]
+    for shorter in SHORTER:
+        segment = max(shorter * length / count, MIN_SEGMENT)
+        joints = lay_equal_chords(line, segment)[0]
+        if len(joints) > count:
+            break
     if len(joints) < 2:
         joints = np.vstack((line[0], line[0] + (segment, 0.0, 0.0)))
     return Chain(joints, segment, chain.radius, closed=chain.closed and bool(np.allclose(joints[0], joints[-1])))

@@ -20,6 +20,9 @@ from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, 
 HOOK_DEPTHS, END_DEPTHS = (0.40, 0.55), (0.9, 1.5)
 """m from the camera to the hook, and to the ends of the cable that hangs from it."""
 
+MIN_SINE = 0.25
+"""Least sine of the angle between a hanging cable and the line of sight; steeper ones are seen end on."""
+
 TOUCH_GAP_RADII = (0.02, 0.6)
 """Radii between the tip of a cable and the side of the cable that it touches, or nearly touches."""
 
@@ -93,6 +96,9 @@ def hook(rng: Generator, size: Size) -> Scene | None:
         sides.append(np.vstack((start, start + t**1.2 * (end - start) + slack)))
     axis = spline_axis(np.vstack((sides[0][::-1], top, sides[1])))
     pixels = camera.project(axis) / (camera.width, camera.height)
+    looks = np.linalg.norm(np.diff(axis[::40, :2] / axis[::40, 2:], axis=0), axis=1) * axis[:-40:40, 2]
+    if looks.min() < MIN_SINE * np.linalg.norm(axis[40] - axis[0]):
+        return None
     inside = ((pixels > MARGIN_FRACTION) & (pixels < 1 - MARGIN_FRACTION)).all() and axis[:, 2].min() > 0.9 * HOOK_DEPTHS[0]
     if not inside or min_bend_radius(axis) < MIN_BEND_RADII * radius or min_clearance([axis], radius) < 1.5:
         return None

@@ -82,3 +82,12 @@ def test_a_chain_along_the_line_of_sight_and_one_behind_the_camera():
     assert len(project([chain(along)], [TRUTH], CAMERA).chains) == 1
     behind = score([chain(AXIS - np.array([0, 0, 1.0]))], [TRUTH], camera=CAMERA)
     assert not behind.image_correct
+
+
+@pytest.mark.parametrize("depth", [0.41, 0.6, 0.77])
+def test_the_projected_chain_reaches_both_ends(depth):
+    axis = AXIS * (1, 1, depth / 0.6)
+    found = chain(axis)
+    (flat,) = project([found], [TRUTH], CAMERA).chains
+    pixels = CAMERA.project(found.joints) * 0.6 / 900
+    assert np.linalg.norm(flat.joints[[0, -1], :2] - pixels[[0, -1]], axis=1).max() < 0.003
