@@ -28,6 +28,10 @@ MIN_BRANCH_PX = 12
 MEDIAN_RADII = 12.0
 """Radii on either side over which the first estimate is a median: longer than the stretches in which depth is torn."""
 
+JUMP_RADII, MAX_JUMP_SHARE = 1.2, 0.04
+"""Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps from which on depth is torn:
+sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.3."""
+
 MAX_WAVES_RADII = 0.35
 """Radii; depth whose waves are smaller is left as it is."""
 
@@ -123,7 +127,10 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     offset, near = nearest(readings.pixels.astype(float), line.astype(float), max(3 * radius_px, 3.0), False)
     value, count = _nearer_readings(1 / readings.depth, near, len(line))
     smooth = np.zeros(len(line))
-    for part in map(slice, bounds[:-1].tolist(), bounds[1:].tolist()):
+    parts = [slice(*ends) for ends in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)]
+    if not _is_torn(value, count, bounds, radius):
+        return none
+    for part in parts:
         if np.count_nonzero(count[part]) >= MIN_BRANCH_PX:
             smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
     own = smooth[near]
@@ -148,6 +155,15 @@ def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, 
     count = np.bincount(sample, minlength=size)
     index = np.cumsum(count) - 1 - np.floor(NEARER_SHARE * np.maximum(count - 1, 0)).astype(int)
     return np.where(count > 0, inverse[order][np.maximum(index, 0)], 0.0), count
+
+
+def _is_torn(value: Floats, count: Ints, bounds: Ints, radius: float) -> bool:
+    """Tell whether the depth along the branches jumps so often that it is torn; a strand that bends away jumps at few places."""
+    depth = 1 / np.where(count > 0, value, 1.0)
+    together = (count[1:] > 0) & (count[:-1] > 0)
+    together[bounds[1:-1] - 1] = False
+    jumps = np.abs(np.diff(depth)) > JUMP_RADII * radius
+    return bool(np.count_nonzero(jumps & together) > MAX_JUMP_SHARE * np.count_nonzero(together))
 
 
 def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
