@@ -29,7 +29,7 @@ MEDIAN_RADII = 12.0
 """Radii on either side over which the first estimate is a median: longer than the stretches in which depth is torn."""
 
 JUMP_RADII, MAX_JUMP_SHARE = 1.2, 0.04
-"""Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps from which on depth is torn:
+"""Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps that makes depth torn:
 sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.3."""
 
 MAX_WAVES_RADII = 0.35
@@ -37,6 +37,9 @@ MAX_WAVES_RADII = 0.35
 
 TORN_RADII, MAX_TORN_SHARE = 2.5, 0.05
 """Radii behind the strand from which on a reading is of something else, and their share up to which depth is left alone."""
+
+MAX_IN_FRONT_SHARE = 0.2
+"""Share of readings as far in front of the curve from which on the curve is not believed: what is torn lies behind."""
 
 OUTLIER_DEVIATIONS = 4.0
 """Standard deviations, if more than TORN_RADII, beyond which a reading does not count."""
@@ -101,7 +104,8 @@ class StrandDepth(NamedTuple):
 def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: Frame) -> StrandDepth:
     """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
 
-    Every reading is assigned to the nearest pixel of the mask's skeleton. A smooth curve is laid through the inverse depth of the
+    All is left as it is unless the depth along the mask's skeleton jumps at more than 4 % of its pixels. Then every reading is
+    assigned to the nearest pixel of the skeleton. A smooth curve is laid through the inverse depth of the
     nearer readings along each branch of the skeleton (robust Whittaker smoother). Where the readings differ from it by waves of
     more than 0.35 radii, or more than 5 % of them are torn, it replaces them. If the noise is larger still, and the surface
     beside the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
@@ -192,6 +196,8 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
     behind = 1 / filled - depth
     behind[~measured] = 0.0
     noise = _waves(behind, radius_px)
+    if np.mean(behind < -TORN_RADII * radius) > MAX_IN_FRONT_SHARE:
+        return np.zeros(len(value))
     if noise <= MAX_WAVES_RADII * radius and np.mean(behind > TORN_RADII * radius) <= MAX_TORN_SHARE:
         return np.zeros(len(value))
     return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MIN_LYING_NOISE_RADII * radius else depth

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from builders.blue_cable import DEPTH, RADIUS, SEEN, frame
 from builders.drawn_masks import CAMERA, depth_of, line, wave
-from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from doo3d import Frame, load_config
@@ -37,6 +36,12 @@ def torn(stretches=6, length=16, seed=0):
     return depth
 
 
+def noise_in_blocks(seed, deviation, size=12):
+    """Depth noise (480, 640) m that is the same in blocks, as that of block matching nearly is."""
+    blocks = np.random.default_rng(seed).normal(0, deviation, (480 // size, 640 // size + 1))
+    return np.kron(blocks, np.ones((size, size)))[:, :640]
+
+
 def test_sound_depth_stays():
     noisy = np.where(SEEN, DEPTH + 0.0005 * np.random.default_rng(0).normal(size=DEPTH.shape), TABLE)
     record = record_of(noisy)
@@ -56,8 +61,7 @@ def test_torn_depth_follows_the_strand():
 
 
 def test_waves_are_smoothed():
-    field = gaussian_filter(np.random.default_rng(1).normal(size=DEPTH.shape), 9)
-    waves = 0.005 * field / field.std()
+    waves = noise_in_blocks(1, 0.006)
     record = record_of(np.where(SEEN, DEPTH + waves, 0.9))
     assert record.smoothed > 0.9 * SEEN.sum()
     assert np.median(error_of(record)) < 0.65 * np.median(np.abs(waves[SEEN]))
@@ -67,8 +71,7 @@ def test_a_noisy_strand_on_a_table_is_drawn_to_it():
     """The table beside the strand is known better than the strand: up to the height of its top, 1.6 radii as a camera sees it."""
     flat, _ = depth_of([line([-0.15, 0, TABLE - RADIUS], [0.15, 0, TABLE - RADIUS])], [RADIUS], table=TABLE)
     mask = np.abs(flat - TABLE) > 1e-6
-    field = gaussian_filter(np.random.default_rng(2).normal(size=flat.shape), 14)
-    noisy = np.where(mask, flat + 0.012 * field / field.std(), flat)
+    noisy = np.where(mask, flat + noise_in_blocks(2, 0.012), flat)
     record = record_of(noisy, mask)
     top = TABLE - 1.6 * RADIUS
     before = np.abs(noisy[mask] - top).mean()
