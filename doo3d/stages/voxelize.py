@@ -22,6 +22,9 @@ SIZE_OVER_RADIUS = 0.5
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
 
+SIDE_BY_SIDE_FRACTION = 0.85
+"""Least core fraction where strands touch: closing would bridge the gap between wider cores."""
+
 CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
 
@@ -176,7 +179,11 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
         return points
     if config.split_at_depth_step:
         mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
-    core = points[core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)]
+    in_core = core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)
+    if foreground.side_by_side is not None:
+        beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
+        in_core &= ~beside | core_pixels(mask, pixels, max(config.core_fraction, SIDE_BY_SIDE_FRACTION), radius_px, 0.0)
+    core = points[in_core]
     return core if foreground.bridges is None else np.concatenate((core, foreground.bridges))
 
 

@@ -19,6 +19,7 @@ from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
 from .strand_filter import filter_along_strands
 from .segmentation import EXTENDED, MASK, Segmentation
+from .split_strands import split_strands
 
 RIDGE_NOTE = (
     "segment: neither a mask nor color ranges are given, so every line in the image counts as the object, shadows too: "
@@ -111,6 +112,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     distance = 0.0
     if pixels:
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
+    split = split_strands(cleaned.mask, selected, frame.color, frame.depth)
+    cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
     bridges = np.zeros((0, 3))
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
@@ -125,6 +128,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         pixels=readings.pixels,
         mask=cleaned.mask,
         mask_radius=radius,
+        side_by_side=split.side_by_side,
         depth=frame.depth,
         color=frame.color,
         camera=frame.camera,
@@ -141,6 +145,8 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
+    split = split_strands(cleaned.mask, selected, image.color, None)
+    cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
     note = RIDGE_NOTE if method == "ridge" and config.method == "auto" else ""
     if not cleaned.mask.any():

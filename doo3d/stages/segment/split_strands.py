@@ -1,0 +1,300 @@
+"""Split a mask along the creases between strands that run side by side, so that each strand is a thin piece of its own.
+
+Two strands that touch are one region in the mask, as wide as both. The image still shows them apart: between two round strands
+lies a valley of brightness (of nearness in a depth image), parallel to them. The steps are:
+
+1. Take the usual half-width of one strand from the thinnest stretches that make up a good part of the medial axis.
+2. Close gaps between strands, and look for stretches much wider than one strand and long. Most frames end here.
+3. There, filter the image with line detectors of several orientations, and keep the valleys that are long enough and far enough
+   from the edge and from each other to have a strand on either side.
+4. Remove the valleys from the mask.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from ...geometry.mask import bounding_box
+from ...kernels import medial_axis, thin_pixels
+from ...types import Array, Bools, Floats, Ints
+
+MIN_RADIUS_PX = 0.9
+"""px; thinner strands do not show a valley between them."""
+
+MIN_AXIS_SHARE = 0.12
+"""Share of the medial axis that a half-width needs, within about 12 %, to count as that of a strand."""
+
+LOG_BIN = 0.05
+"""Bin of the logarithm of the half-widths."""
+
+GAP_RADII = 1.2
+"""Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""
+
+WIDE_RADII = 1.6
+"""Radii; a half-width above this is more than one strand."""
+
+WIDE_LENGTH_RADII = 6.0
+"""Radii; shorter wide stretches are crossings, knots and plugs."""
+
+VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
+"""Width of the valleys looked for: standard deviation in radii, and the least one in px."""
+
+VALLEY_LENGTH_RADII = 1.6
+"""Standard deviation in radii along a valley, over which the image is averaged."""
+
+ORIENTATIONS = 12
+"""Orientations of the valleys looked for; one every 15 degrees."""
+
+FILTER_RADIUS_PX = 4.0
+"""px; an image whose strands are thicker is scaled down to this radius before it is filtered."""
+
+CLIP = 2.0
+"""Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
+
+MIN_CONTRAST = 4.0
+"""Grey levels; fainter contrast within a mask is noise."""
+
+MIN_VALLEY, SURE_VALLEY = 0.12, 0.3
+"""Depth of a valley in units of the contrast: at each of its pixels, and at its deeper half."""
+
+MIN_VALLEY_RADII = 4.0
+"""Radii; shorter valleys are texture."""
+
+MIN_SPACING_RADII = 1.1
+"""Radii; a valley nearer than this to the edge or to a deeper valley leaves no room for a strand."""
+
+INNER_RADII = 0.5
+"""Radii from the edge within which a valley is not looked for: the side of a strand is darker."""
+
+REACH_RADII = 2.0
+"""Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
+
+MAX_VALLEYS = 200
+"""Valleys at most that are tested, the longest first."""
+
+
+class SplitMask(NamedTuple):
+    """A mask whose strands are split apart.
+
+    Attributes
+    ----------
+    mask
+        (H, W) bool, without the pixels of the valleys.
+    removed
+        number of pixels removed.
+    side_by_side
+        (H, W) bool, the pixels of strands that run side by side; None if nothing was found.
+    """
+
+    mask: Bools
+    removed: int
+    side_by_side: Bools | None
+
+
+class _Bundles(NamedTuple):
+    """The wide stretches of a mask: usual half-width in px, (h, w) bool closed mask and its wide stretches."""
+
+    radius: float
+    closed: Bools
+    wide: Bools
+
+
+def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None) -> SplitMask:
+    """Remove the valleys between strands that run side by side from a mask.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool, the cleaned mask.
+    selected
+        (H, W) bool, the mask before small holes were closed: they are gaps between strands.
+    color
+        (H, W, 3) uint8 RGB; None uses the depth.
+    depth
+        (H, W) m, 0 = unknown; None without color uses the gaps of the mask alone.
+
+    Returns
+    -------
+    The mask, split; `mask` itself with `side_by_side` None if nowhere a stretch is much wider than one strand.
+    """
+    whole = SplitMask(mask, 0, None)
+    if not mask.any():
+        return whole
+    box = bounding_box(mask)
+    part = np.pad(mask[box] & selected[box], 1)
+    bundles = _find_bundles(part)
+    if bundles is None:
+        return whole
+    shade = _shade(part, box, color, depth)
+    lines = _find_lines(*_find_valleys(shade, bundles.radius), bundles)
+    if not lines.any():
+        return whole
+    cut = (_without_corners(lines) | (bundles.closed & ~part & _dilated(lines, 1.0)))[1:-1, 1:-1]
+    result = mask.copy()
+    result[box] &= ~cut
+    beside = np.zeros_like(mask)
+    beside[box] = _dilated(lines, 3 * bundles.radius)[1:-1, 1:-1]
+    return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside & result)
+
+
+def strand_radius(half_width: Floats) -> float:
+    """Return the least half-width that a good part of a medial axis has, in px; 0 if there is none.
+
+    half_width : (K,) px, half-widths at the K pixels of the medial axis.
+    """
+    half_width = half_width[half_width >= MIN_RADIUS_PX]
+    if not len(half_width):
+        return 0.0
+    logs = np.log(half_width)
+    edges = np.arange(math.log(MIN_RADIUS_PX), float(logs.max()) + 4 * LOG_BIN, LOG_BIN)
+    count = np.histogram(logs, edges)[0].astype(float)
+    near = np.convolve(count, np.ones(5), "same")
+    middle = (edges[1:] + edges[:-1]) / 2
+    for k in np.flatnonzero(near >= MIN_AXIS_SHARE * len(half_width)):
+        if near[k] >= near[max(0, k - 4) : k + 5].max():
+            around = slice(max(0, k - 2), k + 3)
+            return float(np.exp(np.average(middle[around], weights=count[around])))
+    return 0.0
+
+
+def _find_bundles(part: Bools) -> _Bundles | None:
+    """Return the stretches of a mask (h, w) bool that are much wider than one strand over several radii; None without any."""
+    radius = strand_radius(medial_axis(part)[2] - 0.5)
+    if not radius:
+        return None
+    closed = _closed(part, math.ceil(GAP_RADII * radius / 2))
+    rows, columns, inside = medial_axis(closed)
+    at_wide = inside - 0.5 > WIDE_RADII * radius
+    if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
+        return None
+    ridge = np.zeros(part.shape, dtype=np.uint8)
+    ridge[rows[at_wide], columns[at_wide]] = 1
+    side = 2 * math.ceil(radius) + 1
+    _, label, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(ridge, np.ones((side, side), np.uint8)), connectivity=8)
+    size = np.bincount(label[rows[at_wide], columns[at_wide]], minlength=len(stats))
+    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - side
+    kept = (np.minimum(size, length) > WIDE_LENGTH_RADII * radius) & (np.arange(len(stats)) > 0)
+    if not kept.any():
+        return None
+    wide = kept[label]
+    widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
+    return _Bundles(radius, closed, closed & _dilated(wide, widest + radius))
+
+
+def _shade(part: Bools, box: tuple[slice, slice], color: Array | None, depth: Array | None) -> Array:
+    """Return the image (h, w) float32 in which strands are ridges, in units of the contrast within the mask."""
+    shade = np.zeros(part.shape, dtype=np.float32)
+    if color is not None:
+        shade[1:-1, 1:-1] = color[box].mean(axis=2)
+        low, middle, high = np.percentile(shade[part], (10, 50, 90))
+        shade = (shade - middle) / max(MIN_CONTRAST, (high - low) / 2)
+    return np.where(part, np.clip(shade, -CLIP, CLIP), -CLIP).astype(np.float32)
+
+
+def _find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
+    """Return the depth (h, w) of the valleys in an image, the largest of all orientations, and which pixels are their bottoms."""
+    scale = min(1.0, FILTER_RADIUS_PX / radius)
+    small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
+    depths = np.stack([cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)])
+    orientation = depths.argmax(axis=0)
+    depth = depths.max(axis=0)
+    if scale < 1:
+        depth = cv2.resize(depth, shade.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        orientation = cv2.resize(orientation.astype(np.uint8), shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    padded = np.pad(depth, 1, constant_values=-np.inf)
+    bottom = np.zeros(depth.shape, dtype=bool)
+    height, width = depth.shape
+    sector = ((orientation + ORIENTATIONS // 8) // (ORIENTATIONS // 4)) % 4
+    for k, (dy, dx) in enumerate(((1, 0), (1, -1), (0, 1), (1, 1))):
+        ahead = padded[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+        behind = padded[1 - dy : 1 - dy + height, 1 - dx : 1 - dx + width]
+        bottom |= (sector == k) & (depth >= ahead) & (depth >= behind)
+    return depth, bottom
+
+
+def _line_detectors(radius: float) -> list[Array]:
+    """Return the second derivative of a Gaussian across a line, averaged along it, for each orientation."""
+    across, along = max(MIN_VALLEY_PX, VALLEY_RADII * radius), VALLEY_LENGTH_RADII * radius
+    half = math.ceil(2.2 * max(across, along))
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    kernels = []
+    for angle in np.arange(ORIENTATIONS) * np.pi / ORIENTATIONS:
+        axial, lateral = x * np.cos(angle) + y * np.sin(angle), -x * np.sin(angle) + y * np.cos(angle)
+        kernel = ((lateral / across) ** 2 - 1) * np.exp(-((lateral / across) ** 2) / 2 - (axial / along) ** 2 / 2)
+        kernel -= kernel.mean()
+        kernels.append((2 * kernel / np.abs(kernel).sum()).astype(np.float32))
+    return kernels
+
+
+def _find_lines(valley: Array, bottom: Bools, bundles: _Bundles) -> Bools:
+    """Return the middle lines (h, w) of the valleys that part strands."""
+    radius = bundles.radius
+    distance = cv2.distanceTransform(bundles.closed.astype(np.uint8), cv2.DIST_L2, 5)
+    inner = bundles.wide & (distance > max(1.5, INNER_RADII * radius)) & (valley > MIN_VALLEY)
+    skeleton = _thinned(_closed(bottom & inner, 1) & inner)
+    _, label, stats, _ = cv2.connectedComponentsWithStats(skeleton.astype(np.uint8), connectivity=8)
+    size = stats[:, cv2.CC_STAT_AREA]
+    long_enough = [k for k in np.argsort(-size, kind="stable") if k and size[k] >= MIN_VALLEY_RADII * radius][:MAX_VALLEYS]
+    lines = np.zeros_like(inner)
+    for k in long_enough:
+        own = label == k
+        if np.median(valley[own]) >= SURE_VALLEY and np.median(distance[own]) >= MIN_SPACING_RADII * radius:
+            lines |= own
+    return _extended(lines, bundles)
+
+
+def _extended(lines: Bools, bundles: _Bundles) -> Bools:
+    """Return lines (h, w), each end carried on straight to the background or to another line if one of them is near."""
+    result = lines.copy()
+    neighbors = cv2.filter2D(lines.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
+    window, reach = math.ceil(2 * bundles.radius), math.ceil(REACH_RADII * bundles.radius)
+    padded = np.pad(lines, window)
+    for row, column in np.argwhere(lines & (neighbors == 2)):
+        near = padded[row : row + 2 * window + 1, column : column + 2 * window + 1].astype(np.uint8)
+        _, label = cv2.connectedComponents(near, connectivity=8)
+        back = np.argwhere(label == label[window, window]).mean(axis=0) - window
+        length = float(np.hypot(*back))
+        if length < 0.25 * window:
+            continue
+        ahead = np.rint((row, column) - back / length * np.arange(0.5, reach, 0.5)[:, None]).astype(int)
+        inside = ((ahead >= 0) & (ahead < lines.shape)).all(axis=1)
+        ahead = ahead[: len(ahead) if inside.all() else int(inside.argmin())]
+        far = np.hypot(*(ahead - (row, column)).T) > 1.5
+        met = np.flatnonzero(~bundles.closed[ahead[:, 0], ahead[:, 1]] | (far & lines[ahead[:, 0], ahead[:, 1]]))
+        if len(met):
+            result[ahead[: met[0], 0], ahead[: met[0], 1]] = True
+    return result & bundles.closed
+
+
+def _thinned(mask: Bools) -> Bools:
+    """Return the skeleton (h, w) of a mask whose border is False."""
+    pixels: Ints = np.argwhere(mask)
+    skeleton = np.zeros_like(mask)
+    if len(pixels):
+        kept = pixels[thin_pixels(pixels)]
+        skeleton[kept[:, 0], kept[:, 1]] = True
+    return skeleton
+
+
+def _without_corners(lines: Bools) -> Bools:
+    """Return lines (h, w) with a pixel added at each diagonal step, so that no two pixels of other strands touch across it."""
+    result = lines.copy()
+    result[:-1, 1:] |= lines[:-1, :-1] & lines[1:, 1:] & ~lines[1:, :-1]
+    result[:-1, :-1] |= lines[:-1, 1:] & lines[1:, :-1] & ~lines[1:, 1:]
+    return result
+
+
+def _closed(mask: Bools, px: int) -> Bools:
+    """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    padded = cv2.morphologyEx(np.pad(mask, px).astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    return np.ascontiguousarray(padded[px:-px, px:-px])
+
+
+def _dilated(mask: Bools, px: float) -> Bools:
+    """Return the pixels within `px` of a mask that has at least one."""
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= px)
