@@ -70,7 +70,7 @@ MIN_SPACING_RADII = 1.1
 INNER_RADII = 0.5
 """Radii from the edge within which a valley is not looked for: the side of a strand is darker."""
 
-REACH_RADII = 2.0
+REACH_RADII = 1.5
 """Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
 
 MAX_VALLEYS = 200
@@ -87,7 +87,7 @@ class SplitMask(NamedTuple):
     removed
         number of pixels removed.
     side_by_side
-        (H, W) bool, the pixels of strands that run side by side; None if nothing was found.
+        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if nothing was found.
     """
 
     mask: Bools
@@ -96,9 +96,10 @@ class SplitMask(NamedTuple):
 
 
 class _Bundles(NamedTuple):
-    """The wide stretches of a mask: usual half-width in px, (h, w) bool closed mask and its wide stretches."""
+    """The wide stretches of a mask: usual half-width in px, (h, w) bool mask, closed mask and its wide stretches."""
 
     radius: float
+    part: Bools
     closed: Bools
     wide: Bools
 
@@ -138,7 +139,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     result[box] &= ~cut
     beside = np.zeros_like(mask)
     beside[box] = _dilated(lines, 3 * bundles.radius)[1:-1, 1:-1]
-    return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside & result)
+    return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
 
 
 def strand_radius(half_width: Floats) -> float:
@@ -182,7 +183,7 @@ def _find_bundles(part: Bools) -> _Bundles | None:
         return None
     wide = kept[label]
     widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
-    return _Bundles(radius, closed, closed & _dilated(wide, widest + radius))
+    return _Bundles(radius, part, closed, closed & _dilated(wide, widest + radius))
 
 
 def _shade(part: Bools, box: tuple[slice, slice], color: Array | None, depth: Array | None) -> Array:
@@ -196,12 +197,16 @@ def _shade(part: Bools, box: tuple[slice, slice], color: Array | None, depth: Ar
 
 
 def _find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
-    """Return the depth (h, w) of the valleys in an image, the largest of all orientations, and which pixels are their bottoms."""
+    """Return the depth (h, w) of the valleys in an image, and which pixels are their bottoms.
+
+    The depth is the largest of all orientations. A crest through the same pixel counts against it: along a strand's highlight the
+    image is a shallow valley.
+    """
     scale = min(1.0, FILTER_RADIUS_PX / radius)
     small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
     depths = np.stack([cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)])
     orientation = depths.argmax(axis=0)
-    depth = depths.max(axis=0)
+    depth = depths.max(axis=0) + np.minimum(0, depths.min(axis=0))
     if scale < 1:
         depth = cv2.resize(depth, shade.shape[::-1], interpolation=cv2.INTER_LINEAR)
         orientation = cv2.resize(orientation.astype(np.uint8), shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
@@ -264,7 +269,7 @@ def _extended(lines: Bools, bundles: _Bundles) -> Bools:
         inside = ((ahead >= 0) & (ahead < lines.shape)).all(axis=1)
         ahead = ahead[: len(ahead) if inside.all() else int(inside.argmin())]
         far = np.hypot(*(ahead - (row, column)).T) > 1.5
-        met = np.flatnonzero(~bundles.closed[ahead[:, 0], ahead[:, 1]] | (far & lines[ahead[:, 0], ahead[:, 1]]))
+        met = np.flatnonzero(~bundles.part[ahead[:, 0], ahead[:, 1]] | (far & lines[ahead[:, 0], ahead[:, 1]]))
         if len(met):
             result[ahead[: met[0], 0], ahead[: met[0], 1]] = True
     return result & bundles.closed
