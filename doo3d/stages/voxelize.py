@@ -13,7 +13,7 @@ from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing
 from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
-from ..kernels import connected_components, neighbor_table
+from ..kernels import connected_components, neighbor_table, thin_pixels
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -21,9 +21,6 @@ SIZE_OVER_RADIUS = 0.5
 
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
-
-SIDE_BY_SIDE_FRACTION = 0.85
-"""Least core fraction where strands touch: closing would bridge the gap between wider cores."""
 
 BETWEEN_PX = 1.5
 """px; where strands touch, a pixel farther than this from every core is between them."""
@@ -127,6 +124,17 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     return in_core
 
 
+def middle_pixels(mask: Bools, pixels: Ints) -> Bools:
+    """Tell which of the pixels (N, 2) int64 (u, v) lie on the skeleton of a mask (H, W) bool (Zhang-Suen thinning)."""
+    skeleton = np.zeros_like(mask)
+    if mask.any():
+        box = bounding_box(mask)
+        inside = np.argwhere(mask[box])
+        kept = inside[thin_pixels(inside + 1)]
+        skeleton[box][kept[:, 0], kept[:, 1]] = True
+    return np.asarray(skeleton[pixels[:, 1], pixels[:, 0]])
+
+
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
     """Find the pixels of a mask at which a strand disappears beneath a nearer one, by the step in depth there.
 
@@ -194,7 +202,7 @@ def _points_to_voxelize(
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core &= ~beside | core_pixels(mask, pixels, max(config.core_fraction, SIDE_BY_SIDE_FRACTION), radius_px, 0.0)
+    in_core = np.where(beside, middle_pixels(mask & foreground.side_by_side, pixels), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
     between = foreground.side_by_side & (cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > BETWEEN_PX)
