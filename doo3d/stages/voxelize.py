@@ -202,7 +202,7 @@ def _points_to_voxelize(
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(mask & foreground.side_by_side, pixels), in_core)
+    in_core = np.where(beside, middle_pixels(mask, pixels), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
     between = foreground.side_by_side & (cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > BETWEEN_PX)

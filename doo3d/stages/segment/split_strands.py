@@ -96,12 +96,14 @@ class SplitMask(NamedTuple):
 
 
 class _Bundles(NamedTuple):
-    """The wide stretches of a mask: usual half-width in px, (h, w) bool mask, closed mask and its wide stretches."""
+    """The wide stretches of a mask: usual half-width in px, (h, w) bool mask, closed mask and its wide stretches,
+    and the largest half-width of these in px."""
 
     radius: float
     part: Bools
     closed: Bools
     wide: Bools
+    widest: float
 
 
 def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None) -> SplitMask:
@@ -138,7 +140,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     result = mask.copy()
     result[box] &= ~cut
     beside = np.zeros_like(mask)
-    beside[box] = _dilated(lines, 3 * bundles.radius)[1:-1, 1:-1]
+    beside[box] = _dilated(lines, max(3 * bundles.radius, bundles.widest))[1:-1, 1:-1]
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
 
 
@@ -183,7 +185,7 @@ def _find_bundles(part: Bools) -> _Bundles | None:
         return None
     wide = kept[label]
     widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
-    return _Bundles(radius, part, closed, closed & _dilated(wide, widest + radius))
+    return _Bundles(radius, part, closed, closed & _dilated(wide, widest + radius), widest)
 
 
 def _shade(part: Bools, box: tuple[slice, slice], color: Array | None, depth: Array | None) -> Array:
