@@ -5,9 +5,10 @@ lies a valley of brightness (of nearness in a depth image), parallel to them. Th
 
 1. Take the usual half-width of one strand from the thinnest stretches that make up a good part of the medial axis.
 2. Close gaps between strands, and look for stretches much wider than one strand and long. Most frames end here.
-3. There, filter the image with line detectors of several orientations, and keep the valleys that are long enough and far enough
-   from the edge and from each other to have a strand on either side.
-4. Remove the valleys from the mask.
+3. There, filter the image with line detectors of several orientations, and keep the valleys that are long and far enough from the
+   edge to have a strand on either side.
+4. Keep those that run out between two strands, or are continued by one that does: a stripe along a cable opens nowhere.
+5. Remove the valleys from the mask.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ...geometry.mask import bounding_box
 from ...kernels import medial_axis, thin_pixels
@@ -72,6 +75,15 @@ INNER_RADII = 0.5
 
 REACH_RADII = 1.5
 """Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
+
+LINK_RADII = 3.0
+"""Radii; lines whose ends are nearer than this continue each other."""
+
+MIN_END_LENGTH = 0.25
+"""Windows of two radii; a line whose middle near its end is nearer to the end than this has no direction there."""
+
+OPENING_RADII, SIDE_RADII = 1.0, 3.5
+"""Radii; so far beyond the end of a valley there is background, and within so many to either side a strand."""
 
 MAX_VALLEYS = 200
 """Valleys at most that are tested, the longest first."""
@@ -245,36 +257,98 @@ def _find_lines(valley: Array, bottom: Bools, bundles: _Bundles) -> Bools:
     skeleton = _thinned(_closed(bottom & inner, 1) & inner)
     _, label, stats, _ = cv2.connectedComponentsWithStats(skeleton.astype(np.uint8), connectivity=8)
     size = stats[:, cv2.CC_STAT_AREA]
-    long_enough = [k for k in np.argsort(-size, kind="stable") if k and size[k] >= MIN_VALLEY_RADII * radius][:MAX_VALLEYS]
-    lines = np.zeros_like(inner)
-    for k in long_enough:
-        own = label == k
-        if np.median(valley[own]) >= SURE_VALLEY and np.median(distance[own]) >= MIN_SPACING_RADII * radius:
-            lines |= own
-    return _extended(lines, bundles)
+    deep = np.zeros(len(size), dtype=bool)
+    for k in np.argsort(-size, kind="stable")[: MAX_VALLEYS + 1]:
+        if k and size[k] >= MIN_VALLEY_RADII * radius:
+            own = label == k
+            deep[k] = np.median(valley[own]) >= SURE_VALLEY and np.median(distance[own]) >= MIN_SPACING_RADII * radius
+    return _opening_lines(np.where(deep[label], label, 0), bundles)
 
 
-def _extended(lines: Bools, bundles: _Bundles) -> Bools:
-    """Return lines (h, w), each end carried on straight to the background or to another line if one of them is near."""
-    result = lines.copy()
-    neighbors = cv2.filter2D(lines.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
-    window, reach = math.ceil(2 * bundles.radius), math.ceil(REACH_RADII * bundles.radius)
-    padded = np.pad(lines, window)
-    for row, column in np.argwhere(lines & (neighbors == 2)):
-        near = padded[row : row + 2 * window + 1, column : column + 2 * window + 1].astype(np.uint8)
-        _, label = cv2.connectedComponents(near, connectivity=8)
-        back = np.argwhere(label == label[window, window]).mean(axis=0) - window
-        length = float(np.hypot(*back))
-        if length < 0.25 * window:
-            continue
-        ahead = np.rint((row, column) - back / length * np.arange(0.5, reach, 0.5)[:, None]).astype(int)
-        inside = ((ahead >= 0) & (ahead < lines.shape)).all(axis=1)
-        ahead = ahead[: len(ahead) if inside.all() else int(inside.argmin())]
-        far = np.hypot(*(ahead - (row, column)).T) > 1.5
-        met = np.flatnonzero(~bundles.part[ahead[:, 0], ahead[:, 1]] | (far & lines[ahead[:, 0], ahead[:, 1]]))
-        if len(met):
-            result[ahead[: met[0], 0], ahead[: met[0], 1]] = True
+def _opening_lines(label: Ints, bundles: _Bundles) -> Bools:
+    """Return the lines (h, w) that run out between two strands, or are continued by one that does, each up to its opening.
+
+    `label` (h, w) is the number of the line through each pixel, 0 for none. A stripe along a single strand opens nowhere.
+    """
+    result = label > 0
+    ends = _line_ends(label, bundles.radius)
+    if not ends:
+        return np.zeros_like(result)
+    carried = [_carry_on(end, label, bundles) for end in ends]
+    position = np.array([end.position for end in ends])
+    number = np.array([end.line for end in ends])
+    near = np.argwhere(np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1)) <= LINK_RADII * bundles.radius)
+    size = int(label.max()) + 1
+    graph = coo_array((np.ones(len(near)), (number[near[:, 0]], number[near[:, 1]])), shape=(size, size))
+    group = connected_components(graph, directed=False)[1]
+    opens = np.zeros(size, dtype=bool)
+    opens[group[number[[opening for _, opening in carried]]]] = True
+    kept = opens[group]
+    kept[0] = False
+    result &= kept[label]
+    for end, (ahead, _) in zip(ends, carried, strict=True):
+        if kept[end.line]:
+            result[ahead[:, 0], ahead[:, 1]] = True
     return result & bundles.closed
+
+
+class _LineEnd(NamedTuple):
+    """An end of a line: the line's number, the end's (row, column), and the unit direction (2,) in which the line leaves it."""
+
+    line: int
+    position: Ints
+    direction: Floats
+
+
+def _line_ends(label: Ints, radius: float) -> list[_LineEnd]:
+    """Return the ends of labelled lines (h, w); lines shorter than their window have none."""
+    lines = label > 0
+    neighbors = cv2.filter2D(lines.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
+    window = math.ceil(2 * radius)
+    padded = np.pad(label, window)
+    ends = []
+    for row, column in np.argwhere(lines & (neighbors == 2)):
+        near = padded[row : row + 2 * window + 1, column : column + 2 * window + 1]
+        back = np.argwhere(near == label[row, column]).mean(axis=0) - window
+        length = float(np.hypot(*back))
+        if length >= MIN_END_LENGTH * window:
+            ends.append(_LineEnd(int(label[row, column]), np.array((row, column)), -back / length))
+    return ends
+
+
+def _carry_on(end: _LineEnd, label: Ints, bundles: _Bundles) -> tuple[Ints, bool]:
+    """Carry a line on, straight from its end, to the background or to another line.
+
+    Returns
+    -------
+    ahead : (A, 2) int64 (row, column), the pixels up to there; none if neither is near.
+    opening : whether it meets the background, and has a strand on either side there.
+    """
+    nothing = np.zeros((0, 2), dtype=np.int64)
+    reach = math.ceil(REACH_RADII * bundles.radius)
+    ahead = _ray(end.position, end.direction, np.arange(0, reach, 0.5), label.shape)
+    free = ~bundles.part[ahead[:, 0], ahead[:, 1]]
+    other = label[ahead[:, 0], ahead[:, 1]]
+    met = np.flatnonzero(free | ((other > 0) & (other != end.line)))
+    if not len(met):
+        return nothing, False
+    ahead = ahead[: met[0] + 1]
+    if not free[met[0]]:
+        return ahead, False
+    beyond = ahead[-1] + OPENING_RADII * bundles.radius * end.direction
+    if not len(_ray(beyond, end.direction, np.zeros(1), label.shape)):
+        return ahead, False
+    across = np.array((-end.direction[1], end.direction[0]))
+    sides = [_ray(beyond, side, np.arange(0, SIDE_RADII * bundles.radius, 0.5), label.shape) for side in (across, -across)]
+    middle_is_free = not bundles.part[sides[0][0, 0], sides[0][0, 1]]
+    return ahead, bool(middle_is_free and all(bundles.part[side[:, 0], side[:, 1]].any() for side in sides))
+
+
+def _ray(start: Array, direction: Floats, distances: Floats, shape: tuple[int, ...]) -> Ints:
+    """Return the pixels (A, 2) (row, column) at distances in px from a start, up to the border of an image (h, w)."""
+    pixels = np.rint(start + direction * distances[:, None]).astype(np.int64)
+    inside = ((pixels >= 0) & (pixels < shape)).all(axis=1)
+    return pixels[: len(pixels) if inside.all() else int(inside.argmin())]
 
 
 def _thinned(mask: Bools) -> Bools:
