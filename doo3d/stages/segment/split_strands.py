@@ -268,21 +268,23 @@ def _find_lines(valley: Array, bottom: Bools, bundles: _Bundles) -> Bools:
 def _opening_lines(label: Ints, bundles: _Bundles) -> Bools:
     """Return the lines (h, w) that run out between two strands, or are continued by one that does, each up to its opening.
 
-    `label` (h, w) is the number of the line through each pixel, 0 for none. A stripe along a single strand opens nowhere.
+    `label` (h, w) is the number of the line through each pixel, 0 for none. A line that runs along a gap of the mask counts as
+    open. A stripe along a single strand opens nowhere.
     """
     result = label > 0
     ends = _line_ends(label, bundles.radius)
-    if not ends:
-        return np.zeros_like(result)
     carried = [_carry_on(end, label, bundles) for end in ends]
-    position = np.array([end.position for end in ends])
-    number = np.array([end.line for end in ends])
+    position = np.array([end.position for end in ends]).reshape(-1, 2)
+    number = np.array([end.line for end in ends], dtype=np.int64)
     near = np.argwhere(np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1)) <= LINK_RADII * bundles.radius)
     size = int(label.max()) + 1
     graph = coo_array((np.ones(len(near)), (number[near[:, 0]], number[near[:, 1]])), shape=(size, size))
     group = connected_components(graph, directed=False)[1]
     opens = np.zeros(size, dtype=bool)
-    opens[group[number[[opening for _, opening in carried]]]] = True
+    opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
+    in_gap = np.bincount(label[~bundles.part], minlength=size)
+    opens[group[in_gap >= MIN_VALLEY_RADII * bundles.radius]] = True
+    opens[group[0]] = False
     kept = opens[group]
     kept[0] = False
     result &= kept[label]
