@@ -14,6 +14,8 @@ lies a valley of brightness (of nearness in a depth image), parallel to them. Th
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
@@ -82,6 +84,9 @@ INNER_RADII = 0.5
 REACH_RADII = 1.5
 """Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
 
+MIN_VALLEY_WIDTHS = 3.0
+"""Widths of the mask there; shorter lines that continue each other are the flanks of a strand that crosses a wide one."""
+
 LINK_RADII = 3.0
 """Radii; lines whose ends are nearer than this continue each other."""
 
@@ -113,7 +118,8 @@ class SplitMask(NamedTuple):
     side_by_side: Bools | None
 
 
-class _Bundles(NamedTuple):
+@dataclass(frozen=True)
+class _Bundles:
     """The wide stretches of a mask: usual half-width in px, (h, w) bool mask, closed mask and its wide stretches,
     and the largest half-width of these in px."""
 
@@ -122,6 +128,11 @@ class _Bundles(NamedTuple):
     closed: Bools
     wide: Bools
     widest: float
+
+    @cached_property
+    def distance(self) -> Array:
+        """The distance (h, w) float32 px of each pixel of the closed mask from the edge."""
+        return np.asarray(cv2.distanceTransform(np.pad(self.closed, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
 
 
 def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None) -> SplitMask:
@@ -193,7 +204,7 @@ def _find_bundles(part: Bools) -> _Bundles | None:
     radius = strand_radius(medial_axis(part)[2] - 0.5)
     if not radius:
         return None
-    if not _may_be_wide(part, radius):
+    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
     closed = _closed(part, math.ceil(GAP_RADII * radius / 2))
     rows, columns, inside = medial_axis(closed)
@@ -216,7 +227,7 @@ def _find_bundles(part: Bools) -> _Bundles | None:
 
 def _may_be_wide(part: Bools, radius: float) -> bool:
     """Tell from a mask (h, w) bool on a coarser grid whether it may have wide stretches that are long enough; err on the safe side."""
-    step = max(1, int(radius / COARSE_RADIUS_PX))
+    step = int(radius / COARSE_RADIUS_PX)
     side = 2 * math.ceil(GAP_RADII * radius / 2 / step) + 1
     coarse = np.ascontiguousarray(part[::step, ::step]).astype(np.uint8)
     closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
@@ -277,7 +288,7 @@ def _line_detectors(radius: float) -> list[Array]:
 def _find_lines(valley: Array, bottom: Bools, bundles: _Bundles) -> Bools:
     """Return the middle lines (h, w) of the valleys that part strands."""
     radius = bundles.radius
-    distance = cv2.distanceTransform(bundles.closed.astype(np.uint8), cv2.DIST_L2, 5)
+    distance = bundles.distance
     inner = bundles.wide & (distance > max(1.5, INNER_RADII * radius)) & (valley > MIN_VALLEY)
     skeleton = _thinned(_closed(bottom & inner, 1) & inner)
     _, label, stats, _ = cv2.connectedComponentsWithStats(skeleton.astype(np.uint8), connectivity=8)
@@ -309,8 +320,10 @@ def _opening_lines(label: Ints, bundles: _Bundles) -> Bools:
     opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
     in_gap = np.bincount(label[~bundles.part], minlength=size)
     opens[group[in_gap >= MIN_VALLEY_RADII * bundles.radius]] = True
-    opens[group[0]] = False
-    kept = opens[group]
+    length = np.bincount(group, weights=np.bincount(label[label > 0], minlength=size), minlength=size)
+    width = np.zeros(size)
+    np.maximum.at(width, group[label[label > 0]], 2 * bundles.distance[label > 0])
+    kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
     kept[0] = False
     result &= kept[label]
     for end, (ahead, _) in zip(ends, carried, strict=True):
