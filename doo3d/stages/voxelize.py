@@ -22,8 +22,11 @@ SIZE_OVER_RADIUS = 0.5
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
 
-BETWEEN_PX = 1.5
-"""px; where strands touch, a pixel farther than this from every core is between them."""
+MIDDLE_RADII = 0.25
+"""Radii; where strands touch, the core of each is its middle line and what is nearer to it than this."""
+
+BETWEEN_RADII, MIN_BETWEEN_PX = 0.5, 1.5
+"""Radii, and px at least; where strands touch, a pixel farther than this from every core is between them."""
 
 CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
@@ -124,15 +127,19 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     return in_core
 
 
-def middle_pixels(mask: Bools, pixels: Ints) -> Bools:
-    """Tell which of the pixels (N, 2) int64 (u, v) lie on the skeleton of a mask (H, W) bool (Zhang-Suen thinning)."""
-    skeleton = np.zeros_like(mask)
+def middle_pixels(mask: Bools, pixels: Ints, reach: float) -> Bools:
+    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px.
+
+    mask : (H, W) bool, thinned after Zhang and Suen. Returns (N,) bool.
+    """
+    off_line = np.ones(mask.shape, dtype=np.uint8)
     if mask.any():
         box = bounding_box(mask)
         inside = np.argwhere(mask[box])
         kept = inside[thin_pixels(inside + 1)]
-        skeleton[box][kept[:, 0], kept[:, 1]] = True
-    return np.asarray(skeleton[pixels[:, 1], pixels[:, 0]])
+        off_line[box][kept[:, 0], kept[:, 1]] = 0
+    distance = cv2.distanceTransform(off_line, cv2.DIST_L2, 5) if reach > 1 else off_line
+    return np.asarray(distance[pixels[:, 1], pixels[:, 0]] < max(reach, 1))
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
@@ -202,10 +209,10 @@ def _points_to_voxelize(
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(mask, pixels), in_core)
+    in_core = np.where(beside, middle_pixels(mask, pixels, MIDDLE_RADII * radius_px), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
-    between = foreground.side_by_side & (cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > BETWEEN_PX)
+    between = foreground.side_by_side & (cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px))
     core = points[in_core]
     if foreground.bridges is not None:
         core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, off_core > 0)]))
