@@ -19,7 +19,7 @@ from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
 from .strand_filter import filter_along_strands
 from .segmentation import EXTENDED, MASK, Segmentation
-from .split_strands import split_strands
+from .split_strands import SplitMask, split_strands
 
 RIDGE_NOTE = (
     "segment: neither a mask nor color ranges are given, so every line in the image counts as the object, shadows too: "
@@ -112,8 +112,10 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     distance = 0.0
     if pixels:
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
-    split = split_strands(cleaned.mask, selected, frame.color, frame.depth)
-    cleaned = cleaned._replace(mask=split.mask)
+    split = SplitMask(cleaned.mask, 0, None)
+    if method != "everything":
+        split = split_strands(cleaned.mask, selected, frame.color, frame.depth)
+        cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
     bridges = np.zeros((0, 3))
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
@@ -135,8 +137,9 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         viewpoint=np.zeros(3),
         notes=() if pixels else (_nothing_note(method),),
     )
-    without_depth = pixels - measured - outliers
-    return _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
+    without_depth = pixels - split.removed - measured - outliers
+    record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
+    return replace(record, split=split.removed)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -152,9 +155,14 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if not cleaned.mask.any():
         note = _nothing_note(method)
     foreground = Foreground(
-        points=pixels.astype(float), pixels=pixels, mask=cleaned.mask, color=image.color, notes=(note,) if note else ()
+        points=pixels.astype(float),
+        pixels=pixels,
+        mask=cleaned.mask,
+        side_by_side=split.side_by_side,
+        color=image.color,
+        notes=(note,) if note else (),
     )
-    return _record(foreground, method, cleaned)
+    return replace(_record(foreground, method, cleaned), split=split.removed)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:

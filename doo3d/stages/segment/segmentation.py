@@ -17,7 +17,7 @@ EXTENDED = "extended"
 class Segmentation:
     """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
-    - Pixels in the mask = selected - removed_small + closed_holes - removed_wide.
+    - Pixels in the mask = selected - removed_small + closed_holes - removed_wide - split.
     - Points of an Image = pixels in the mask.
     - Points of a Frame = pixels in the mask - without_depth - outliers + inpainted.
     - Points of a Cloud = selected - outliers; the other numbers are 0.
@@ -43,6 +43,8 @@ class Segmentation:
         readings dropped because too few of their neighbors agree; in a cloud, points with few neighbors or far from the rest.
     closed_holes
         pixels added in holes of the mask smaller than `segment.min_component`.
+    split
+        pixels removed between strands that run side by side, so that each is a piece of its own.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """
@@ -56,4 +58,5 @@ class Segmentation:
     inpainted: int
     outliers: int
     closed_holes: int = 0
+    split: int = 0
     base: Segmentation | None = None

@@ -66,6 +66,9 @@ CLIP = 2.0
 MIN_CONTRAST = 4.0
 """Grey levels; fainter contrast within a mask is noise."""
 
+MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
+"""m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
+
 MAX_VALUES = 2000
 """Pixels at most from which the contrast within a mask is estimated."""
 
@@ -86,6 +89,10 @@ REACH_RADII = 1.5
 
 MIN_VALLEY_WIDTHS = 3.0
 """Widths of the mask there; shorter lines that continue each other are the flanks of a strand that crosses a wide one."""
+
+FINE_RADIUS_PX, PARTED_SHARE = 4.5, 0.9
+"""px, and share of a line that runs along a gap of the mask; strands at least so thick and so well parted need no help: voxels of
+half their radius keep them apart."""
 
 LINK_RADII = 3.0
 """Radii; lines whose ends are nearer than this continue each other."""
@@ -145,9 +152,9 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     selected
         (H, W) bool, the mask before small holes were closed: they are gaps between strands.
     color
-        (H, W, 3) uint8 RGB; None uses the depth.
+        (H, W, 3) uint8 RGB, in which a valley is darker than the strands beside it; None uses the depth.
     depth
-        (H, W) m, 0 = unknown; None without color uses the gaps of the mask alone.
+        (H, W) m, 0 = unknown, used without color: a valley is farther away. None uses the gaps of the mask alone.
 
     Returns
     -------
@@ -162,7 +169,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     if bundles is None:
         return whole
     inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
-    shade = _shade(part, box, color, depth)[inner]
+    shade = _shade(part, box, bundles.radius, color, depth)[inner]
     bundles = _Bundles(
         bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
     )
@@ -235,15 +242,25 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
     return bool(np.count_nonzero(inside * step > WIDE_RADII * radius) * step >= WIDE_LENGTH_RADII * radius / 2)
 
 
-def _shade(part: Bools, box: tuple[slice, slice], color: Array | None, depth: Array | None) -> Array:
+def _shade(part: Bools, box: tuple[slice, slice], radius: float, color: Array | None, depth: Array | None) -> Array:
     """Return the image (h, w) float32 in which strands are ridges, in units of the contrast within the mask."""
     shade = np.zeros(part.shape, dtype=np.float32)
     if color is not None:
         shade[1:-1, 1:-1] = cv2.transform(color[box], np.full((1, 3), 1 / 3))
-        values = shade[part]
-        low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
-        shade = (shade - middle) / max(MIN_CONTRAST, (high - low) / 2)
-    return np.where(part, np.clip(shade, -CLIP, CLIP), -CLIP).astype(np.float32)
+    elif depth is not None:
+        shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
+    values = shade[part]
+    low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
+    contrast = max(MIN_CONTRAST if color is not None else MIN_NEARNESS, (high - low) / 2)
+    return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
+
+
+def _nearness(depth: Array, part: Bools, radius: float) -> Array:
+    """Return by how many m each pixel (h, w) is nearer than the mask around it on average; 0 without a reading."""
+    known = (part & (depth > 0)).astype(np.float32)
+    side = 2 * math.ceil(AROUND_RADII * radius) + 1
+    count, total = (cv2.boxFilter(image, -1, (side, side), normalize=False) for image in (known, known * depth))
+    return np.asarray(np.where(known > 0, total / np.maximum(count, 1) - depth, 0.0))
 
 
 def _find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
@@ -320,10 +337,14 @@ def _opening_lines(label: Ints, bundles: _Bundles) -> Bools:
     opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
     in_gap = np.bincount(label[~bundles.part], minlength=size)
     opens[group[in_gap >= MIN_VALLEY_RADII * bundles.radius]] = True
+    in_gap = np.bincount(group, weights=in_gap, minlength=size)
     length = np.bincount(group, weights=np.bincount(label[label > 0], minlength=size), minlength=size)
     width = np.zeros(size)
     np.maximum.at(width, group[label[label > 0]], 2 * bundles.distance[label > 0])
-    kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
+    kept = opens & (length >= MIN_VALLEY_WIDTHS * width)
+    if bundles.radius >= FINE_RADIUS_PX:
+        kept &= in_gap < PARTED_SHARE * length
+    kept = kept[group]
     kept[0] = False
     result &= kept[label]
     for end, (ahead, _) in zip(ends, carried, strict=True):
