@@ -212,7 +212,9 @@ def _points_to_voxelize(
     in_core = np.where(beside, middle_pixels(mask, pixels, MIDDLE_RADII * radius_px), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
-    between = foreground.side_by_side & (cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px))
+    between = foreground.side_by_side & (
+        cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px)
+    )
     core = points[in_core]
     if foreground.bridges is not None:
         core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, off_core > 0)]))

@@ -42,6 +42,9 @@ COARSE_RADIUS_PX = 3.0
 GAP_RADII = 1.2
 """Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""
 
+MIN_CLOSING_PX = 2
+"""px; half of the gap that is closed at least: voxels of thin strands are coarse."""
+
 WIDE_RADII = 1.6
 """Radii; a half-width above this is more than one strand."""
 
@@ -64,7 +67,13 @@ CLIP = 2.0
 """Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
 
 MIN_CONTRAST = 4.0
-"""Grey levels; fainter contrast within a mask is noise."""
+"""Grey levels; fainter contrast within a mask is noise, and the mask alone decides: strands of equal width."""
+
+WEDGE_RADII = 1.3
+"""Radii; half of the width up to which a wedge between parting strands is filled to measure their common width."""
+
+EQUAL_RADII = 1.06
+"""Radii of a strand that is as wide as its neighbors: the medial axis of a thin strand is a little too near to its edge."""
 
 MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
 """m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
@@ -154,7 +163,8 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     color
         (H, W, 3) uint8 RGB, in which a valley is darker than the strands beside it; None uses the depth.
     depth
-        (H, W) m, 0 = unknown, used without color: a valley is farther away. None uses the gaps of the mask alone.
+        (H, W) m, 0 = unknown, used without color: a valley is farther away. Without either, or where they are flat, a wide
+        stretch is split into equal widths.
 
     Returns
     -------
@@ -169,7 +179,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     if bundles is None:
         return whole
     inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
-    shade = _shade(part, box, bundles.radius, color, depth)[inner]
+    shade = _shade(part, box, bundles.radius, bundles.widest, color, depth)[inner]
     bundles = _Bundles(
         bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
     )
@@ -213,7 +223,7 @@ def _find_bundles(part: Bools) -> _Bundles | None:
         return None
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
-    closed = _closed(part, math.ceil(GAP_RADII * radius / 2))
+    closed = _closed(part, max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2)))
     rows, columns, inside = medial_axis(closed)
     at_wide = inside - 0.5 > WIDE_RADII * radius
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
@@ -242,7 +252,9 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
     return bool(np.count_nonzero(inside * step > WIDE_RADII * radius) * step >= WIDE_LENGTH_RADII * radius / 2)
 
 
-def _shade(part: Bools, box: tuple[slice, slice], radius: float, color: Array | None, depth: Array | None) -> Array:
+def _shade(
+    part: Bools, box: tuple[slice, slice], radius: float, widest: float, color: Array | None, depth: Array | None
+) -> Array:
     """Return the image (h, w) float32 in which strands are ridges, in units of the contrast within the mask."""
     shade = np.zeros(part.shape, dtype=np.float32)
     if color is not None:
@@ -251,8 +263,23 @@ def _shade(part: Bools, box: tuple[slice, slice], radius: float, color: Array | 
         shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
     values = shade[part]
     low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
-    contrast = max(MIN_CONTRAST if color is not None else MIN_NEARNESS, (high - low) / 2)
+    contrast = (high - low) / 2
+    if contrast < (MIN_CONTRAST if color is not None else MIN_NEARNESS):
+        return _equal_widths(part, radius, widest)
     return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
+
+
+def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
+    """Return the image (h, w) float32 in which strands of equal width fill a mask: as many as fit its width there.
+
+    The width is that of the mask with the wedges between parting strands filled, so that the strands run on straight into these.
+    """
+    outline = _closed(part, math.ceil(WEDGE_RADII * radius))
+    distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    half = math.ceil(widest)
+    half_width = cv2.dilate(distance, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * half + 1, 2 * half + 1)))
+    strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / (EQUAL_RADII * radius)))
+    return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
 
 
 def _nearness(depth: Array, part: Bools, radius: float) -> Array:
@@ -271,7 +298,9 @@ def _find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
     """
     scale = min(1.0, FILTER_RADIUS_PX / radius)
     small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
-    depths = np.stack([cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)])
+    depths = np.stack(
+        [cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)]
+    )
     orientation = depths.argmax(axis=0)
     depth = depths.max(axis=0) + np.minimum(0, depths.min(axis=0))
     if scale < 1:
