@@ -36,6 +36,9 @@ MIN_AXIS_SHARE = 0.12
 LOG_BIN = 0.05
 """Bin of the logarithm of the half-widths."""
 
+MIN_GAP_PX = 6
+"""px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
+
 COARSE_RADIUS_PX = 3.0
 """px; radius of a strand on the coarser grid on which most frames are found to have nothing wide."""
 
@@ -174,7 +177,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     if not mask.any():
         return whole
     box = bounding_box(mask)
-    part = np.pad(mask[box] & selected[box], 1)
+    part = np.pad(mask[box] & ~_long_holes(mask[box] & ~selected[box]), 1)
     bundles = _find_bundles(part)
     if bundles is None:
         return whole
@@ -240,6 +243,16 @@ def _find_bundles(part: Bools) -> _Bundles | None:
     wide = kept[label]
     widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
     return _Bundles(radius, part, closed, closed & _dilated(wide, widest + radius), widest)
+
+
+def _long_holes(holes: Bools) -> Bools:
+    """Return the holes (h, w) that are long enough for a gap between strands."""
+    if not holes.any():
+        return holes
+    _, label, stats, _ = cv2.connectedComponentsWithStats(holes.astype(np.uint8), connectivity=8)
+    long = stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= MIN_GAP_PX
+    long[0] = False
+    return np.asarray(long[label])
 
 
 def _may_be_wide(part: Bools, radius: float) -> bool:
