@@ -39,7 +39,8 @@ class Foreground:
     mask_radius
         m, median half-width of the mask, each pixel taken at its own depth. 0 if no pixel has depth; None if not measured.
     side_by_side
-        (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; None if there are none.
+        (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; None without
+        such strands.
     notes
         messages of the segmentation to the user, one sentence each.
     views

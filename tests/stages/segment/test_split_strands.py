@@ -9,7 +9,8 @@ from builders.drawn_masks import axis_error, frame_of
 from scipy.spatial import cKDTree
 
 import doo3d
-from doo3d.stages.segment.split_strands import split_strands, strand_radius
+from doo3d.stages.segment.split_strands import split_strands
+from doo3d.stages.segment.wide_stretches import strand_radius
 
 SIZE = (240, 640)
 MIDDLE = 120.0
