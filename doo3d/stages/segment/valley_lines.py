@@ -65,6 +65,9 @@ OPENING_RADII, SIDE_RADII = 1.0, 3.5
 """Radii; so far beyond the end of a valley there is background, and within so many to either side a strand."""
 
 
+MIN_GAP_RADII = 1.5
+"""Radii; a line that runs so far along gaps of the mask, or into the wedge between parting strands, is open."""
+
 MAX_VALLEYS = 200
 
 """Valleys at most that are tested, the longest first."""
@@ -104,7 +107,7 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     opens = np.zeros(size, dtype=bool)
     opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
     in_gap = np.bincount(label[~bundles.part], minlength=size)
-    opens[group[in_gap >= MIN_VALLEY_RADII * bundles.radius]] = True
+    opens[group[in_gap >= MIN_GAP_RADII * bundles.radius]] = True
     in_gap = np.bincount(group, weights=in_gap, minlength=size)
     length = np.bincount(group, weights=np.bincount(label[label > 0], minlength=size), minlength=size)
     width = np.zeros(size)
