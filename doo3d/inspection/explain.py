@@ -251,6 +251,7 @@ def _selection(segmentation: Segmentation, unit: str) -> list[str]:
     reasons = (
         (segmentation.removed_small, "in pieces that are too small (segment.min_component)"),
         (segmentation.removed_wide, "in regions wider than the object may be (segment.max_width, segment.max_width_ratio)"),
+        (segmentation.split, "between strands that touch side by side, to split them"),
     )
     selected = f"the {segmentation.selected} {unit} selected by {segmentation.method}"
     return [f"{removed} of {selected}, {reason}" for removed, reason in reasons if removed]

@@ -13,7 +13,7 @@ from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing
 from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
-from ..kernels import connected_components, neighbor_table
+from ..kernels import connected_components, neighbor_table, thin_pixels
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -21,6 +21,12 @@ SIZE_OVER_RADIUS = 0.5
 
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
+
+MIDDLE_RADII = 0.25
+"""Radii; where strands touch, the core of each is its middle line and what is nearer to it than this."""
+
+BETWEEN_RADII, MIN_BETWEEN_PX = 0.5, 1.5
+"""Radii, and px at least; where strands touch, a pixel farther than this from every core is between them."""
 
 CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
@@ -79,7 +85,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
     size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing)
-    grid = _closed_grid(_points_to_voxelize(foreground, config, radius, radius / spacing), size, radius)
+    kept, between = _points_to_voxelize(foreground, config, radius, radius / spacing)
+    grid = _closed_grid(kept, size, radius, foreground, between)
     fineness = min(1.0, SIZE_OVER_RADIUS * radius / size)
     return _finish(grid, min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2))))
 
@@ -118,6 +125,21 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     own, peak = distance[v[in_box], u[in_box]], largest[v[in_box], u[in_box]]
     in_core[in_box] = (own > 0) & (own >= np.minimum(core_fraction * peak, peak - margin))
     return in_core
+
+
+def middle_pixels(mask: Bools, pixels: Ints, reach: float) -> Bools:
+    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px.
+
+    mask : (H, W) bool, thinned after Zhang and Suen. Returns (N,) bool.
+    """
+    off_line = np.ones(mask.shape, dtype=np.uint8)
+    if mask.any():
+        box = bounding_box(mask)
+        inside = np.argwhere(mask[box])
+        kept = inside[thin_pixels(inside + 1)]
+        off_line[box][kept[:, 0], kept[:, 1]] = 0
+    distance = cv2.distanceTransform(off_line, cv2.DIST_L2, 5) if reach > 1 else off_line
+    return np.asarray(distance[pixels[:, 1], pixels[:, 0]] < max(reach, 1))
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
@@ -166,22 +188,52 @@ def _local_minimum(values: Array, window: int) -> Array:
     return np.asarray(cv2.erode(values, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * window + 1, 2 * window + 1))))
 
 
-def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float) -> Floats:
-    """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand."""
+def _points_to_voxelize(
+    foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float
+) -> tuple[Floats, Bools | None]:
+    """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand.
+
+    The second result is the pixels (H, W) bool between strands that run side by side, where no voxel may join them; None without
+    such strands.
+    """
     points = foreground.points
     if USE_FILTERED_POINTS and foreground.filtered is not None:
         points = foreground.filtered
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
-        return points
+        return points, None
     if config.split_at_depth_step:
         mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
-    core = points[core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)]
-    return core if foreground.bridges is None else np.concatenate((core, foreground.bridges))
+    in_core = core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)
+    if foreground.side_by_side is None:
+        core = points[in_core]
+        return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
+    beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
+    in_core = np.where(beside, middle_pixels(mask, pixels, MIDDLE_RADII * radius_px), in_core)
+    off_core = np.ones(mask.shape, dtype=np.uint8)
+    off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
+    between = foreground.side_by_side & (
+        cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px)
+    )
+    core = points[in_core]
+    if foreground.bridges is not None:
+        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, off_core > 0)]))
+    return core, between
 
 
-def _closed_grid(points: Floats, size: float, radius: float) -> VoxelGrid:
-    """Return the voxels that points (N, D) m occupy, and those that closing adds, whose centroids are their centers."""
+def _is_seen_at(points: Floats, foreground: Foreground, pixels: Bools) -> Bools:
+    """Tell which points (K, 3) m project to a marked pixel; `pixels` is (H, W) bool."""
+    assert foreground.camera is not None
+    u, v = np.rint(foreground.camera.project(points)).astype(int).T
+    inside = (u >= 0) & (v >= 0) & (u < pixels.shape[1]) & (v < pixels.shape[0])
+    return np.asarray(inside & pixels[np.where(inside, v, 0), np.where(inside, u, 0)])
+
+
+def _closed_grid(points: Floats, size: float, radius: float, foreground: Foreground, between: Bools | None) -> VoxelGrid:
+    """Return the voxels that points (N, D) m occupy, and those that closing adds, whose centroids are their centers.
+
+    Closing adds none that is seen at a pixel of `between` (H, W) bool.
+    """
     margin = CLOSING_ITERATIONS + 1
     origin = (np.floor(points.min(axis=0) / size) - margin) * size
     cells = voxelize_points(points, origin, size, margin)
@@ -190,6 +242,9 @@ def _closed_grid(points: Floats, size: float, radius: float) -> VoxelGrid:
     if len(cells.keys) > MAX_VOXELS:
         raise _too_large(len(cells.keys), MAX_VOXELS, size)
     keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    if between is not None:
+        centers = origin + (unpack_keys(keys, cells.shape) + 0.5) * size
+        keys = keys[np.isin(keys, cells.keys) | ~_is_seen_at(centers, foreground, between)]
     occupied = np.searchsorted(keys, cells.keys)
     coords = unpack_keys(keys, cells.shape)
     counts = np.zeros(len(keys), dtype=np.int64)

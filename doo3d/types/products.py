@@ -38,6 +38,9 @@ class Foreground:
         (3,) m, position of the sensor in the frame of the points; None if unknown, and in 2-D.
     mask_radius
         m, median half-width of the mask, each pixel taken at its own depth. 0 if no pixel has depth; None if not measured.
+    side_by_side
+        (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; None without
+        such strands.
     notes
         messages of the segmentation to the user, one sentence each.
     views
@@ -54,11 +57,12 @@ class Foreground:
     camera: Camera | None = None
     viewpoint: Floats | None = None
     mask_radius: float | None = None
+    side_by_side: Bools | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint"):
+        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):
             set_sealed(self, **{name: getattr(self, name)})
 
 

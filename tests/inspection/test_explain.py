@@ -72,10 +72,11 @@ def test_every_stage_has_an_account(explained):
 def test_the_account_of_segmentation_is_that_of_its_record(explained):
     found, stages = explained
     segmentation = stages.segmentation
-    counts = segmentation.removed_small, segmentation.removed_wide, segmentation.without_depth, segmentation.outliers
+    removed = segmentation.removed_small, segmentation.removed_wide, segmentation.split
+    counts = *removed, segmentation.without_depth, segmentation.outliers
     account = found.accounts[0]
     assert len(account.dropped) == len(segmentation.foreground.notes) + sum(count > 0 for count in counts)
-    assert all(str(count) in " ".join(account.dropped) for count in (*counts[:2], counts[3]) if count)
+    assert all(str(count) in " ".join(account.dropped) for count in (*removed, segmentation.outliers) if count)
 
 
 def test_removed_segments_are_those_of_pruning(explained):

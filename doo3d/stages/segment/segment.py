@@ -18,6 +18,7 @@ from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
+from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
 
 RIDGE_NOTE = (
@@ -112,6 +113,10 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     distance = 0.0
     if pixels:
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
+    split = SplitMask(cleaned.mask, 0, None)
+    if method != "everything":
+        split = split_strands(cleaned.mask, selected, frame.color, frame.depth)
+        cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
     measured = len(readings.pixels)
@@ -126,16 +131,17 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         pixels=readings.pixels,
         mask=cleaned.mask,
         mask_radius=radius,
+        side_by_side=split.side_by_side,
         depth=frame.depth,
         color=frame.color,
         camera=frame.camera,
         viewpoint=np.zeros(3),
         notes=() if pixels else (_nothing_note(method),),
     )
-    without_depth = pixels - measured - outliers
+    without_depth = pixels - split.removed - measured - outliers
     record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
-    return replace(record, repaired=repaired, smoothed=smoothed)
+    return replace(record, repaired=repaired, split=split.removed, smoothed=smoothed)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -144,14 +150,21 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
+    split = split_strands(cleaned.mask, selected, image.color, None)
+    cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
     note = RIDGE_NOTE if method == "ridge" and config.method == "auto" else ""
     if not cleaned.mask.any():
         note = _nothing_note(method)
     foreground = Foreground(
-        points=pixels.astype(float), pixels=pixels, mask=cleaned.mask, color=image.color, notes=(note,) if note else ()
+        points=pixels.astype(float),
+        pixels=pixels,
+        mask=cleaned.mask,
+        side_by_side=split.side_by_side,
+        color=image.color,
+        notes=(note,) if note else (),
     )
-    return _record(foreground, method, cleaned)
+    return replace(_record(foreground, method, cleaned), split=split.removed)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:

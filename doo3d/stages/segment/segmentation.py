@@ -17,7 +17,7 @@ EXTENDED = "extended"
 class Segmentation:
     """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
-    - Pixels in the mask = selected - removed_small + closed_holes - removed_wide.
+    - Pixels in the mask = selected - removed_small + closed_holes - removed_wide - split.
     - Points of an Image = pixels in the mask.
     - Points of a Frame = pixels in the mask - without_depth - outliers + inpainted.
     - Points of a Cloud = selected - outliers; the other numbers are 0.
@@ -47,6 +47,8 @@ class Segmentation:
         pixels that were added to a ragged mask, or removed from it, because of their color; 0 in 2-D and for a cloud.
     smoothed
         readings whose depth was smoothed along the strand, where depth is torn or comes in waves; 0 in 2-D and for a cloud.
+    split
+        pixels removed between strands that run side by side, so that each is a piece of its own.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """
@@ -62,4 +64,5 @@ class Segmentation:
     closed_holes: int = 0
     repaired: int = 0
     smoothed: int = 0
+    split: int = 0
     base: Segmentation | None = None

@@ -1,0 +1,117 @@
+"""Split a mask along the creases between strands that run side by side, so that each strand is a thin piece of its own.
+
+Two strands that touch are one region in the mask, as wide as both. The image still shows them apart: between two round strands
+lies a valley of brightness (of nearness in a depth image), parallel to them. The steps are:
+
+1. Take the usual half-width of one strand from the thinnest stretches that make up a good part of the medial axis.
+2. Close gaps between strands, and look for stretches much wider than one strand and long. Most frames end here.
+3. There, filter the image with line detectors of several orientations, and keep the valleys that are long and far enough from the
+   edge to have a strand on either side.
+4. Keep those that run out between two strands, or are continued by one that does: a stripe along a cable opens nowhere.
+5. Remove the valleys from the mask.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from ...geometry.mask import bounding_box
+from ...types import Array, Bools
+from .valley_lines import find_valley_lines
+from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
+from .wide_stretches import Bundles, dilate, find_bundles
+
+MIN_GAP_PX = 6
+
+"""px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
+
+
+class SplitMask(NamedTuple):
+    """A mask whose strands are split apart.
+
+    Attributes
+    ----------
+    mask
+        (H, W) bool, without the pixels of the valleys.
+    removed
+        number of pixels removed.
+    side_by_side
+        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if nothing was found.
+    """
+
+    mask: Bools
+    removed: int
+    side_by_side: Bools | None
+
+
+def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None) -> SplitMask:
+    """Remove the valleys between strands that run side by side from a mask.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool, the cleaned mask.
+    selected
+        (H, W) bool, the mask before small holes were closed: they are gaps between strands.
+    color
+        (H, W, 3) uint8 RGB, in which a valley is darker than the strands beside it; None uses the depth.
+    depth
+        (H, W) m, 0 = unknown, used without color: a valley is farther away. Without either, or where they are flat, a wide
+        stretch is split into equal widths.
+
+    Returns
+    -------
+    The mask, split; `mask` itself with `side_by_side` None if nowhere a stretch is much wider than one strand.
+    """
+    whole = SplitMask(mask, 0, None)
+    if not mask.any():
+        return whole
+    box = bounding_box(mask)
+    part = np.pad(mask[box] & ~_long_holes(mask[box] & ~selected[box]), 1)
+    bundles = find_bundles(part)
+    if bundles is None:
+        return whole
+    inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
+    shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth)[inner]
+    bundles = Bundles(
+        bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
+    )
+    found = find_valley_lines(*find_valleys(shade, bundles.radius), bundles)
+    if not found.any():
+        return whole
+    lines, cut = np.zeros_like(part), np.zeros_like(part)
+    lines[inner] = found
+    cut[inner] = _without_corners(found) | (bundles.closed & ~bundles.part & dilate(found, 1.0))
+    result = mask.copy()
+    result[box] &= ~cut[1:-1, 1:-1]
+    beside = np.zeros_like(mask)
+    beside[box] = dilate(lines, max(3 * bundles.radius, bundles.widest))[1:-1, 1:-1]
+    return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
+
+
+def _long_holes(holes: Bools) -> Bools:
+    """Return the holes (h, w) that are long enough for a gap between strands."""
+    if not holes.any():
+        return holes
+    _, label, stats, _ = cv2.connectedComponentsWithStats(holes.astype(np.uint8), connectivity=8)
+    long = stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= MIN_GAP_PX
+    long[0] = False
+    return np.asarray(long[label])
+
+
+def _without_corners(lines: Bools) -> Bools:
+    """Return lines (h, w) with a pixel added at each diagonal step, so that no two pixels of other strands touch across it."""
+    result = lines.copy()
+    result[:-1, 1:] |= lines[:-1, :-1] & lines[1:, 1:] & ~lines[1:, :-1]
+    result[:-1, :-1] |= lines[:-1, 1:] & lines[1:, :-1] & ~lines[1:, 1:]
+    return result
+
+
+def _grown(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return a box grown by `px` on all sides, within an image (h, w)."""
+    rows, columns = (slice(max(0, side.start - px), min(size, side.stop + px)) for side, size in zip(box, shape, strict=True))
+    return rows, columns

@@ -1,0 +1,157 @@
+"""Find the valleys between strands side by side in an image, in a depth image, or in the widths of a mask."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from ...types import Array, Bools
+from .wide_stretches import close_gaps
+
+VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
+
+"""Width of the valleys looked for: standard deviation in radii, and the least one in px."""
+
+
+VALLEY_LENGTH_RADII = 1.6
+
+"""Standard deviation in radii along a valley, over which the image is averaged."""
+
+
+ORIENTATIONS = 8
+
+"""Orientations of the valleys looked for, a multiple of 8; one every 22.5 degrees."""
+
+
+FILTER_RADIUS_PX = 4.0
+
+"""px; an image whose strands are thicker is scaled down to this radius before it is filtered."""
+
+
+CLIP = 2.0
+
+"""Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
+
+
+MIN_CONTRAST = 4.0
+
+"""Grey levels; fainter contrast within a mask is noise, and the mask alone decides: strands of equal width."""
+
+
+WEDGE_RADII = 1.3
+
+"""Radii; half of the width up to which a wedge between parting strands is filled to measure their common width."""
+
+
+EQUAL_RADII = 1.06
+
+"""Radii of a strand that is as wide as its neighbors: the medial axis of a thin strand is a little too near to its edge."""
+
+
+MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
+
+"""m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
+
+
+MAX_VALUES = 2000
+
+"""Pixels at most from which the contrast within a mask is estimated."""
+
+
+def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
+    """Return the depth (h, w) of the valleys in an image, and which pixels are their bottoms.
+
+    The depth is the largest of all orientations. A crest through the same pixel counts against it: along a strand's highlight the
+    image is a shallow valley.
+    """
+    scale = min(1.0, FILTER_RADIUS_PX / radius)
+    small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
+    depths = np.stack(
+        [cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)]
+    )
+    orientation = depths.argmax(axis=0)
+    depth = depths.max(axis=0) + np.minimum(0, depths.min(axis=0))
+    if scale < 1:
+        depth = cv2.resize(depth, shade.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        orientation = cv2.resize(orientation.astype(np.uint8), shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    padded = np.pad(depth, 1, constant_values=-np.inf)
+    bottom = np.zeros(depth.shape, dtype=bool)
+    height, width = depth.shape
+    sector = ((orientation + ORIENTATIONS // 8) // (ORIENTATIONS // 4)) % 4
+    for k, (dy, dx) in enumerate(((1, 0), (1, -1), (0, 1), (1, 1))):
+        ahead = padded[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+        behind = padded[1 - dy : 1 - dy + height, 1 - dx : 1 - dx + width]
+        bottom |= (sector == k) & (depth >= ahead) & (depth >= behind)
+    return depth, bottom
+
+
+def shade_strands(
+    part: Bools, box: tuple[slice, slice], radius: float, widest: float, color: Array | None, depth: Array | None
+) -> Array:
+    """Return an image in which strands are ridges, in units of the contrast within the mask.
+
+    Parameters
+    ----------
+    part
+        (h, w) bool, the mask within its bounding box, with a margin of one pixel.
+    box
+        the bounding box, slices of rows and columns.
+    radius, widest
+        px, usual half-width of one strand, and the largest one of the mask.
+    color
+        (H, W, 3) uint8 RGB of the whole frame, or None.
+    depth
+        (H, W) m of the whole frame, used without color; or None.
+
+    Returns
+    -------
+    (h, w) float32; the background is as low as the image goes.
+    """
+    shade = np.zeros(part.shape, dtype=np.float32)
+    if color is not None:
+        shade[1:-1, 1:-1] = cv2.transform(color[box], np.full((1, 3), 1 / 3))
+    elif depth is not None:
+        shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
+    values = shade[part]
+    low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
+    contrast = (high - low) / 2
+    if contrast < (MIN_CONTRAST if color is not None else MIN_NEARNESS):
+        return _equal_widths(part, radius, widest)
+    return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
+
+
+def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
+    """Return the image (h, w) float32 in which strands of equal width fill a mask: as many as fit its width there.
+
+    The width is that of the mask with the wedges between parting strands filled, so that the strands run on straight into these.
+    """
+    outline = close_gaps(part, math.ceil(WEDGE_RADII * radius))
+    distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    half = math.ceil(widest)
+    half_width = cv2.dilate(distance, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * half + 1, 2 * half + 1)))
+    strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / (EQUAL_RADII * radius)))
+    return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
+
+
+def _nearness(depth: Array, part: Bools, radius: float) -> Array:
+    """Return by how many m each pixel (h, w) is nearer than the mask around it on average; 0 without a reading."""
+    known = (part & (depth > 0)).astype(np.float32)
+    side = 2 * math.ceil(AROUND_RADII * radius) + 1
+    count, total = (cv2.boxFilter(image, -1, (side, side), normalize=False) for image in (known, known * depth))
+    return np.asarray(np.where(known > 0, total / np.maximum(count, 1) - depth, 0.0))
+
+
+def _line_detectors(radius: float) -> list[Array]:
+    """Return the second derivative of a Gaussian across a line, averaged along it, for each orientation."""
+    across, along = max(MIN_VALLEY_PX, VALLEY_RADII * radius), VALLEY_LENGTH_RADII * radius
+    half = math.ceil(2 * max(across, along))
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    kernels = []
+    for angle in np.arange(ORIENTATIONS) * np.pi / ORIENTATIONS:
+        axial, lateral = x * np.cos(angle) + y * np.sin(angle), -x * np.sin(angle) + y * np.cos(angle)
+        kernel = ((lateral / across) ** 2 - 1) * np.exp(-((lateral / across) ** 2) / 2 - (axial / along) ** 2 / 2)
+        kernel -= kernel.mean()
+        kernels.append((2 * kernel / np.abs(kernel).sum()).astype(np.float32))
+    return kernels

@@ -1,0 +1,150 @@
+"""Find the stretches of a mask that are wider than one strand, over a length at which strands run side by side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from ...kernels import medial_axis
+from ...types import Array, Bools, Floats
+
+MIN_RADIUS_PX = 0.9
+
+"""px; thinner strands do not show a valley between them."""
+
+
+MIN_AXIS_SHARE = 0.12
+
+"""Share of the medial axis that a half-width needs, within about 12 %, to count as that of a strand."""
+
+
+LOG_BIN = 0.05
+
+"""Bin of the logarithm of the half-widths."""
+
+
+COARSE_RADIUS_PX = 3.0
+
+"""px; radius of a strand on the coarser grid on which most frames are found to have nothing wide."""
+
+
+GAP_RADII = 1.2
+
+"""Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""
+
+
+MIN_CLOSING_PX = 2
+
+"""px; half of the gap that is closed at least: voxels of thin strands are coarse."""
+
+
+WIDE_RADII = 1.6
+
+"""Radii; a half-width above this is more than one strand."""
+
+
+WIDE_LENGTH_RADII = 6.0
+
+"""Radii; shorter wide stretches are crossings, knots and plugs."""
+
+
+@dataclass(frozen=True)
+class Bundles:
+    """The wide stretches of a mask, in which strands may run side by side.
+
+    Attributes
+    ----------
+    radius
+        px, usual half-width of one strand.
+    part
+        (h, w) bool, the mask.
+    closed
+        (h, w) bool, the mask with the gaps between strands closed.
+    wide
+        (h, w) bool, its wide stretches.
+    widest
+        px, the largest half-width of these.
+    """
+
+    radius: float
+    part: Bools
+    closed: Bools
+    wide: Bools
+    widest: float
+
+    @cached_property
+    def distance(self) -> Array:
+        """The distance (h, w) float32 px of each pixel of the closed mask from the edge."""
+        return np.asarray(cv2.distanceTransform(np.pad(self.closed, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
+
+
+def find_bundles(part: Bools) -> Bundles | None:
+    """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None without any."""
+    radius = strand_radius(medial_axis(part)[2] - 0.5)
+    if not radius:
+        return None
+    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
+        return None
+    closed = close_gaps(part, max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2)))
+    rows, columns, inside = medial_axis(closed)
+    at_wide = inside - 0.5 > WIDE_RADII * radius
+    if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
+        return None
+    ridge = np.zeros(part.shape, dtype=np.uint8)
+    ridge[rows[at_wide], columns[at_wide]] = 1
+    side = 2 * math.ceil(radius) + 1
+    _, label, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(ridge, np.ones((side, side), np.uint8)), connectivity=8)
+    size = np.bincount(label[rows[at_wide], columns[at_wide]], minlength=len(stats))
+    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - side
+    kept = (np.minimum(size, length) > WIDE_LENGTH_RADII * radius) & (np.arange(len(stats)) > 0)
+    if not kept.any():
+        return None
+    wide = kept[label]
+    widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
+    return Bundles(radius, part, closed, closed & dilate(wide, widest + radius), widest)
+
+
+def strand_radius(half_width: Floats) -> float:
+    """Return the least half-width that a good part of a medial axis has, in px; 0 if there is none.
+
+    half_width : (K,) px, half-widths at the K pixels of the medial axis.
+    """
+    half_width = half_width[half_width >= MIN_RADIUS_PX]
+    if not len(half_width):
+        return 0.0
+    logs = np.log(half_width)
+    edges = np.arange(math.log(MIN_RADIUS_PX), float(logs.max()) + 4 * LOG_BIN, LOG_BIN)
+    count = np.histogram(logs, edges)[0].astype(float)
+    near = np.convolve(count, np.ones(5), "same")
+    middle = (edges[1:] + edges[:-1]) / 2
+    for k in np.flatnonzero(near >= MIN_AXIS_SHARE * len(half_width)):
+        if near[k] >= near[max(0, k - 4) : k + 5].max():
+            around = slice(max(0, k - 2), k + 3)
+            return float(np.exp(np.average(middle[around], weights=count[around])))
+    return 0.0
+
+
+def _may_be_wide(part: Bools, radius: float) -> bool:
+    """Tell from a mask (h, w) bool on a coarser grid whether it may have long wide stretches."""
+    step = int(radius / COARSE_RADIUS_PX)
+    side = 2 * math.ceil(GAP_RADII * radius / 2 / step) + 1
+    coarse = np.ascontiguousarray(part[::step, ::step]).astype(np.uint8)
+    closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    inside = medial_axis(closed > 0)[2]
+    return bool(np.count_nonzero(inside * step > WIDE_RADII * radius) * step >= WIDE_LENGTH_RADII * radius / 2)
+
+
+def close_gaps(mask: Bools, px: int) -> Bools:
+    """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    padded = cv2.morphologyEx(np.pad(mask, px).astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
+    return np.ascontiguousarray(padded[px:-px, px:-px])
+
+
+def dilate(mask: Bools, px: float) -> Bools:
+    """Return the pixels within `px` of a mask that has at least one."""
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= px)
