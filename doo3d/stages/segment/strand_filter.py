@@ -28,7 +28,10 @@ MIN_BRANCH_PX = 12
 MEDIAN_RADII = 12.0
 """Radii on either side over which the first estimate is a median: longer than the stretches in which depth is torn."""
 
-JUMP_RADII, MAX_JUMP_SHARE = 1.2, 0.04
+SLOPE_SHARE = 0.5
+"""Share of a step that a neighboring step in the same direction may have, if the step is a jump and not part of a slope."""
+
+JUMP_RADII, MAX_JUMP_SHARE = 1.2, 0.035
 """Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps that makes depth torn:
 sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.3."""
 
@@ -71,7 +74,7 @@ MIN_LYING_NOISE_RADII = 0.5
 MIDDLE_PX = 1.5
 """px; pixels not farther than this from the skeleton are bridged."""
 
-MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 2.0, 0.4
+MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
 """Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
 bridge."""
 
@@ -132,9 +135,7 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     value, count = _nearer_readings(1 / readings.depth, near, len(line))
     smooth = np.zeros(len(line))
     parts = [slice(*ends) for ends in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)]
-    if not _is_torn(value, count, bounds, radius):
-        return none
-    for part in parts:
+    for part in parts if _is_torn(value, count, bounds, radius) else []:
         if np.count_nonzero(count[part]) >= MIN_BRANCH_PX:
             smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
     own = smooth[near]
@@ -163,10 +164,13 @@ def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, 
 
 def _is_torn(value: Floats, count: Ints, bounds: Ints, radius: float) -> bool:
     """Tell whether the depth along the branches jumps so often that it is torn; a strand that bends away jumps at few places."""
-    depth = 1 / np.where(count > 0, value, 1.0)
+    step = np.diff(1 / np.where(count > 0, value, 1.0))
     together = (count[1:] > 0) & (count[:-1] > 0)
     together[bounds[1:-1] - 1] = False
-    jumps = np.abs(np.diff(depth)) > JUMP_RADII * radius
+    onwards = np.zeros(len(step) + 2)  # the neighboring steps, as far as they go on in the same direction
+    onwards[1:-1] = np.where(together, step, 0.0)
+    slope = np.maximum(onwards[:-2] * np.sign(step), onwards[2:] * np.sign(step))
+    jumps = (np.abs(step) > JUMP_RADII * radius) & (slope < SLOPE_SHARE * np.abs(step))
     return bool(np.count_nonzero(jumps & together) > MAX_JUMP_SHARE * np.count_nonzero(together))
 
 
