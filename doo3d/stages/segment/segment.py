@@ -106,7 +106,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     method, selected = _select(frame, config, mask, seed, frame.depth.shape)
     may_have_wide = method not in (MASK, "everything")
     given = selected
-    if frame.color is not None and method != "everything":
+    if frame.color is not None and method not in ("everything", "plane"):
         selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))

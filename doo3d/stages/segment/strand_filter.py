@@ -31,9 +31,9 @@ MEDIAN_RADII = 12.0
 SLOPE_SHARE = 0.5
 """Share of a step that a neighboring step in the same direction may have, if the step is a jump and not part of a slope."""
 
-JUMP_RADII, MAX_JUMP_SHARE = 1.2, 0.035
+JUMP_RADII, MAX_JUMP_SHARE = 0.8, 0.005
 """Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps that makes depth torn:
-sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.3."""
+sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.05."""
 
 MAX_WAVES_RADII = 0.35
 """Radii; depth whose waves are smaller is left as it is."""
@@ -71,15 +71,9 @@ LYING_DEVIATIONS = 2.5
 MIN_LYING_NOISE_RADII = 0.5
 """Radii of noise from which on the surface beside a strand tells its depth better than the readings on it."""
 
-MIDDLE_PX = 1.5
-"""px; pixels not farther than this from the skeleton are bridged."""
-
 MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
 """Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
 bridge."""
-
-NEIGHBORS_ALONG_PX = 4
-"""Pixels of the skeleton between two neighboring pixels at most, if they are of one stretch of a strand."""
 
 MAD_TO_DEVIATION = 1.4826
 """Standard deviations per median absolute deviation of normal errors."""
@@ -107,11 +101,11 @@ class StrandDepth(NamedTuple):
 def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: Frame) -> StrandDepth:
     """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
 
-    All is left as it is unless the depth along the mask's skeleton jumps at more than 4 % of its pixels. Then every reading is
-    assigned to the nearest pixel of the skeleton. A smooth curve is laid through the inverse depth of the
-    nearer readings along each branch of the skeleton (robust Whittaker smoother). Where the readings differ from it by waves of
-    more than 0.35 radii, or more than 5 % of them are torn, it replaces them. If the noise is larger still, and the surface
-    beside the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
+    Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
+    the nearest pixel of the skeleton, and a smooth curve is laid through the inverse depth of the nearer readings along each
+    branch (robust Whittaker smoother). Where the readings differ from it by waves of more than 0.35 radii, or more than 5 % of
+    them are torn, it replaces them. If the noise is larger still, and the surface beside the strand is about where it would be if
+    the strand lay on it, the strand is drawn towards that.
 
     Parameters
     ----------
@@ -130,19 +124,34 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     line, bounds = _skeleton(mask)
     if not len(line):
         return none
+    smoothed = 0
+    if _is_torn(_depth_at(line, readings, mask), bounds, radius):
+        own = _smooth_readings(readings, line, bounds, mask, radius, frame)
+        smoothed = int(np.count_nonzero(own))
+        readings = readings._replace(
+            depth=np.where(own > 0, own, readings.depth), filtered=np.where(own > 0, own, readings.filtered)
+        )
+    return StrandDepth(readings, _bridges(line, bounds, _depth_at(line, readings, mask), radius, frame), smoothed)
+
+
+def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
+    """Return the filtered depth at the pixels (S, 2) of the skeleton, (S,) m, 0 where there is no reading."""
+    width = mask.shape[1]
+    key, wanted = readings.pixels[:, 1] * width + readings.pixels[:, 0], line[:, 1] * width + line[:, 0]
+    at = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    return np.where(key[at] == wanted, readings.filtered[at], 0.0)
+
+
+def _smooth_readings(readings: Readings, line: Ints, bounds: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
+    """Return the smooth depth (N,) m of the readings on branches that are smoothed, 0 for the others."""
     radius_px = radius * frame.camera.fx / float(np.median(readings.depth))
-    offset, near = nearest(readings.pixels.astype(float), line.astype(float), max(3 * radius_px, 3.0), False)
+    near = nearest(readings.pixels.astype(float), line.astype(float), max(3 * radius_px, 3.0), False)[1]
     value, count = _nearer_readings(1 / readings.depth, near, len(line))
     smooth = np.zeros(len(line))
-    parts = [slice(*ends) for ends in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)]
-    for part in parts if _is_torn(value, count, bounds, radius) else []:
+    for part in map(slice, bounds[:-1].tolist(), bounds[1:].tolist()):
         if np.count_nonzero(count[part]) >= MIN_BRANCH_PX:
             smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
-    own = smooth[near]
-    readings = readings._replace(depth=np.where(own > 0, own, readings.depth), filtered=np.where(own > 0, own, readings.filtered))
-    branch = np.searchsorted(bounds, near, side="right")
-    place = near + 2 * NEIGHBORS_ALONG_PX * branch
-    return StrandDepth(readings, _bridges(readings, place, offset <= MIDDLE_PX, radius, frame), int(np.count_nonzero(own)))
+    return smooth[near]
 
 
 def _skeleton(mask: Bools) -> tuple[Ints, Ints]:
@@ -162,16 +171,21 @@ def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, 
     return np.where(count > 0, inverse[order][np.maximum(index, 0)], 0.0), count
 
 
-def _is_torn(value: Floats, count: Ints, bounds: Ints, radius: float) -> bool:
-    """Tell whether the depth along the branches jumps so often that it is torn; a strand that bends away jumps at few places."""
-    step = np.diff(1 / np.where(count > 0, value, 1.0))
-    together = (count[1:] > 0) & (count[:-1] > 0)
-    together[bounds[1:-1] - 1] = False
+def _is_torn(depth: Floats, bounds: Ints, radius: float) -> bool:
+    """Tell whether the depth (S,) m along the branches jumps so often that it is torn; a strand that bends away has slopes."""
+    step, together = _steps(depth, bounds)
     onwards = np.zeros(len(step) + 2)  # the neighboring steps, as far as they go on in the same direction
-    onwards[1:-1] = np.where(together, step, 0.0)
+    onwards[1:-1] = step
     slope = np.maximum(onwards[:-2] * np.sign(step), onwards[2:] * np.sign(step))
     jumps = (np.abs(step) > JUMP_RADII * radius) & (slope < SLOPE_SHARE * np.abs(step))
-    return bool(np.count_nonzero(jumps & together) > MAX_JUMP_SHARE * np.count_nonzero(together))
+    return bool(np.count_nonzero(jumps) > MAX_JUMP_SHARE * np.count_nonzero(together))
+
+
+def _steps(depth: Floats, bounds: Ints) -> tuple[Floats, Bools]:
+    """Return the steps (S - 1,) m between pixels of one branch that both have depth, 0 elsewhere, and which those are."""
+    together = (depth[1:] > 0) & (depth[:-1] > 0)
+    together[bounds[1:-1] - 1] = False
+    return np.where(together, np.diff(depth), 0.0), together
 
 
 def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
@@ -254,28 +268,15 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
     return smooth
 
 
-def _bridges(readings: Readings, place: Ints, middle: Bools, radius: float, frame: Frame) -> Floats:
-    """Return points (K, 3) m between neighboring pixels in the middle of a strand whose own points lie far apart.
+def _bridges(line: Ints, bounds: Ints, depth: Floats, radius: float, frame: Frame) -> Floats:
+    """Return points (K, 3) m along steep stretches of the skeleton's branches.
 
-    place : (N,) int, where on the skeleton each reading lies. middle : (N,) bool, readings that are bridged.
+    line : (S, 2) px, the skeleton, branch by branch as `bounds` says. depth : (S,) m, 0 = none.
     """
-    width = frame.camera.width
-    chosen = np.flatnonzero(middle)
-    if not len(chosen):
-        return np.zeros((0, 3))
-    pixels, place = readings.pixels[chosen], place[chosen]
-    points = frame.camera.unproject(pixels, readings.filtered[chosen])
-    key = pixels[:, 1] * width + pixels[:, 0]
-    bridges = [np.zeros((0, 3))]
-    for step in (1, width - 1, width, width + 1):
-        other = np.minimum(np.searchsorted(key, key + step), len(key) - 1)
-        pair = np.flatnonzero((key[other] == key + step) & (np.abs(place[other] - place) <= NEIGHBORS_ALONG_PX))
-        ends = np.stack((points[pair], points[other[pair]]), axis=1)
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / radius
-        steep = (length > MIN_STEEP_RADII) & (length < MAX_STEEP_RADII)
-        count = np.ceil(length[steep] / BRIDGE_SPACING_RADII).astype(int)
-        number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        share = ((number + 0.5) / np.repeat(count, count))[:, None]
-        start, end = np.repeat(ends[steep], count, axis=0).transpose(1, 0, 2)
-        bridges.append(start * (1 - share) + end * share)
-    return np.concatenate(bridges)
+    step = np.abs(_steps(depth, bounds)[0]) / radius
+    steep = np.flatnonzero((step > MIN_STEEP_RADII) & (step < MAX_STEEP_RADII))
+    count = np.ceil(step[steep] / BRIDGE_SPACING_RADII).astype(int)
+    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    share = ((number + 0.5) / np.repeat(count, count))[:, None]
+    start, end = (np.repeat(frame.camera.unproject(line[at], depth[at]), count, axis=0) for at in (steep, steep + 1))
+    return np.asarray(start * (1 - share) + end * share)
