@@ -22,6 +22,8 @@ from builders.browser import Browser
 from doo3d.outputs.run_reader import open_results
 from doo3d.viz.report import page
 
+DOO3D = str(Path(sys.executable).with_name("doo3d"))  # the command beside this Python, not the sources beside this script
+
 SAMPLE = Path("sample_clouds/crossing")
 MADE = 20  # frames whose data are made; the others repeat them
 
@@ -40,7 +42,7 @@ requestAnimationFrame(watch);
 def write_run(folder: Path, frames: int) -> Path:
     """Write the capture and the results of a run of many frames: those of the sample, again and again."""
     out, capture = folder / "out", folder / "capture"
-    command = [sys.executable, "-m", "doo3d", "detect", str(SAMPLE), "-o", str(folder / "first"), "--quiet"]
+    command = [DOO3D, "detect", str(SAMPLE), "-o", str(folder / "first"), "--quiet"]
     subprocess.run(command, check=True)
     manifest = json.loads((folder / "first" / "manifest.json").read_text())
     journal = [json.loads(line) for line in (folder / "first" / "progress.jsonl").read_text().splitlines()]

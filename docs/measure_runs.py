@@ -18,6 +18,8 @@ import tempfile
 import time
 from pathlib import Path
 
+DOO3D = str(Path(sys.executable).with_name("doo3d"))  # the command beside this Python, not the sources beside this script
+
 SAMPLES = Path("sample_clouds")
 SCENES = [(SAMPLES / "crossing", f"{i:06d}") for i in range(3)] + [(SAMPLES / "two_cables", "000000")]
 SMALL = (64, 48)  # px
@@ -59,7 +61,7 @@ def write_small_capture(folder: Path, frames: int) -> None:
 
 def command(capture: Path, out: Path, workers: int) -> list[str]:
     """Return the command of a run."""
-    return [sys.executable, "-m", "doo3d", "detect", str(capture), "-o", str(out), "--workers", str(workers), "--quiet"]
+    return [DOO3D, "detect", str(capture), "-o", str(out), "--workers", str(workers), "--quiet"]
 
 
 def contents(out: Path) -> dict[str, bytes]:

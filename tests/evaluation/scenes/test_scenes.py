@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from doo3d.evaluation.scenes.curves import curve_crossings
-from doo3d.evaluation.scenes.registry import FAMILIES, make_scene
+from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, make_scene
 from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
 
 SEEDS = range(3)
@@ -20,7 +20,7 @@ def test_same_seed_gives_the_same_scene(family):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", GROUPS["basic"])
 @pytest.mark.parametrize("size", [(1280, 720), (640, 480)])
 def test_cables_are_sound_and_in_view(family, size):
     for seed in SEEDS:
