@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
 SIZE = (1280, 720)
 TIMEOUT_S = 200
 MEMORY_LIMIT_BYTES = 8 << 30
@@ -28,7 +29,7 @@ def detect_case(kind: str, view: str, size: tuple[int, int]) -> dict:
     import cv2
 
     import doo3d
-    from tests.builders import worst_cases
+    from builders import worst_cases
 
     cv2.setNumThreads(1)
     overrides = {"segment.method": "everything"} if view.endswith("cloud") else {}
@@ -60,7 +61,7 @@ def detect_case(kind: str, view: str, size: tuple[int, int]) -> dict:
 def measure(kind: str, view: str, timeout: float) -> dict | str:
     """Detect one case in a process of its own; return its figures, or how it failed."""
     command = [sys.executable, __file__, "--case", kind, view]
-    environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": str(ROOT)}
+    environment = os.environ | dict.fromkeys(THREADS, "1")
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, env=environment)
     except subprocess.TimeoutExpired:
@@ -83,8 +84,7 @@ def main() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT_BYTES, MEMORY_LIMIT_BYTES))
         print(json.dumps(detect_case(*options.case, SIZE)))
         return
-    sys.path.insert(0, str(ROOT))
-    from tests.builders.worst_cases import MASKS
+    from builders.worst_cases import MASKS
 
     for kind in (*MASKS, NOISE):
         if not any(word in kind for word in options.only):

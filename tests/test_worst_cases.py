@@ -6,12 +6,12 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from builders.worst_cases import MASKS, cloud_of, frame_of_mask, image_of, noise_image, salt_and_pepper, sticks
 
 import doo3d
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
 from doo3d.stages.merge import TOO_MANY
 from doo3d.stages.merge.gap_path_costs import GapPaths
-from tests.builders.worst_cases import MASKS, cloud_of, frame_of_mask, image_of, noise_image, salt_and_pepper, sticks
 
 UNEXTENDED = {"extend_mask.max_length": 0}
 SMALL = (240, 135)
