@@ -27,9 +27,9 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 def detect_case(kind: str, view: str, size: tuple[int, int]) -> dict:
     """Detect one case in this process, and return its figures."""
     import cv2
+    from builders import worst_cases
 
     import doo3d
-    from builders import worst_cases
 
     cv2.setNumThreads(1)
     overrides = {"segment.method": "everything"} if view.endswith("cloud") else {}
