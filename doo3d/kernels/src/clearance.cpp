@@ -23,6 +23,7 @@ public:
                 low_[d] = std::min(low_[d], points(row, d));
                 high[d] = std::max(high[d], points(row, d));
             }
+            if (rows.empty()) low_[d] = high[d] = 0.0;
             edge_ = std::max(edge_, (high[d] - low_[d]) / 1e6);
         }
         if (!(edge_ > 0)) edge_ = 1.0;
