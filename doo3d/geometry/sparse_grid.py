@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..types import Bools, Floats, Ints
+from ..types import Floats, Ints
 
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and seeds among them, on which its density is measured."""
@@ -109,25 +109,6 @@ def sorted_unique(keys: Ints) -> Ints:
     """
     keys = np.sort(keys)
     return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys
-
-
-def contains(keys: Ints, wanted: Ints) -> Bools:
-    """Tell which of the wanted keys are among the given keys.
-
-    Parameters
-    ----------
-    keys
-        (M,) ascending, M >= 1.
-    wanted
-        (Q,) in any order.
-
-    Returns
-    -------
-    (Q,) bool, True for a wanted key that is in `keys`.
-    """
-    at = np.searchsorted(keys, wanted)
-    at[at == len(keys)] = 0
-    return np.asarray(keys[at] == wanted)
 
 
 def cloud_spacing(points: Floats) -> float:
