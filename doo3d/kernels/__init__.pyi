@@ -346,20 +346,6 @@ def match_by_blossoms(weight: Floats, lowered: Callable[[Ints], tuple[Ints, Floa
     ValueError : there are more than 5000 ends.
     """
 
-def match_by_subsets(weight: Floats) -> Ints:
-    """Pair E chain ends so that the total weight of the pairs is largest (maximum-weight matching), each end in one pair at most.
-
-    weight : (E, E) float64, symmetric, the weight of pairing two ends; 0 for two ends that may not be paired. Returns (E,)
-    int64, the end that each is paired with, -1 for none.
-
-    It is found by dynamic programming over all subsets of the ends, so time and memory grow as 2^E. The best total of a subset
-    is that of the subset without its last end, or the weight of a pair of its last end plus the best total without both.
-
-    Raises
-    ------
-    ValueError : there are more than 24 ends.
-    """
-
 def medial_axis(mask: Bools) -> tuple[Ints, Ints, Array]:
     """Return the pixels of a mask that are as far from its edge as their farthest neighbor, and their distances.
 
@@ -633,26 +619,6 @@ def section_offsets(
     -------
     sample : (K,) int64, the sample of each of the K points that are left
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
-    """
-
-def settle_dominant_pairs(weight: Floats) -> tuple[Ints, Ints]:
-    """Pair the chain ends whose pair belongs to a maximum-weight matching whatever the rest of the matching is.
-
-    Parameters
-    ----------
-    weight
-        (E, E) float64, symmetric, the weight of pairing two of E ends; 0 for two ends that may not be paired
-
-    Returns
-    -------
-    partner : (E,) int64, the end that each is paired with; -1 for an end left unpaired
-    component : (E,) int64, number of the connected component of each unpaired end, for further matching. Two unpaired ends are
-        connected if they may be paired. -1 for a paired end, and for an end that may be paired with no unpaired end
-
-    Notes
-    -----
-    A pair (a, b) is settled if it weighs at least as much as the best other pair of a and the best other pair of b together: in a
-    matching without it, it can replace those two. The search repeats without the settled ends until it settles no more.
     """
 
 def sigma_filter(depth: Array, mask: Bools, rows: Ints, columns: Ints, half_width: int, max_difference: float) -> Floats:

@@ -12,10 +12,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ...config import MergeConfig
+from ...kernels import match_by_blossoms
 from ...types import Array, Bools, Floats, Ints
 from .costs import FORCED_COST_FACTOR
 from .ends import End, Pair, ends_of
-from .matching import maximum_weight_matching
 
 GapCosts = Callable[[Sequence[Pair]], list[float]]
 """Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
@@ -246,7 +246,7 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straigh
         rows = np.array([(a.index, b.index) for a, b in changed])
         return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
 
-    maximum_weight_matching(np.maximum(limit - total, 0.0), lowered)
+    match_by_blossoms(np.maximum(limit - total, 0.0), lowered)
     links = sorted(Link(float(total[a.index, b.index]), a, b) for a, b in pairs)
     if config.chains is None:
         return links

@@ -26,7 +26,6 @@ from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
 from .wide_stretches import Bundles, dilate, find_bundles
 
 MIN_GAP_PX = 6
-
 """px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
 
 
@@ -98,9 +97,12 @@ def _long_holes(holes: Bools) -> Bools:
     if not holes.any():
         return holes
     _, label, stats, _ = cv2.connectedComponentsWithStats(holes.astype(np.uint8), connectivity=8)
-    long = stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= MIN_GAP_PX
-    long[0] = False
-    return np.asarray(long[label])
+    result = np.zeros_like(holes)
+    for number in np.flatnonzero(stats[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= MIN_GAP_PX) + 1:
+        left, top, width, height = stats[number, : cv2.CC_STAT_HEIGHT + 1]
+        box = slice(top, top + height), slice(left, left + width)
+        result[box] |= label[box] == number
+    return result
 
 
 def _without_corners(lines: Bools) -> Bools:

@@ -18,29 +18,19 @@ MIN_VALLEY, SURE_VALLEY = 0.12, 0.3
 
 """Depth of a valley in units of the contrast: at each of its pixels, and at its deeper half."""
 
-
 MIN_VALLEY_RADII = 4.0
-
 """Radii; shorter valleys are texture."""
 
-
 MIN_SPACING_RADII = 1.1
-
 """Radii; a valley nearer than this to the edge or to a deeper valley leaves no room for a strand."""
 
-
 INNER_RADII = 0.5
-
 """Radii from the edge within which a valley is not looked for: the side of a strand is darker."""
 
-
 REACH_RADII = 1.5
-
 """Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
 
-
 MIN_VALLEY_WIDTHS = 3.0
-
 """Widths of the mask there; shorter lines that continue each other are the flanks of a strand that crosses a wide one."""
 
 
@@ -49,14 +39,10 @@ FINE_RADIUS_PX, PARTED_SHARE = 4.5, 0.9
 """px, and share of a line that runs along a gap of the mask; strands at least so thick and so well parted need no help: voxels of
 half their radius keep them apart."""
 
-
 LINK_RADII = 3.0
-
 """Radii; lines whose ends are nearer than this continue each other."""
 
-
 MIN_END_LENGTH = 0.25
-
 """Windows of two radii; a line whose middle near its end is nearer to the end than this has no direction there."""
 
 
@@ -64,12 +50,10 @@ OPENING_RADII, SIDE_RADII = 1.0, 3.5
 
 """Radii; so far beyond the end of a valley there is background, and within so many to either side a strand."""
 
-
 MIN_GAP_RADII = 1.5
 """Radii; a line that runs so far along gaps of the mask, or into the wedge between parting strands, is open."""
 
 MAX_VALLEYS = 200
-
 """Valleys at most that are tested, the longest first."""
 
 

@@ -14,39 +14,25 @@ VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
 
 """Width of the valleys looked for: standard deviation in radii, and the least one in px."""
 
-
 VALLEY_LENGTH_RADII = 1.6
-
 """Standard deviation in radii along a valley, over which the image is averaged."""
 
-
 ORIENTATIONS = 8
-
 """Orientations of the valleys looked for, a multiple of 8; one every 22.5 degrees."""
 
-
 FILTER_RADIUS_PX = 4.0
-
 """px; an image whose strands are thicker is scaled down to this radius before it is filtered."""
 
-
 CLIP = 2.0
-
 """Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
 
-
 MIN_CONTRAST = 4.0
-
 """Grey levels; fainter contrast within a mask is noise, and the mask alone decides: strands of equal width."""
 
-
 WEDGE_RADII = 1.3
-
 """Radii; half of the width up to which a wedge between parting strands is filled to measure their common width."""
 
-
 EQUAL_RADII = 1.06
-
 """Radii of a strand that is as wide as its neighbors: the medial axis of a thin strand is a little too near to its edge."""
 
 
@@ -54,9 +40,7 @@ MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
 
 """m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
 
-
 MAX_VALUES = 2000
-
 """Pixels at most from which the contrast within a mask is estimated."""
 
 

@@ -13,42 +13,27 @@ from ...kernels import medial_axis
 from ...types import Array, Bools, Floats
 
 MIN_RADIUS_PX = 0.9
-
 """px; thinner strands do not show a valley between them."""
 
-
 MIN_AXIS_SHARE = 0.12
-
 """Share of the medial axis that a half-width needs, within about 12 %, to count as that of a strand."""
 
-
 LOG_BIN = 0.05
-
 """Bin of the logarithm of the half-widths."""
 
-
 COARSE_RADIUS_PX = 3.0
-
 """px; radius of a strand on the coarser grid on which most frames are found to have nothing wide."""
 
-
 GAP_RADII = 1.2
-
 """Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""
 
-
 MIN_CLOSING_PX = 2
-
 """px; half of the gap that is closed at least: voxels of thin strands are coarse."""
 
-
 WIDE_RADII = 1.6
-
 """Radii; a half-width above this is more than one strand."""
 
-
 WIDE_LENGTH_RADII = 6.0
-
 """Radii; shorter wide stretches are crossings, knots and plugs."""
 
 
