@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .config import Config
 from .errors import InputError
@@ -18,10 +19,11 @@ from .stages.merge import Merged, merge
 from .stages.prune import Pruned, prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import Segmentation, segment, segment_extended
+from .stages.segment.supporting_plane import find_supporting_plane
 from .stages.thin import thin
 from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
-from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton
+from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Plane, Skeleton, as_pose
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -61,6 +63,8 @@ class Stages:
         where strands cross in the view, and which is on top.
     seconds
         name of the stage -> s.
+    plane
+        the plane around the object, such as a table; None if there is none.
     extension_notes
         messages to the user: that the mask was not extended, since there were too many chains.
     """
@@ -76,6 +80,7 @@ class Stages:
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+    plane: Plane | None = None
     extension_notes: tuple[str, ...] = ()
 
     @property
@@ -134,6 +139,8 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
         segmentation = segment_extended(data, config.segment, extended, segmentation)
         clock("segment")
         stages = run_from_segmentation(segmentation, config, clock)
+    stages.plane = find_supporting_plane(data, segmentation, config.segment, config.seed)
+    clock("segment")
     return stages
 
 
@@ -182,7 +189,9 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     return Stages(segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
 
 
-def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Detection:
+def detect(
+    data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None, pose: ArrayLike | None = None
+) -> Detection:
     """Return the deformable linear objects in one frame, cloud or image as chains.
 
     Parameters
@@ -194,19 +203,24 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
     mask
         the caller's own segmentation, True on the object, instead of the config's: (H, W) bool for a Frame or an image, (N,)
         bool for a Cloud made of N points, counting those with NaN. None segments as the config says.
+    pose
+        pose of the camera (of the cloud's frame) in the robot's base frame, m: 4x4, p_base = pose @ p_camera, or the seven
+        numbers x y z qx qy qz qw. The detection is then in the base frame. None leaves it in the camera's.
 
     Returns
     -------
     Detection with the chains, longest first. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in
-    the frame of the cloud; in 2-D in px. If nothing is found, there are no chains, and `notes` say where the object was lost.
+    the frame of the cloud, or in the base frame of `pose`; in 2-D in px. If nothing is found, there are no chains, and `notes`
+    say where the object was lost.
 
     Raises
     ------
     InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     config = config or Config()
+    base_pose = None if pose is None else as_pose(pose)
     data, stages = run_with_stages(data, config, mask)
-    return Detection(
+    detection = Detection(
         chains=tuple(stages.chains),
         mode="2d" if isinstance(data, Image) else "3d",
         coordinates=data.coordinates if isinstance(data, Cloud) else "camera" if isinstance(data, Frame) else "image",
@@ -221,7 +235,9 @@ def detect(data: Frame | Cloud | Image | Array, config: Config | None = None, ma
             *stages.extension_notes,
         ),
         crossings=stages.crossings,
+        plane=stages.plane,
     )
+    return detection if base_pose is None else detection.transformed(base_pose)
 
 
 def run_with_stages(

@@ -19,6 +19,7 @@ from .arguments import (
     StartOption,
     config_of,
 )
+from .base_pose import check_pose_use
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .messages import closing_line
@@ -35,6 +36,14 @@ def detect(
     overrides: Overrides = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="POSE",
+            help="Pose of the camera in the robot's base frame, which the results are then in: a file (text, NPY, YAML, JSON), "
+            "x,y,z,qx,qy,qz,qw, capture (the capture's own poses), or tf:FRAME of a bag. Default: pose.yaml beside the images.",
+        ),
+    ] = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -65,6 +74,7 @@ def detect(
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers 4
+      doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
 
@@ -81,7 +91,8 @@ def detect(
         from ..inputs.frame_selection import Selection, select_frames
 
         effective = config_of(config, overrides)
-        read_options = ReadOptions.from_pairs(input_options or [])
+        read_options = ReadOptions.from_pairs([*(input_options or []), *([] if pose is None else [f"pose={pose}"])])
+        check_pose_use(read_options, effective, fuse_views)
         opened = open_capture(capture, effective.mode == "2d", mask, read_options)
         opened = select_frames(opened, Selection(every, start, end, frames))
         if fuse_views:

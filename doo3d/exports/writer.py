@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..inputs.support.pose_file import PoseLike, read_pose
 from ..outputs.atomic import PREFIX
 from ..outputs.run_reader import Results, open_results
 from ..types import Detection
 from .base import Export, labels
-from .pose import PoseLike, read_pose, transformed
 from .registry import FORMATS, export_class, export_of
 
 Exportable = Detection | Iterable[Detection] | Results | str | Path
@@ -47,7 +47,8 @@ def export(
         names of the frames to export; None for all.
     pose
         pose of the camera in the world (p_world = pose @ p_camera, m), to export in world coordinates: a 4x4 matrix, the numbers
-        x y z qx qy qz qw, or the path of a file with either. None leaves the coordinates as they are.
+        x y z qx qy qz qw, or the path of a file with either. None leaves the coordinates as they are: those of the pose that
+        `detect` was given, if any.
     force
         replace existing files; otherwise they are an error.
     **options
@@ -76,7 +77,7 @@ def export(
         )
     if pose is not None:
         matrix = read_pose(pose)
-        detections = [transformed(item, matrix) for item in detections]
+        detections = [item.in_camera().transformed(matrix) for item in detections]
     plan = _plan(kind, to, detections, path)
     _check_replaceable(plan, force)
     try:

@@ -9,12 +9,16 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import InputError, unread_code
+from .base_pose import BasePoseCapture
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_masks import MaskedCapture
 from .formats.trajectory import PosedCapture
 from .read_options import DEFAULT, ReadOptions
 from .support.images import is_image
+from .support.pose_file import TF, pose_file_beside, read_pose
 
 __all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
@@ -70,7 +74,9 @@ def open_capture(
         frame. Pixels above zero are the object. None: the capture's own masks, if it has any.
     options
         values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
-        `tolerance` (s), `color`, `trajectory` (a file of camera poses). A value given here replaces the capture's.
+        values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
+        `tolerance` (s), `color`, `trajectory` (a file of camera poses), `pose` (of the camera in a robot's base frame; by default
+        that in a file pose.yaml or pose.json beside the images). A value given here replaces the capture's.
 
     Returns
     -------
@@ -99,10 +105,27 @@ def open_capture(
                 capture = reader(path, options)
                 if options.trajectory is not None:
                     capture = PosedCapture(capture, options.trajectory, options.tolerance)
-                return MaskedCapture(capture, Path(masks)) if masks is not None else capture
+                if masks is not None:
+                    capture = MaskedCapture(capture, Path(masks))
+                return capture if images_only else _in_base_frame(capture, options)
         raise _unknown_format(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+
+
+def _in_base_frame(capture: Capture, options: ReadOptions) -> Capture:
+    """Return the capture with the camera's pose in the robot's base frame, if one is given or lies beside the images."""
+    if options.pose is None:
+        file = pose_file_beside(capture.path)
+        return capture if file is None else BasePoseCapture(capture, read_pose(file), str(file))
+    if not isinstance(options.pose, str):
+        return BasePoseCapture(capture, np.array(options.pose), "POSE")
+    if options.pose.startswith(TF) and capture.format != "bag":
+        raise InputError(
+            f"pose={options.pose}: names a frame of a bag's tf, and {capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw",
+            code="pose-invalid",
+        )
+    return BasePoseCapture(capture, None, options.pose)
 
 
 def _is_depth_by_options(path: Path, options: ReadOptions) -> bool:

@@ -25,11 +25,15 @@ class FrameData:
     pose
         (4, 4) float, camera to world: x_world = pose @ x_camera, in metres; None if unknown. The camera frame is the optical
         frame: x right, y down, z forward. For a cloud it is the frame of the cloud's points.
+    base_pose
+        (4, 4) float, camera to the frame that results are wanted in, such as a robot's base frame, in metres; None: results are
+        in the camera's own frame.
     """
 
     data: Frame | Cloud | Image
     mask: Bools | None = None
     pose: Floats | None = None
+    base_pose: Floats | None = None
 
     def mask_for(self, config: Config) -> Bools | None:
         """Return `mask` if the config lets it segment the object (`segment.method` is "auto" or "mask"), else None.

@@ -123,6 +123,7 @@ class SelectedCapture:
     def __init__(self, capture: Capture, selection: Selection) -> None:
         self.path, self.format, self.whole = capture.path, capture.format, capture
         self.masks: Path | None = getattr(capture, "masks", None)
+        self.base_pose: object = getattr(capture, "base_pose", None)
         self.selection = str(selection)
         index = _FrameIndex(capture)
         selected = np.ones(index.count, dtype=bool)

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from ..errors import InputError, invalid_code
+from .support.pose_file import CAPTURE, TF, read_pose
 
 
 class ReadOptions(BaseModel):
@@ -33,6 +34,19 @@ class ReadOptions(BaseModel):
     trajectory: Path | None = Field(
         None, description="File of camera poses in TUM's format: lines of time, tx, ty, tz, qx, qy, qz, qw, camera to world."
     )
+    pose: str | tuple[tuple[float, ...], ...] | None = Field(
+        None,
+        description="Pose of the camera in a robot's base frame, which the results are then in: a file, x,y,z,qx,qy,qz,qw, "
+        "capture (the capture's own poses), or tf:FRAME (a frame of a bag).",
+    )
+
+    @field_validator("pose", mode="before")
+    @classmethod
+    def _read_pose(cls, value: Any) -> Any:
+        """Read the numbers of a pose, so that they are recorded, not the name of a file."""
+        if value is None or (isinstance(value, str) and (value == CAPTURE or value.startswith(TF))):
+            return value
+        return tuple(map(tuple, read_pose(value).tolist()))
 
     @staticmethod
     def from_pairs(pairs: list[str]) -> ReadOptions:

@@ -81,7 +81,7 @@ class RerunRecording:
         ------
         InputError : the frame's result cannot be read.
         """
-        detection = read_detection(self.results.path / f"{name}.json")
+        detection = read_detection(self.results.path / f"{name}.json").in_camera()
         self.recording.set_time("frame", sequence=self.results.frames.index(name))
         if detection.timestamp is not None:
             self.recording.set_time("time", duration=detection.timestamp)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..types import COORDINATES, FORMER_SCHEMA, SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
+from ..types import COORDINATES, FORMER_SCHEMA, SCHEMA, Chain, Connection, Crossing, Detection, Floats, Plane, SegmentRef
 from . import MANIFEST
 from .detection_json import read_object
 
@@ -102,7 +102,20 @@ def _detection(values: dict[str, Any]) -> Detection:
         seconds={stage: float(duration) for stage, duration in values.get("seconds", {}).items()},
         notes=tuple(values.get("notes", ())),
         crossings=tuple(_crossing(crossing) for crossing in values.get("crossings", ())),
+        plane=_plane(values.get("plane")),
+        pose=None if values.get("pose") is None else _finite_array(values["pose"], (4, 4)),
     )
+
+
+def _plane(values: dict[str, Any] | None) -> Plane | None:
+    return None if values is None else Plane(_finite_array(values["normal"], (3,)), float(values["height"]))
+
+
+def _finite_array(values: Any, shape: tuple[int, ...]) -> Floats:
+    array = np.array(values, dtype=float)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"{array.shape} numbers, expected {shape}, finite")
+    return array
 
 
 def _chain(values: dict[str, Any], dim: int) -> Chain:

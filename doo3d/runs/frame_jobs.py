@@ -60,7 +60,8 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
     try:
         loaded = frame.load()
         read_seconds = time.perf_counter() - start
-        detection = replace(detect(loaded.data, config, loaded.mask_for(config)), frame=frame.name, timestamp=frame.timestamp)
+        detection = detect(loaded.data, config, loaded.mask_for(config), None if config.mode == "2d" else loaded.base_pose)
+        detection = replace(detection, frame=frame.name, timestamp=frame.timestamp)
     except Exception as error:
         seconds = time.perf_counter() - start
         return DetectedFrame(replace(record, error=describe_error(error), code=error_code(error), seconds=seconds))

@@ -181,6 +181,8 @@ def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, 
     if options is not None and (changed := options.model_dump(mode="json", exclude_defaults=True)):
         source["reading"] = changed
         paths += [options.trajectory] if options.trajectory else []
+    if (base_pose := getattr(capture, "base_pose", None)) is not None:
+        source["pose"] = base_pose
     if (selection := getattr(capture, "selection", None)) is not None:
         source["selection"] = selection
     return source | {"files": fingerprint(paths)}

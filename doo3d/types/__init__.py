@@ -2,6 +2,7 @@
 
 from .arrays import Array, Bools, Floats, Ints, check_mask
 from .data import Camera, CameraView, Cloud, Frame, Image
+from .pose import Plane, as_pose
 from .products import Foreground, Path, Skeleton, VoxelGrid
 from .results import (
     COORDINATES,
@@ -33,8 +34,10 @@ __all__ = [
     "Image",
     "Ints",
     "Path",
+    "Plane",
     "SegmentRef",
     "Skeleton",
     "VoxelGrid",
+    "as_pose",
     "check_mask",
 ]

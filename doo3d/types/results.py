@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 from .arrays import Bools, Floats, set_sealed
+from .pose import Plane
 
 SCHEMA = "doo3d/detection/2"
 FORMER_SCHEMA = "doo3d/detection/1"
@@ -213,6 +214,11 @@ class Detection:
         messages to the user, one sentence each.
     crossings
         where strands cross in the view, ordered by the first of the two segments: by its chain, then by its index.
+    plane
+        the plane that the object lies on or above, such as a table, in the coordinates of the joints; None if none was found.
+    pose
+        (4, 4) m, pose of the camera in the coordinates of the joints, if those are not the camera's (or the cloud's) own:
+        (p, 1) = pose @ (p_camera, 1). None otherwise.
     """
 
     chains: tuple[Chain, ...]
@@ -223,17 +229,53 @@ class Detection:
     seconds: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     crossings: tuple[Crossing, ...] = ()
+    plane: Plane | None = None
+    pose: Floats | None = None
+
+    def __post_init__(self) -> None:
+        set_sealed(self, pose=None if self.pose is None else np.asarray(self.pose, dtype=float))
 
     @property
     def confidence(self) -> float:
         """The confidence of the detection, 0 to 1: the lowest of its chains' confidences; 1 without chains."""
         return min((chain.confidence for chain in self.chains), default=1.0)
 
+    def transformed(self, pose: Floats) -> Detection:
+        """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.
+
+        Joints, points of crossings and the plane are moved, `coordinates` is "world", and `pose` says where the camera is.
+        Lengths, radii and everything else stay.
+
+        pose : (4, 4) m, (p_new, 1) = pose @ (p, 1), with an orthonormal rotation, as `as_pose` makes it.
+
+        Raises
+        ------
+        InputError : the detection is 2-D.
+        """
+        if self.mode == "2d":
+            raise InputError(f"frame {self.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")
+        rotation, translation = pose[:3, :3], pose[:3, 3]
+        return replace(
+            self,
+            coordinates="world",
+            chains=tuple(replace(chain, joints=chain.joints @ rotation.T + translation) for chain in self.chains),
+            crossings=tuple(replace(each, point=rotation @ each.point + translation) for each in self.crossings),
+            plane=None if self.plane is None else self.plane.transformed(pose),
+            pose=pose if self.pose is None else pose @ self.pose,
+        )
+
+    def in_camera(self) -> Detection:
+        """Return the detection in the coordinates of its data, a camera's or a cloud's: itself if `pose` is None."""
+        if self.pose is None:
+            return self
+        return replace(self.transformed(np.linalg.inv(self.pose)), coordinates="camera", pose=None)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the detection as plain lists, strings and numbers, ready for JSON (schema doo3d/detection/2).
 
         Keys: "schema", "frame", "timestamp", "mode", "units" ("m" or "px"), "coordinates" (a description of the frame), "chains"
-        (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "confidence", "seconds" and "notes".
+        (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "plane" (`Plane.to_dict` or None), "pose" (4x4 or None),
+        "confidence", "seconds" and "notes".
         """
         return {
             "schema": SCHEMA,
@@ -244,6 +286,8 @@ class Detection:
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
+            "plane": None if self.plane is None else self.plane.to_dict(),
+            "pose": None if self.pose is None else self.pose.tolist(),
             "confidence": self.confidence,
             "seconds": dict(self.seconds),
             "notes": list(self.notes),

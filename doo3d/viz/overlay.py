@@ -31,14 +31,14 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     data
         the input that the detection was made from; an image may be an array (H, W, 3) uint8 RGB.
     detection
-        the chains to draw, in the coordinates of `data`.
+        the chains to draw, in the coordinates of `data`, or with the camera's `pose` in theirs.
 
     Returns
     -------
     (H, W, 3) uint8 RGB
         of the size of the input image; for a cloud, 1280 x 720 px.
     """
-    backdrop = backdrop_of(data)
+    detection, backdrop = detection.in_camera(), backdrop_of(data)
     if detection.mode == "2d":
         backdrop = planar_backdrop(backdrop.image)
     height, width = backdrop.image.shape[:2]

@@ -5,7 +5,7 @@ from builders.errors import refuses
 from scipy.spatial.transform import Rotation
 
 import doo3d
-from doo3d.exports.pose import read_pose, transformed
+from doo3d.inputs.support.pose_file import read_pose
 
 TURN = Rotation.from_euler("xyz", [0.3, -1.1, 2.0])
 POSE = np.eye(4)
@@ -36,7 +36,7 @@ def test_however_it_is_written(given):
 
 def test_chains_move_with_it_and_keep_their_segments():
     frame = capture()[0]
-    found = transformed(frame, read_pose(POSE))
+    found = frame.transformed(read_pose(POSE))
     assert found.coordinates == "world"
     for before, after in zip(frame.chains, found.chains, strict=True):
         np.testing.assert_allclose(after.joints, before.joints @ POSE[:3, :3].T + POSE[:3, 3], atol=1e-12)

@@ -26,7 +26,7 @@ def test_what_the_file_holds():
     read = json.loads(data)
     assert read == found.to_dict()
     about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
-    assert list(read) == [*about, "chains", "crossings", "confidence", "seconds", "notes"]
+    assert list(read) == [*about, "chains", "crossings", "plane", "pose", "confidence", "seconds", "notes"]
     of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections", "confidence"]
     assert list(read["chains"][0]) == of_chain
     assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/2", "m", "3d")

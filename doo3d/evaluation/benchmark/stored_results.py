@@ -48,7 +48,7 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
 
 
 def _read_3d(path: Path) -> Detection:
-    detection = read_detection(path)
+    detection = read_detection(path).in_camera()
     if detection.mode != "3d":
         raise InputError(f"{path}: is of the 2-D mode, the truth is in 3-D: detect with a 3-D config", code="results-2d")
     return detection

@@ -14,6 +14,7 @@ from ...errors import InputError, require
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
+from ..support.pose_file import TF
 from .color_alignment import align_color
 from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of
@@ -57,9 +58,10 @@ class BagCapture:
             faults = bag.faults()
             streams = Streams(bag, index, options)
             transforms = transforms_of(bag, index)
+            _check_base_frame(path, transforms, options)
             self.topics = _topic_lines(index, streams)
             if streams.cloud is not None:
-                self.frames = _cloud_frames(path, streams.cloud, transforms)
+                self.frames = _cloud_frames(path, streams.cloud, transforms, options)
             elif streams.depth is not None:
                 self.frames = _depth_frames(bag, index, streams.depth, streams.color, transforms, options)
             elif streams.color is not None:
@@ -133,10 +135,27 @@ def _depth_frames(
             time / 1e9,
             depth.topic_index.location(i),
             color_location,
-            transforms.pose(depth.topic_index.frame, time),
+            _pose(transforms, depth.topic_index.frame, time, options),
         )
         frames.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
     return frames
+
+
+def _check_base_frame(path: Path, transforms: Transforms, options: ReadOptions) -> None:
+    """Raise InputError if the option `pose` names a coordinate frame that the tf of the bag has not."""
+    if isinstance(options.pose, str) and options.pose.startswith(TF):
+        name = options.pose.removeprefix(TF).lstrip("/")
+        if name not in transforms.frames:
+            listed = ", ".join(transforms.frames)
+            has = f"has the frames {listed}" if listed else "is empty (no tf2_msgs/TFMessage)"
+            raise InputError(f"{path}: no frame {name!r} in its tf, which {has}", code="pose-missing")
+
+
+def _pose(transforms: Transforms, frame: str, time: int, options: ReadOptions) -> Floats | None:
+    """Return the (4, 4) pose of a frame at a time (ns): in the frame that the option `pose` names, else in the world."""
+    if isinstance(options.pose, str) and options.pose.startswith(TF):
+        return transforms.between(frame, options.pose.removeprefix(TF).lstrip("/"), time)
+    return transforms.pose(frame, time)
 
 
 def _load(
@@ -162,13 +181,13 @@ def _load(
         raise _with_frame(error, setup.path, name) from None
 
 
-def _cloud_frames(path: Path, topic_index: TopicIndex, transforms: Transforms) -> list[FrameRef]:
+def _cloud_frames(path: Path, topic_index: TopicIndex, transforms: Transforms, options: ReadOptions) -> list[FrameRef]:
     times, stamp = topic_index.clock(), stamp_of(path)
     viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in topic_index.frame else None
     frames = []
     for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
         time, name = int(times[i]), f"{number:06d}"
-        pose = transforms.pose(topic_index.frame, time)
+        pose = _pose(transforms, topic_index.frame, time, options)
         message = (topic_index.topic, name, time / 1e9, topic_index.location(i))
         frames.append(FrameRef(name, path, partial(_load_cloud, path, stamp, *message, viewpoint, pose), time / 1e9))
     return frames

@@ -57,6 +57,11 @@ class Transforms:
                 self._times.setdefault(child, array("q")).append(time)
                 self._values.setdefault(child, array("d")).extend(values)
 
+    @property
+    def frames(self) -> list[str]:
+        """The names of all coordinate frames in the tree, sorted."""
+        return sorted({*self._parents, *self._parents.values()})
+
     def finish(self) -> None:
         """Sort the transforms of each frame by time; call this once, after the last `add` and before `pose` or `between`."""
         for child, times in self._times.items():

@@ -104,8 +104,9 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
         image, and for chains in world coordinates if the pose of the frame is unknown.
     """
     rng = np.random.default_rng(0)  # the same results give the same page
-    sample = _sample_points(frame, detection.coordinates, rng)
-    if sample is None:
+    pose = _pose_of(frame, detection)
+    sample = None if pose is None else _sample_points(frame, pose, rng)
+    if pose is None or sample is None:
         return None
     points, colors = sample
     near = np.flatnonzero(_near_chains(points, detection))
@@ -116,7 +117,7 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
     both = np.concatenate(chosen)
     rgb = np.full((len(both), 3), 128, np.uint8) if colors is None else colors[both]
     viewpoint = frame.data.viewpoint if isinstance(frame.data, Cloud) else None
-    optional = {} if viewpoint is None else {"viewpoint": viewpoint.tolist()}
+    optional = {} if viewpoint is None else {"viewpoint": _moved(viewpoint, pose).tolist()}
     return {
         **pack_points(points[both]),
         **optional,
@@ -164,7 +165,18 @@ def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
     return base64_text(encoded), width, height
 
 
-def _sample_points(frame: FrameData, coordinates: str, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
+def _pose_of(frame: FrameData, detection: Detection) -> Floats | None:
+    """Return the (4, 4) pose of the frame's data in the coordinates of the chains; None if it is unknown."""
+    if detection.pose is not None or detection.coordinates != "world":
+        return np.eye(4) if detection.pose is None else detection.pose
+    return frame.pose
+
+
+def _moved(points: Floats, pose: Floats) -> Floats:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _sample_points(frame: FrameData, pose: Floats, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
     """Return points in the coordinates of the chains, (N, 3) m, with their colors, (N, 3) uint8 RGB; None for an image."""
     data = frame.data
     if isinstance(data, Frame):
@@ -178,11 +190,7 @@ def _sample_points(frame: FrameData, coordinates: str, rng: np.random.Generator)
         points, colors = data.points[chosen], None if data.colors is None else data.colors[chosen]
     else:
         return None
-    if coordinates == "world":
-        if frame.pose is None:
-            return None
-        points = points @ frame.pose[:3, :3].T + frame.pose[:3, 3]
-    return points, colors
+    return _moved(points, pose), colors
 
 
 def _random_choice(rng: np.random.Generator, count: int) -> Bools:

@@ -1,0 +1,39 @@
+"""The option --pose of `doo3d detect`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..errors import ConfigError
+
+if TYPE_CHECKING:
+    from ..config import Config
+    from ..inputs import ReadOptions
+
+
+def check_pose_use(options: ReadOptions, config: Config, fuse_views: bool) -> None:
+    """Check that the pose of the camera in the robot's base frame, if one is given, can be used with the other options.
+
+    Parameters
+    ----------
+    options
+        the options for reading, with `pose`.
+    config
+        the configuration of the run.
+    fuse_views
+        whether the frames are fused to one cloud.
+
+    Raises
+    ------
+    ConfigError : the config is for images, or one pose is given for views that are fused by poses of their own.
+    """
+    if options.pose is None:
+        return
+    if config.mode == "2d":
+        raise ConfigError("--pose moves chains in space, and the config is for images (mode: 2d)", code="options-conflict")
+    if fuse_views and not isinstance(options.pose, str):
+        raise ConfigError(
+            "--fuse-views needs a pose per frame and gives chains in the frame of these poses: give --pose tf:FRAME, or the "
+            "poses in the base frame by --input-option trajectory=FILE",
+            code="options-conflict",
+        )

@@ -1,0 +1,79 @@
+"""Find the plane that the object lies on or hangs above, such as a table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...config import SegmentConfig
+from ...types import Bools, Cloud, Floats, Frame, Image, Plane
+from .methods.plane import fit_plane
+from .segmentation import Segmentation
+
+SAMPLE_POINTS = 1000
+"""Readings around the object, evenly chosen, that the plane is fitted to: they tell its normal to about 0.1 degrees."""
+
+DRAWS = 60
+"""A plane that half of the readings lie on is missed by all draws with a probability of 3e-4."""
+
+MIN_INLIER_FRACTION = 0.4
+"""A plane with fewer of the readings around the object is clutter, or one of several surfaces."""
+
+MIN_READINGS = 50
+"""Readings around the object without which no plane is looked for."""
+
+SURROUNDINGS = 0.25
+"""Margin of the box around the object, as a fraction of its longer side, in which the plane is looked for."""
+
+
+def find_supporting_plane(
+    data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
+) -> Plane | None:
+    """Fit the plane around the object, whatever method segmented it.
+
+    The readings beside the object's mask are used, within the box around the mask; of a cloud without a mask all points.
+
+    Parameters
+    ----------
+    data
+        the frame or cloud.
+    segmentation
+        the segmentation of the frame.
+    config
+        section `segment` of the settings: `plane_distance` and `max_depth`.
+    seed
+        seed of the random draws of RANSAC.
+
+    Returns
+    -------
+    The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the sensor's place is
+    unknown). None if there is no such plane, for an image, and if all data is the object.
+    """
+    base = segmentation.base or segmentation
+    foreground = segmentation.foreground
+    if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
+        return None
+    if isinstance(data, Cloud):
+        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLE_POINTS)])
+        inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
+    else:
+        assert foreground.mask is not None
+        points, inside = _surrounding_points(data, foreground.mask, config), np.zeros(3)
+    if len(points) < MIN_READINGS:
+        return None
+    normal, height, _ = fit_plane(points, config.plane_distance, DRAWS, seed)
+    if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_INLIER_FRACTION:
+        return None
+    sign = 1.0 if float(normal @ inside) >= height else -1.0
+    return Plane(sign * normal, sign * height)
+
+
+def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
+    """Return about SAMPLE_POINTS readings (N, 3) m beside the object's mask, from the box around it."""
+    (top, bottom), (left, right) = ((int(at[0]), int(at[-1])) for at in (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)))
+    margin = int(SURROUNDINGS * max(bottom - top, right - left)) + 1
+    top, left = max(0, top - margin), max(0, left - margin)
+    box = np.s_[top : bottom + margin + 1, left : right + margin + 1]
+    stride = max(1, int(np.sqrt(frame.depth[box].size / SAMPLE_POINTS)))
+    depth = frame.depth[box][::stride, ::stride]
+    v, u = np.nonzero((depth > 0) & (depth <= config.max_depth) & ~mask[box][::stride, ::stride])
+    return frame.camera.unproject(np.column_stack((left + stride * u, top + stride * v)), depth[v, u])
