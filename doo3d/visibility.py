@@ -8,12 +8,19 @@ from enum import IntEnum
 
 import numpy as np
 
+from .bare_surface import BareSurface
 from .config import VisibilityConfig
-from .geometry.polyline import steps
+from .geometry.polyline import steps, unit
 from .types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 
 LOOKAHEAD_STEP_RADII = 0.25
 """Radii between the positions ahead of an end that are asked for."""
+
+TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
+"""Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning and its round end do."""
+
+TIP_FAN = np.radians((-25.0, 0.0, 25.0))
+"""Directions in the image, from straight on, in which the mask does not go on at a tip: the tangent of an end is that uncertain."""
 
 OCCLUDER_MARGIN_RADII = 0.6
 """Radii by which an occluder is nearer at least. A strand on top of another one is nearer by two, at its border by one."""
@@ -29,8 +36,9 @@ class PointVisibility(IntEnum):
     - NO_DEPTH: its pixel has no reading and is outside the object's mask.
     - MASKED: its pixel has no reading, but is in the object's mask.
     - SURFACE: the reading is of the object, at about the depth of the position.
-    - HIDDEN: something in front of the position, or at about its depth but of something else, hides it.
+    - HIDDEN: something in front of the position hides it, or a surface at about its depth that stands out as the object does.
     - FREE: the reading is farther than the position, so that the camera saw through it.
+    - BARE: the reading is of the bare surface that the object lies on. Only told if the surface beside the object is known.
     """
 
     OUTSIDE = 0
@@ -42,10 +50,16 @@ class PointVisibility(IntEnum):
     SURFACE = 3
     """Its pixel is in the object's mask, with a reading at about the same depth (or behind it, if that is not free)."""
     HIDDEN = 4
-    """The reading is nearer, so that something is in front of the position; or about as far, but of something else."""
+    """The reading is nearer, so that something is in front of the position; or about as far, but outside the mask: a hole in it."""
     FREE = 5
     """The reading is farther, so that the camera saw through the position. A reading of the object itself counts only if
     `own_object_counts_as_free` is set."""
+    BARE = 6
+    """Its pixel shows the bare surface that the object lies on, so that no object is there."""
+
+
+OPEN = (PointVisibility.OUTSIDE, PointVisibility.FREE, PointVisibility.BARE)
+"""Classes of positions where the camera would have seen an object, or that are outside its view."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +81,8 @@ class Visibility:
         m. A reading must lie at least this far behind a position to show that the position is free, or in front to hide it.
     own_object_counts_as_free
         True if a reading of the object itself behind a position also shows that the position is free.
+    bare
+        what the surface beside the object looks like; None tells no position BARE.
     """
 
     depth: Array | None
@@ -74,6 +90,7 @@ class Visibility:
     camera: Camera | None
     margin: float
     own_object_counts_as_free: bool = False
+    bare: BareSurface | None = None
 
     @staticmethod
     def of(foreground: Foreground, config: VisibilityConfig, radius: float) -> Visibility | None:
@@ -124,8 +141,31 @@ class Visibility:
         classes[measured < z - self.margin] = int(PointVisibility.HIDDEN)
         classes[(measured > z + self.margin) & (self.own_object_counts_as_free | ~masked)] = int(PointVisibility.FREE)
         classes[measured <= 0] = np.where(masked, int(PointVisibility.MASKED), int(PointVisibility.NO_DEPTH))[measured <= 0]
+        if self.bare is not None:
+            open_ = np.flatnonzero((classes == PointVisibility.HIDDEN) & ~masked & (measured >= z - self.margin))
+            bare = self.bare.is_bare(points[inside][open_], np.column_stack((u, v))[open_], measured[open_])
+            classes[open_[bare]] = int(PointVisibility.BARE)
         result[inside] = classes
         return result
+
+    def with_bare_surface(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> Visibility:
+        """Return a copy that tells bare surface from holes in the mask, as measured beside chains.
+
+        Parameters
+        ----------
+        chains
+            joints of each chain, (N, D) m in the camera's optical frame (px in 2-D).
+        radius
+            radius of the object, m (px in 2-D).
+        foreground
+            the foreground that this visibility was made of.
+
+        Returns
+        -------
+        The copy; itself in 2-D and for a fused cloud.
+        """
+        bare = BareSurface.beside(chains, radius, foreground)
+        return self if bare is None else replace(self, bare=bare)
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Tell which chain ends would be outside the image if they went straight on by `reach`.
@@ -178,6 +218,36 @@ class Visibility:
         first_free = np.where(free.any(axis=1), free.argmax(axis=1), ahead.shape[1])
         return np.asarray(first_free < np.where(hidden.any(axis=1), hidden.argmax(axis=1), ahead.shape[1]))
 
+    def are_tips(self, ends: Floats, directions: Floats, radius: float) -> Bools:
+        """Tell which chain ends are tips in plain view: the mask does not go on ahead, and the space ahead is open.
+
+        Where the mask goes on, the object does too, and only its depth is lost.
+
+        Parameters
+        ----------
+        ends
+            (E, 3) m in the camera's optical frame, positions of E ends.
+        directions
+            (E, 3) unit vectors, pointing out of the chains.
+        radius
+            radius of the object, m.
+
+        Returns
+        -------
+        (E,) bool; all False in 2-D and for clouds.
+        """
+        if self.depth is None or self.camera is None:
+            return np.zeros(len(ends), dtype=bool)
+        ahead = ends[:, None] + radius * TIP_LOOKAHEAD_RADII[:, None] * directions[:, None]
+        is_open = np.isin(self.classify(ahead.reshape(-1, 3)), OPEN).reshape(ahead.shape[:2]).mean(axis=1) >= 0.5
+        at = self.camera.project(ends)
+        forward = unit(self.camera.project(ends + radius * directions) - at)
+        turned = np.cos(TIP_FAN)[:, None, None] * forward + np.sin(TIP_FAN)[:, None, None] * forward[:, ::-1] * (-1, 1)
+        reach = (self.camera.fx * radius / ends[:, 2])[:, None, None] * TIP_LOOKAHEAD_RADII[:, None]
+        height, width = self.mask.shape
+        u, v = np.rint(at[:, None] + reach * turned[:, :, None]).astype(np.int64).clip(0, (width - 1, height - 1)).T
+        return np.asarray(is_open & ~self.mask[v, u].any(axis=(0, 2)))
+
     def is_masked_without_depth(self, points: Floats) -> Bools:
         """Tell which points project to a pixel of the object's mask that has no depth reading.
 
@@ -186,9 +256,10 @@ class Visibility:
         return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
     def free_and_unknown_lengths(self, paths: Sequence[Floats]) -> Floats:
-        """Return how much of each polyline runs through free space, and how much through places without a depth reading.
+        """Return how much of each polyline runs in the open, and how much through places without a depth reading.
 
-        A stretch outside the image counts as free: the path could turn back from there anywhere. A step counts by its midpoint.
+        In the open is free space, bare surface, and a stretch outside the image: the path could turn back from there anywhere. A
+        step counts by its midpoint.
 
         Parameters
         ----------
@@ -197,15 +268,14 @@ class Visibility:
 
         Returns
         -------
-        (K, 2) m (px in 2-D): first column the length in free space or outside the image, second column the length without a
-        reading.
+        (K, 2) m (px in 2-D): first column the length in the open, second column the length without a reading.
         """
         points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
         classes = self.classify((points[1:] + points[:-1]) / 2)
         step = steps(points)
         step[after[:-1] - 1] = 0
         lengths = np.zeros((len(points), 2))
-        lengths[:-1, 0] = np.where((classes == PointVisibility.FREE) | (classes == PointVisibility.OUTSIDE), step, 0)
+        lengths[:-1, 0] = np.where(np.isin(classes, OPEN), step, 0)
         lengths[:-1, 1] = np.where(classes == PointVisibility.NO_DEPTH, step, 0)
         return np.asarray(np.add.reduceat(lengths, np.append(0, after[:-1])))
 

@@ -18,6 +18,7 @@ ORDER = [
     {"config"},
     {"kernels"},
     {"geometry"},
+    {"bare_surface"},
     {"visibility"},
     {"stages"},
     {"pipeline"},

@@ -138,6 +138,7 @@ def assign(
     gap_costs: GapCosts,
     config: MergeConfig,
     with_straight_gaps: StraightGaps = None,
+    forced_gap_costs: GapCosts | None = None,
 ) -> list[Link]:
     """Choose which chain ends to connect, by the configured strategy.
 
@@ -158,6 +159,8 @@ def assign(
     with_straight_gaps
         function from `cost` to the costs (E, E) with those of straight gaps added. The strategy `global` takes them for all pairs
         that are left when it has made MAX_GAP_PATHS (2000) gap paths; None makes all the gap paths it needs.
+    forced_gap_costs
+        as `gap_costs`, for connections that `chains` forces: infinite for those that may not be forced. None takes `gap_costs`.
 
     Returns
     -------
@@ -166,7 +169,7 @@ def assign(
     allowed = np.where(cost <= config.max_cost, cost, np.inf)
     links = STRATEGIES[config.strategy](allowed, gap_costs, config, with_straight_gaps)
     if config.chains is not None:
-        links += force_merges(links, cost, sizes, gap_costs, config)
+        links += force_merges(links, cost, sizes, forced_gap_costs or gap_costs, config)
     return links
 
 

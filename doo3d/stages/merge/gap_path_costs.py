@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,9 @@ import numpy as np
 from ...config import MergeConfig
 from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.polyline import steps
-from ...types import Floats, Ints
-from ...visibility import PointVisibility, Visibility
+from ...types import Bools, Floats, Ints
+from ...visibility import OPEN, PointVisibility, Visibility
+from .costs import FORCED_COST_FACTOR
 from .ends import ChainEnds, End, Pair
 
 SPACING_RADII = 0.5
@@ -35,7 +37,7 @@ class GapCost(NamedTuple):
     Attributes
     ----------
     free_space
-        cost of the length that runs through space the camera saw to be empty, or out of the image.
+        cost of the length that runs through space the camera saw to be empty, over bare surface, or out of the image.
     unknown
         cost of the length that runs through places without a depth reading.
     """
@@ -101,6 +103,25 @@ class GapPaths:
             self._costs.update(zip(missing, self._measure(missing), strict=True))
         return [cost.free_space + cost.unknown for cost in map(self._costs.__getitem__, pairs)]
 
+    def forced_costs(self, pairs: Sequence[Pair]) -> list[float]:
+        """Return the cost of the gap path of each pair for connections that a wanted number of chains forces.
+
+        The number makes bends and distances likely that otherwise are not, but no object where the camera would have seen it. So
+        for a tip in plain view, what lies in the open, in free space or over bare surface, costs FORCED_COST_FACTOR times as much,
+        as the limit does. In 2-D and for clouds the costs are those of `costs`.
+        """
+        return [
+            cost + (FORCED_COST_FACTOR - 1) * self.cost(pair).free_space if self._tips[[end.index for end in pair]].any() else cost
+            for pair, cost in zip(pairs, self.costs(pairs), strict=True)
+        ]
+
+    @cached_property
+    def _tips(self) -> Bools:
+        """Which ends are tips in plain view, (E,)."""
+        if self.visibility is None:
+            return np.zeros(len(self.ends.points), dtype=bool)
+        return self.visibility.are_tips(self.ends.points, self.ends.tangents, self.radius)
+
     def cost(self, pair: Pair) -> GapCost:
         """Return the cost of the gap path of one pair of ends in its two parts, for free and for unknown space, in cost units."""
         self.costs([pair])
@@ -159,7 +180,7 @@ class GapPaths:
         if self.visibility is not None:
             samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
             status = self.visibility.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
-            free = np.isin(status, (PointVisibility.FREE, PointVisibility.OUTSIDE)).mean(axis=1)
+            free = np.isin(status, OPEN).mean(axis=1)
             unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
         unknown = np.where((length < config.tangent_window_radii * self.radius) & (free == 0), 0.0, unknown)
         weighted = config.free_space_weight * free + config.unknown_weight * unknown

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...config import MergeConfig
-from ...types import Chain
+from ...types import Chain, Floats
 from .. import Assembly, FrameContext
-from .assignment import Link, assign
+from .assignment import ChainGroups, Link, assign
 from .confidence import confidences
 from .costs import cost_terms, pair_costs
 from .decisions import TOO_MANY, DroppedChain, Merged, record_decisions
@@ -51,11 +51,14 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
         return Merged([])
     chains, left_out = _longest(chains)
     radius, visibility = context.radius, context.visibility
+    if visibility is not None and config.free_space_weight:
+        visibility = visibility.with_bare_surface([chain.joints for chain in chains], radius, context.foreground)
     ends = measure_ends(chains, config.tangent_window_radii * radius)
     terms = cost_terms(ends, radius, visibility, config)
     cost = pair_costs(ends, terms, radius, visibility, config)
     gap_paths = GapPaths(ends, radius, visibility, config)
-    links = assign(cost, [len(chain.joints) - 1 for chain in chains], gap_paths.costs, config, gap_paths.with_straight_gaps)
+    sizes = [len(chain.joints) - 1 for chain in chains]
+    links = assign(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
@@ -76,7 +79,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
             *(DroppedChain(chain, setting) for i, chain in enumerate(chains) if i not in used),
             *(DroppedChain(chain, TOO_MANY) for chain in left_out),
         ),
-        _notes(left_out),
+        (*_notes(left_out), *_refusal_notes(ChainGroups(len(chains), links), sizes, cost, gap_paths)),
     )
 
 
@@ -99,6 +102,24 @@ def _notes(left_out: list[Chain]) -> tuple[str, ...]:
     return (
         f"merge: the object falls into {MAX_CHAINS + len(left_out)} pieces, of which the {MAX_CHAINS} longest are used; "
         f"{len(left_out)} pieces of at most {most} segment{'s' * (most != 1)} are left out; segment more narrowly",
+    )
+
+
+def _refusal_notes(groups: ChainGroups, sizes: list[int], cost: Floats, gap_paths: GapPaths) -> tuple[str, ...]:
+    """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open."""
+    wanted, large = gap_paths.config.chains, groups.in_large(sizes)
+    found = len(set(groups.group[large].tolist()))
+    if wanted is None or found <= wanted:
+        return ()
+    first, second = np.nonzero(np.isfinite(cost) & np.repeat(large, 2) & np.repeat(large, 2)[:, None])
+    apart = groups.are_apart(first, second)
+    pairs = [(End(a // 2, a % 2), End(b // 2, b % 2)) for a, b in zip(first[apart].tolist(), second[apart].tolist(), strict=True)]
+    if not any(gap_paths.cost(pair).free_space > gap_paths.config.max_cost for pair in pairs):
+        return ()
+    return (
+        f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: between their ends the camera sees "
+        f"bare surface or free space, so they are not joined, and the {'longest is' if wanted == 1 else f'{wanted} longest are'} "
+        f"kept; set merge.chains to {found} if these are {found} objects",
     )
 
 

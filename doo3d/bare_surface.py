@@ -1,0 +1,201 @@
+"""Bare surface: the supporting surface seen in plain view, where an object on it would have been seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from .geometry.polyline import unit
+from .kernels import nearest
+from .types import Array, Bools, Camera, Floats, Foreground, Ints
+
+BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
+"""Lateral offsets from the centre line at which the supporting surface is looked for: near, but beyond the rim of the mask."""
+
+MAX_RISE_RADII = 8.0
+"""Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface."""
+
+RISE_WINDOW_RADII = 20.0
+"""Length of chain over which the rise at an end is measured."""
+
+MIN_RISE_READINGS = 6
+"""Readings beside an end from which a rise and its noise are measured at least."""
+
+MIN_RISE_NOISE_RATIO = 3.0
+"""Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then 1.5 standard deviations."""
+
+COLOR_SAMPLES = 256
+"""Colors at most that are kept of the object, and of the surface beside it."""
+
+COLOR_NOISE_LAB = 6.0
+"""Distance of Lab colors (8 bits a channel) that noise and shading explain: added to all distances, so that colors nearer to
+each other than this decide nothing."""
+
+NEIGHBOR_SAMPLES = 3
+"""The distance of a color to a set of samples is that to its third nearest one, so that two stray samples decide nothing."""
+
+BARE_COLOR_SHARE = 0.7
+"""Distance of a color to the object, as a share of its distances to object and surface, above which it is the surface's. Measured
+on rendered scenes: holes in the mask lie below 0.3, bare tables above 0.8, occluders between 0.4 and 0.8."""
+
+OBJECT_COLOR_SHARE = 0.4
+"""The same share below which a color is the object's."""
+
+NEAR_ENDS = 0.1
+"""m within which the nearest end is found quickly: gaps are wider by little."""
+
+COLOR_STEP_BITS = 3
+"""Low bits of each color channel that are ignored: steps of 8, about the noise of a camera, so that few colors are looked up."""
+
+
+@dataclass(frozen=True)
+class BareSurface:
+    """What the surface beside an object looks like, to tell bare surface from a hole in the mask.
+
+    Attributes
+    ----------
+    ends
+        (E, 3) m, the ends of chains at which the rise was measured.
+    rise
+        (E,) m, distance by which the surface beside the chain lies behind the chain; NaN where depth does not resolve it.
+    color
+        (H, W, 3) uint8 RGB; None decides by depth alone.
+    object_colors, surface_colors
+        (K, 3) 8-bit Lab, samples of the object and of the surface beside it; empty without color.
+    """
+
+    ends: Floats
+    rise: Floats
+    color: Array | None
+    object_colors: Floats
+    surface_colors: Floats
+    _shares: dict[int, float] = field(default_factory=dict, repr=False, compare=False)
+
+    @staticmethod
+    def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> BareSurface | None:
+        """Measure the surface beside chains; return None for a cloud and in 2-D.
+
+        Parameters
+        ----------
+        chains
+            joints of each chain, (N, 3) m in the camera's optical frame.
+        radius
+            radius of the object, m.
+        foreground
+            mask, depth, camera and color of the frame.
+        """
+        depth, mask, camera, color = foreground.depth, foreground.mask, foreground.camera, foreground.color
+        if depth is None or mask is None or camera is None or not chains:
+            return None
+        joints = np.concatenate(chains)
+        beside = _pixels_beside(chains, radius, camera)
+        visible = _in_image(beside, mask.shape)
+        u, v = np.where(visible[..., None], beside, 0).transpose(2, 0, 1)
+        visible &= ~mask[v, u]
+        behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
+        behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
+        ends, rise = _rise_at_ends(chains, behind, RISE_WINDOW_RADII * radius)
+        if color is None:
+            return BareSurface(ends, rise, None, np.zeros((0, 3)), np.zeros((0, 3)))
+        on = np.rint(camera.project(joints)).astype(np.int64)
+        on = on[_in_image(on, mask.shape)]
+        on = on[mask[on[:, 1], on[:, 0]]]
+        return BareSurface(ends, rise, color, _samples(color, on), _samples(color, beside[visible]))
+
+    def is_bare(self, points: Floats, pixels: Ints, readings: Floats) -> Bools:
+        """Tell which positions lie over bare surface, of positions whose pixel is outside the mask and is not clearly nearer.
+
+        Color decides where it is clearly that of the surface or that of the object. Elsewhere depth decides: at bare surface the
+        reading is farther than the position by more than half the rise of the object over the surface.
+
+        Parameters
+        ----------
+        points
+            (N, 3) m in the camera's optical frame.
+        pixels
+            (N, 2) int, the pixel (u, v) that each position projects to.
+        readings
+            (N,) m, depth at these pixels; 0 = no reading.
+        """
+        share = self._object_shares(pixels)
+        bare = share > BARE_COLOR_SHARE
+        undecided = np.flatnonzero((share >= OBJECT_COLOR_SHARE) & ~bare & (readings > 0))
+        if len(undecided) and np.isfinite(self.rise).any():
+            rise = self.rise[nearest(points[undecided], self.ends, NEAR_ENDS, limited=False)[1]]
+            bare[undecided] = readings[undecided] - points[undecided, 2] > rise / 2
+        return np.asarray(bare)
+
+    def _object_shares(self, pixels: Ints) -> Floats:
+        """Return the distance of each pixel's color to the object, as a share of its distances to object and surface: (N,)."""
+        if self.color is None or min(len(self.object_colors), len(self.surface_colors)) < NEIGHBOR_SAMPLES:
+            return np.full(len(pixels), (OBJECT_COLOR_SHARE + BARE_COLOR_SHARE) / 2)
+        levels = self.color[pixels[:, 1], pixels[:, 0]].astype(np.int64) >> COLOR_STEP_BITS
+        codes, where = np.unique(levels @ (1, 1 << 8, 1 << 16), return_inverse=True)
+        missing = [code for code in codes.tolist() if code not in self._shares]
+        if missing:
+            middle = 1 << (COLOR_STEP_BITS - 1)
+            steps = np.array([(code & 255, code >> 8 & 255, code >> 16) for code in missing])
+            lab = _lab(((steps << COLOR_STEP_BITS) + middle).astype(np.uint8))
+            to_object, to_surface = (
+                COLOR_NOISE_LAB + _distance_to(lab, samples) for samples in (self.object_colors, self.surface_colors)
+            )
+            self._shares.update(zip(missing, (to_object / (to_object + to_surface)).tolist(), strict=True))
+        return np.array([self._shares[code] for code in codes.tolist()])[where.ravel()]
+
+
+def _pixels_beside(chains: Sequence[Floats], radius: float, camera: Camera) -> Ints:
+    """Return the pixels (N, 4, 2) beside the joints of all chains, at BESIDE_RADII radii across the chain."""
+    projected = [camera.project(chain) for chain in chains]
+    tangents = unit(np.concatenate([np.gradient(line, axis=0) for line in projected]))
+    across = np.column_stack((-tangents[:, 1], tangents[:, 0]))
+    radius_px = camera.fx * radius / np.concatenate(chains)[:, 2]
+    beside = np.concatenate(projected)[:, None] + (radius_px[:, None] * BESIDE_RADII)[..., None] * across[:, None]
+    return np.rint(beside).astype(np.int64)
+
+
+def _rise_at_ends(chains: Sequence[Floats], behind: Floats, window: float) -> tuple[Floats, Floats]:
+    """Return the ends (E, 3) of the chains, and the rise (E,) m at each; behind : (N, 4) m, of all joints, NaN = unknown."""
+    ends, rise, start = [], [], 0
+    for chain in chains:
+        count = max(2, int(window / max(float(np.linalg.norm(chain[1] - chain[0])), 1e-9)))
+        rows = behind[start : start + len(chain)]
+        start += len(chain)
+        ends += [chain[0], chain[-1]]
+        rise += [_resolved_rise(rows[:count]), _resolved_rise(rows[-count:])]
+    return np.array(ends), np.array(rise)
+
+
+def _resolved_rise(behind: Floats) -> float:
+    """Return the median of distances behind a chain, m; NaN if they are too few or too noisy to tell it from zero."""
+    known = behind[np.isfinite(behind)]
+    if len(known) < MIN_RISE_READINGS:
+        return float("nan")
+    rise = float(np.median(known))
+    noise = 1.4826 * float(np.median(np.abs(known - rise)))
+    return rise if rise > MIN_RISE_NOISE_RATIO * noise else float("nan")
+
+
+def _in_image(pixels: Ints, shape: tuple[int, ...]) -> Bools:
+    return np.asarray((pixels >= 0).all(axis=-1) & (pixels < (shape[1], shape[0])).all(axis=-1))
+
+
+def _samples(color: Array, pixels: Ints) -> Floats:
+    """Return the Lab colors (K, 3) of at most COLOR_SAMPLES pixels, evenly chosen."""
+    chosen = pixels[:: max(1, -(-len(pixels) // COLOR_SAMPLES))]
+    return _lab(color[chosen[:, 1], chosen[:, 0]])
+
+
+def _lab(colors: Array) -> Floats:
+    if not len(colors):
+        return np.zeros((0, 3))
+    return cv2.cvtColor(np.ascontiguousarray(colors)[None], cv2.COLOR_RGB2LAB)[0].astype(float)
+
+
+def _distance_to(colors: Floats, samples: Floats) -> Floats:
+    """Return the distance of each color to its third nearest sample: (N,)."""
+    distance = np.linalg.norm(colors[:, None] - samples[None], axis=2)
+    return np.asarray(np.partition(distance, NEIGHBOR_SAMPLES - 1, axis=1)[:, NEIGHBOR_SAMPLES - 1])
+
