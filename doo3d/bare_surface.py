@@ -24,8 +24,8 @@ RISE_WINDOW_RADII = 20.0
 MIN_RISE_READINGS = 6
 """Readings beside an end from which a rise and its noise are measured at least."""
 
-MIN_RISE_NOISE_RATIO = 3.0
-"""Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then 1.5 standard deviations."""
+MIN_RISE_NOISE_RATIO = 2.0
+"""Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then one standard deviation."""
 
 COLOR_SAMPLES = 256
 """Colors at most that are kept of the object, and of the surface beside it."""
@@ -143,7 +143,8 @@ class BareSurface:
                 COLOR_NOISE_LAB + _distance_to(lab, samples) for samples in (self.object_colors, self.surface_colors)
             )
             self._shares.update(zip(missing, (to_object / (to_object + to_surface)).tolist(), strict=True))
-        return np.array([self._shares[code] for code in codes.tolist()])[where.ravel()]
+        shares = np.array([self._shares[code] for code in codes.tolist()])
+        return np.asarray(shares[where.ravel()])
 
 
 def _pixels_beside(chains: Sequence[Floats], radius: float, camera: Camera) -> Ints:
@@ -153,7 +154,7 @@ def _pixels_beside(chains: Sequence[Floats], radius: float, camera: Camera) -> I
     across = np.column_stack((-tangents[:, 1], tangents[:, 0]))
     radius_px = camera.fx * radius / np.concatenate(chains)[:, 2]
     beside = np.concatenate(projected)[:, None] + (radius_px[:, None] * BESIDE_RADII)[..., None] * across[:, None]
-    return np.rint(beside).astype(np.int64)
+    return np.asarray(np.rint(beside), dtype=np.int64)
 
 
 def _rise_at_ends(chains: Sequence[Floats], behind: Floats, window: float) -> tuple[Floats, Floats]:
@@ -191,11 +192,10 @@ def _samples(color: Array, pixels: Ints) -> Floats:
 def _lab(colors: Array) -> Floats:
     if not len(colors):
         return np.zeros((0, 3))
-    return cv2.cvtColor(np.ascontiguousarray(colors)[None], cv2.COLOR_RGB2LAB)[0].astype(float)
+    return np.asarray(cv2.cvtColor(np.ascontiguousarray(colors)[None], cv2.COLOR_RGB2LAB)[0], dtype=float)
 
 
 def _distance_to(colors: Floats, samples: Floats) -> Floats:
     """Return the distance of each color to its third nearest sample: (N,)."""
     distance = np.linalg.norm(colors[:, None] - samples[None], axis=2)
     return np.asarray(np.partition(distance, NEIGHBOR_SAMPLES - 1, axis=1)[:, NEIGHBOR_SAMPLES - 1])
-

@@ -17,10 +17,10 @@ LOOKAHEAD_STEP_RADII = 0.25
 """Radii between the positions ahead of an end that are asked for."""
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
-"""Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning and its round end do."""
+"""Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning ends."""
 
 TIP_FAN = np.radians((-25.0, 0.0, 25.0))
-"""Directions in the image, from straight on, in which the mask does not go on at a tip: the tangent of an end is that uncertain."""
+"""Directions in the image, from straight on, in which the mask ends at a tip: the tangent of an end is that uncertain."""
 
 OCCLUDER_MARGIN_RADII = 0.6
 """Radii by which an occluder is nearer at least. A strand on top of another one is nearer by two, at its border by one."""
@@ -50,7 +50,7 @@ class PointVisibility(IntEnum):
     SURFACE = 3
     """Its pixel is in the object's mask, with a reading at about the same depth (or behind it, if that is not free)."""
     HIDDEN = 4
-    """The reading is nearer, so that something is in front of the position; or about as far, but outside the mask: a hole in it."""
+    """The reading is nearer, so that something is in front of the position; or about as far, at a hole in the mask."""
     FREE = 5
     """The reading is farther, so that the camera saw through the position. A reading of the object itself counts only if
     `own_object_counts_as_free` is set."""
@@ -255,11 +255,10 @@ class Visibility:
         """
         return np.asarray(self.classify(points) == PointVisibility.MASKED)
 
-    def free_and_unknown_lengths(self, paths: Sequence[Floats]) -> Floats:
-        """Return how much of each polyline runs in the open, and how much through places without a depth reading.
+    def gap_lengths(self, paths: Sequence[Floats]) -> Floats:
+        """Return how much of each polyline runs through free space, through places without a reading, and over bare surface.
 
-        In the open is free space, bare surface, and a stretch outside the image: the path could turn back from there anywhere. A
-        step counts by its midpoint.
+        A stretch outside the image counts as free: the path could turn back from there anywhere. A step counts by its midpoint.
 
         Parameters
         ----------
@@ -268,15 +267,16 @@ class Visibility:
 
         Returns
         -------
-        (K, 2) m (px in 2-D): first column the length in the open, second column the length without a reading.
+        (K, 3) m (px in 2-D): the length in free space or outside the image, without a reading, and over bare surface.
         """
         points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
         classes = self.classify((points[1:] + points[:-1]) / 2)
         step = steps(points)
         step[after[:-1] - 1] = 0
-        lengths = np.zeros((len(points), 2))
-        lengths[:-1, 0] = np.where(np.isin(classes, OPEN), step, 0)
+        lengths = np.zeros((len(points), 3))
+        lengths[:-1, 0] = np.where((classes == PointVisibility.FREE) | (classes == PointVisibility.OUTSIDE), step, 0)
         lengths[:-1, 1] = np.where(classes == PointVisibility.NO_DEPTH, step, 0)
+        lengths[:-1, 2] = np.where(classes == PointVisibility.BARE, step, 0)
         return np.asarray(np.add.reduceat(lengths, np.append(0, after[:-1])))
 
 
@@ -308,7 +308,7 @@ class MultiViewVisibility(Visibility):
         each = tuple(
             (Visibility(view.depth, view.mask, view.camera, margin, own_object_counts_as_free), view.pose) for view in views
         )
-        return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, own_object_counts_as_free, each)
+        return MultiViewVisibility(None, np.zeros((0, 0), dtype=bool), None, margin, own_object_counts_as_free, each=each)
 
     def classify(self, points: Floats) -> Ints:
         """Return the PointVisibility of each position, from all views together.

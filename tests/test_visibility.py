@@ -90,7 +90,7 @@ def test_within_the_margin_nothing_is_free(visibility):
 
 
 def lengths(depth, mask, *paths):
-    return Visibility(depth, mask, CAMERA, 0.02).free_and_unknown_lengths(paths)
+    return Visibility(depth, mask, CAMERA, 0.02).gap_lengths(paths)
 
 
 def test_free_length_is_that_part_of_the_path(visibility):
@@ -113,7 +113,7 @@ def test_lengths_of_many_are_those_of_each(visibility):
     depth[10:15] = 0
     together = lengths(depth, visibility.mask, *ways, ways[0][:1])
     expected = [lengths(depth, visibility.mask, way)[0] for way in ways]
-    np.testing.assert_allclose(together, [*expected, (0, 0)], atol=1e-15)
+    np.testing.assert_allclose(together, [*expected, (0, 0, 0)], atol=1e-15)
     assert (together[[0, 2], 0] > 0).all()
     assert together[2, 1] > 0
     assert not together[1].any()

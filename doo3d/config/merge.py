@@ -44,7 +44,8 @@ class MergeConfig(Section):
     chains: int | None = Field(
         None,
         ge=1,
-        description="Number of chains to find. 1 or more; null decides from the data. Set it if you know the number of objects.",
+        description="Number of chains to find. 1 or more; null decides from the data. Set it if you know the number of objects. "
+        "Tips in plain view are not joined to reach it; a note says if more chains are left.",
     )
     stiffness: Literal["thread", "rope", "cable", "rod"] = Field(
         "cable",
@@ -107,8 +108,9 @@ class MergeConfig(Section):
     )
     free_space_weight: float = expert(
         20.0,
-        "Cost of the part of a gap path that runs through free space (space the camera saw through). Per mm (per px "
-        "in 2-D), 0 or more; 0 turns it off. Lower it if masks or depth have many holes.",
+        "Cost of the part of a gap path that runs through free space (space the camera saw through) or over the bare "
+        "surface that the object lies on. Per mm (per px in 2-D), 0 or more; 0 turns it off. Lower it if masks or "
+        "depth have many holes.",
         ge=0,
     )
     unknown_weight: float = expert(

@@ -39,7 +39,7 @@ class Choice:
     cost
         sum of `terms`; connections above `merge.max_cost` are not made, unless `merge.chains` forces them.
     terms
-        name of the term -> cost, such as "distance", "direction", "curvature", "free space", "unknown".
+        name of the term -> cost, such as "distance", "direction", "curvature", "free space", "unknown", "bare surface".
     """
 
     ends: tuple[str, str]
@@ -51,11 +51,11 @@ class Choice:
     def of(candidate: Candidate) -> Choice:
         """Return the Choice for two ends that the merge stage considered.
 
-        candidate : the merge stage's record of the two ends. The terms "free space" and "unknown", the costs of the path across
-        the gap, come last in `terms`.
+        candidate : the merge stage's record of the two ends. The terms "free space", "unknown" and "bare surface", the costs of
+        the path across the gap, come last in `terms`.
         """
-        free_space, unknown = candidate.gap_cost
-        terms = {**candidate.terms, "free space": free_space, "unknown": unknown}
+        gap = candidate.gap_cost
+        terms = {**candidate.terms, "free space": gap.free_space, "unknown": gap.unknown, "bare surface": gap.bare}
         first, second = candidate.ends
         return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
 

@@ -42,8 +42,8 @@ class Candidate:
     def gap_cost(self) -> GapCost:
         """The cost of the path across the gap, in cost units (1 per mm, 1 per px in 2-D, times a weight of the settings).
 
-        It has two parts, for the length in free space and in unknown space, and is computed on first access if merging did not
-        need it.
+        It has three parts, for the length in free space, in unknown space and over bare surface, and is computed on first access
+        if merging did not need it.
         """
         return self._gap_paths.cost(self.ends)
 

@@ -32,18 +32,26 @@ PAIRS_AT_ONCE = 20_000
 
 
 class GapCost(NamedTuple):
-    """The cost of a gap path in two parts, in cost units: 1 per mm (1 per px in 2-D) times a weight of the settings.
+    """The cost of a gap path in three parts, in cost units: 1 per mm (1 per px in 2-D) times a weight of the settings.
 
     Attributes
     ----------
     free_space
-        cost of the length that runs through space the camera saw to be empty, over bare surface, or out of the image.
+        cost of the length that runs through space the camera saw to be empty, or out of the image.
     unknown
         cost of the length that runs through places without a depth reading.
+    bare
+        cost of the length that runs over the bare surface that the object lies on; as much per length as free space.
     """
 
     free_space: float
     unknown: float
+    bare: float = 0.0
+
+    @property
+    def open(self) -> float:
+        """The cost of the length where the camera would have seen an object: free space and bare surface."""
+        return self.free_space + self.bare
 
 
 @dataclass(frozen=True)
@@ -101,19 +109,22 @@ class GapPaths:
             return [0.0] * len(pairs)
         if missing := [pair for pair in pairs if pair not in self._costs]:
             self._costs.update(zip(missing, self._measure(missing), strict=True))
-        return [cost.free_space + cost.unknown for cost in map(self._costs.__getitem__, pairs)]
+        return [sum(self._costs[pair]) for pair in pairs]
 
     def forced_costs(self, pairs: Sequence[Pair]) -> list[float]:
         """Return the cost of the gap path of each pair for connections that a wanted number of chains forces.
 
         The number makes bends and distances likely that otherwise are not, but no object where the camera would have seen it. So
-        for a tip in plain view, what lies in the open, in free space or over bare surface, costs FORCED_COST_FACTOR times as much,
-        as the limit does. In 2-D and for clouds the costs are those of `costs`.
+        for a tip in plain view, free space and bare surface cost FORCED_COST_FACTOR times as much, as the limit does. Where the
+        mask goes on at both ends, only the depth of the object is lost, so that the gap path is beside it: then bare surface
+        costs nothing. In 2-D and for clouds the costs are those of `costs`.
         """
-        return [
-            cost + (FORCED_COST_FACTOR - 1) * self.cost(pair).free_space if self._tips[[end.index for end in pair]].any() else cost
-            for pair, cost in zip(pairs, self.costs(pairs), strict=True)
-        ]
+        costs = []
+        for pair, cost in zip(pairs, self.costs(pairs), strict=True):
+            gap = self.cost(pair)
+            is_tip = self._tips[[end.index for end in pair]].any()
+            costs.append(cost + (FORCED_COST_FACTOR - 1) * gap.open if is_tip else cost - gap.bare)
+        return costs
 
     @cached_property
     def _tips(self) -> Bools:
@@ -123,7 +134,7 @@ class GapPaths:
         return self.visibility.are_tips(self.ends.points, self.ends.tangents, self.radius)
 
     def cost(self, pair: Pair) -> GapCost:
-        """Return the cost of the gap path of one pair of ends in its two parts, for free and for unknown space, in cost units."""
+        """Return the cost of the gap path of one pair of ends in its three parts, in cost units."""
         self.costs([pair])
         return self._costs.get(pair, GapCost(0.0, 0.0))
 
@@ -132,21 +143,20 @@ class GapPaths:
         one, other = self.ends.points[np.array([(a.index, b.index) for a, b in pairs])].swapaxes(0, 1)
         costly = np.linalg.norm(other - one, axis=1) >= self.config.tangent_window_radii * self.radius
         if self.visibility is not None:
-            costly |= self.visibility.free_and_unknown_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, 0] > 0
-        cost = np.zeros((len(pairs), 2))
+            costly |= self.visibility.gap_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, [0, 2]].any(axis=1)
+        cost = np.zeros((len(pairs), 3))
         if costly.any():
             spacing = SPACING_RADII * self.radius
             paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
-            cost[costly] = (
-                self.ends.unit_cost * self._lengths(paths) * (self.config.free_space_weight, self.config.unknown_weight)
-            )
+            weights = (self.config.free_space_weight, self.config.unknown_weight, self.config.free_space_weight)
+            cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
         return [GapCost(*row) for row in cost.tolist()]
 
     def _lengths(self, paths: list[Floats]) -> Floats:
-        """Return the length of each path in free and in unknown space, (K, 2) m (px in 2-D)."""
+        """Return the length of each path in free space, in unknown space and over bare surface, (K, 3) m (px in 2-D)."""
         if self.visibility is not None:
-            return self.visibility.free_and_unknown_lengths(paths)
-        return np.array([(0.0, steps(path).sum()) for path in paths])
+            return self.visibility.gap_lengths(paths)
+        return np.array([(0.0, steps(path).sum(), 0.0) for path in paths])
 
     def with_straight_gaps(self, cost: Floats) -> Floats:
         """Return the cost of each pair of ends with the cost of a straight gap, through free and unknown space, added.

@@ -114,12 +114,13 @@ def _refusal_notes(groups: ChainGroups, sizes: list[int], cost: Floats, gap_path
     first, second = np.nonzero(np.isfinite(cost) & np.repeat(large, 2) & np.repeat(large, 2)[:, None])
     apart = groups.are_apart(first, second)
     pairs = [(End(a // 2, a % 2), End(b // 2, b % 2)) for a, b in zip(first[apart].tolist(), second[apart].tolist(), strict=True)]
-    if not any(gap_paths.cost(pair).free_space > gap_paths.config.max_cost for pair in pairs):
+    if not any(gap_paths.cost(pair).open > gap_paths.config.max_cost for pair in pairs):
         return ()
+    kept = "longest is" if wanted == 1 else f"{wanted} longest are"
     return (
-        f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: between their ends the camera sees "
-        f"bare surface or free space, so they are not joined, and the {'longest is' if wanted == 1 else f'{wanted} longest are'} "
-        f"kept; set merge.chains to {found} if these are {found} objects",
+        f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: the camera sees bare surface or free "
+        f"space between their ends, so they are not joined, and the {kept} kept; set merge.chains to {found} if these are {found} "
+        "objects",
     )
 
 
