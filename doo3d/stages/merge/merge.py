@@ -118,9 +118,9 @@ def _refusal_notes(groups: ChainGroups, sizes: list[int], cost: Floats, gap_path
         return ()
     kept = "longest is" if wanted == 1 else f"{wanted} longest are"
     return (
-        f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: the camera sees bare surface or free "
-        f"space between their ends, so they are not joined, and the {kept} kept; set merge.chains to {found} if these are {found} "
-        "objects",
+        f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: the camera sees bare surface or "
+        f"free space between their ends, so they are not joined, and the {kept} kept; set merge.chains to {found} if these are "
+        f"{found} objects",
     )
 
 
