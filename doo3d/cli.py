@@ -6,15 +6,16 @@ Command modules import only typer and each other at the top; heavy imports stay 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
 from . import __version__
 from .commands import bench, compare, config, detect, evaluate, explain, export, info, presets, report, samples, tune, video, view
-from .commands.exit_codes import NOTHING_DONE
+from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
 from .errors import DooError
 
 COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
@@ -46,10 +47,20 @@ class CommandGroup(TyperGroup):
         """
         return list(COMMANDS)
 
+    def make_context(self, *args: Any, **kwargs: Any) -> Any:
+        """Return click's context of the arguments that the shell gave; on Ctrl-C exit as `invoke` does.
+
+        args, kwargs : as click gives them; not looked at.
+        """
+        try:
+            return super().make_context(*args, **kwargs)
+        except KeyboardInterrupt:
+            _exit_interrupted()
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command given in the shell, and return what it returns.
 
-        On a DooError, print its message and code on stderr without a traceback, and exit with code 2.
+        On a DooError, print its message and code on stderr without a traceback, and exit with code 2; on Ctrl-C exit with 130.
 
         ctx : click's context, with the parsed arguments.
         """
@@ -58,6 +69,13 @@ class CommandGroup(TyperGroup):
         except DooError as error:
             typer.echo(f"doo3d: {error} [{error.code}]", err=True)
             raise typer.Exit(NOTHING_DONE) from None
+        except KeyboardInterrupt:
+            _exit_interrupted()
+
+
+def _exit_interrupted() -> NoReturn:
+    typer.echo("doo3d: interrupted", err=True)
+    sys.exit(INTERRUPTED)
 
 
 app = typer.Typer(
@@ -110,4 +128,7 @@ def doo3d(
 
 def main() -> None:
     """Run the command `doo3d` with the arguments of this process, then exit the process with the exit code of the command."""
-    app(prog_name="doo3d")
+    try:
+        app(prog_name="doo3d")
+    except KeyboardInterrupt:  # before the arguments are read
+        _exit_interrupted()

@@ -22,6 +22,7 @@ from .arguments import (
 from .base_pose import check_pose_use
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
+from .interruption import interruptible
 from .messages import closing_line
 from .progress import reporting
 
@@ -60,6 +61,12 @@ def detect(
     ] = False,
     debug_frame: DebugFrameOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="Do all frames again, also those already finished in OUT.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Do frames again that failed; without it, those whose files have changed.")
+    ] = False,
+    time_limit: Annotated[
+        float, typer.Option(metavar="SECONDS", min=0.1, help="Time after which a frame fails and its worker is replaced.")
+    ] = 60.0,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -78,12 +85,14 @@ def detect(
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
 
-    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early.
+    Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early;
+    130: interrupted with Ctrl-C.
     """
     from ..runs.local_executor import local_workers
 
     # the workers load the method while this process opens the capture
-    with local_workers(workers) if workers and not scheduler else nullcontext() as executor:
+    own_workers = local_workers(workers, time_limit) if workers and not scheduler else nullcontext()
+    with interruptible() as interruption, own_workers as executor:
         from ..runs.threads import single_thread
 
         single_thread()
@@ -104,6 +113,7 @@ def detect(
 
         names = [entry.name for entry in opened.frames]
         with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
+            interruption.reporter = reporter
             summary = run(
                 *(opened, out, effective),
                 options=read_options,
@@ -112,8 +122,11 @@ def detect(
                 executor=executor,
                 restart=restart,
                 force=force,
+                retry_failed=retry_failed,
+                time_limit=time_limit,
                 report=reporter,
                 resumed=reporter.resumed,
+                note=reporter.note,
             )
     if not summary.succeeded:
         if len(names) > 1:

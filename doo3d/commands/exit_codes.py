@@ -7,3 +7,6 @@ SOME_FAILED = 1
 
 NOTHING_DONE = 2
 """Nothing was done: the input or the options cannot be used, or every frame failed."""
+
+INTERRUPTED = 130
+"""The user has pressed Ctrl-C; by convention 128 and the number of the signal SIGINT."""

@@ -31,17 +31,29 @@ class Reporter:
         whether to print errors only.
     bar
         the progress bar; None if there is none.
+
+    Attributes
+    ----------
+    total, finished
+        number of frames, and of those whose files are written.
     """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
         self.total, self.column, self.quiet = total, column, quiet
+        self.finished = 0
         self._bar = bar
+
+    def note(self, sentence: str) -> None:
+        """Print a remark about the run on stderr."""
+        if not self.quiet:
+            typer.echo(f"note: {sentence}", err=True)
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
         """Print on stderr how many frames an earlier run has finished, and count these frames as done in the progress bar.
 
         `records` are the records of these frames.
         """
+        self.finished = len(records)
         if not self.quiet:
             rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
             frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
@@ -53,6 +65,7 @@ class Reporter:
         """Print the line of a frame."""
         from .messages import failure_line, frame_line
 
+        self.finished = min(self.finished + 1, self.total)
         echo = self._bar.print_above if self._bar else typer.echo
         if record.error is not None:
             error = record.error + (f" [{record.code}]" if record.code else "")

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from .atomic import write_bytes
 from .detection_json import finite
+
+_MAX_NUMBER = 1e300  # larger integers cannot become floats
 
 
 class Journal:
     """The journal of a run: a file to which one JSON object per line is appended, one for each finished frame.
 
     A line counts only if it is complete. An incomplete line at the end, left by a killed process, is overwritten by the next one.
-    To continue an existing file, call `read` before `add`; otherwise the first `add` overwrites it from its start.
+    A frame that is done again gets another line; its last one counts. To continue an existing file, call `read` before `add`;
+    otherwise the first `add` overwrites it from its start. A symbolic link in place of the file is replaced by a file, never
+    written through.
 
     Parameters
     ----------
@@ -29,7 +35,8 @@ class Journal:
     def read(self) -> list[dict[str, Any]]:
         """Return the objects of all lines, in order, up to the first line that is incomplete or not a JSON object.
 
-        The next `add` appends after the last of these lines. Without a file, the list is empty.
+        The next `add` appends after the last of these lines. Objects that are not those of a frame are left out. Without a file,
+        the list is empty.
         """
         entries: list[dict[str, Any]] = []
         self._size = 0
@@ -40,11 +47,12 @@ class Journal:
         for line in lines:
             try:
                 values = json.loads(line) if line.endswith(b"\n") else None
-            except ValueError:
+            except (ValueError, RecursionError):
                 values = None
             if not isinstance(values, dict):
                 break
-            entries.append(values)
+            if is_frame_line(values):
+                entries.append(values)
             self._size += len(line)
         return entries
 
@@ -56,8 +64,11 @@ class Journal:
         OSError
             the disk is full or the file may not be written to; the line then does not count.
         """
-        line = json.dumps(finite(values), ensure_ascii=False).encode("utf-8") + b"\n"
-        with self.path.open("r+b" if self.path.exists() else "xb") as file:
+        line = _encoded(values)
+        if self.path.is_symlink():
+            write_bytes(self.path, self.path.read_bytes()[: self._size] if self._size else b"")
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+        with os.fdopen(os.open(self.path, flags, 0o666), "r+b") as file:
             file.truncate(self._size)
             file.seek(self._size)
             file.write(line)
@@ -65,7 +76,46 @@ class Journal:
             os.fsync(file.fileno())
         self._size += len(line)
 
+    def rewrite(self, entries: Iterable[dict[str, Any]]) -> None:
+        """Replace the whole file by these lines, at once.
+
+        Raises
+        ------
+        OSError
+            the disk is full or the folder may not be written to; the file is then as before.
+        """
+        content = b"".join(map(_encoded, entries))
+        write_bytes(self.path, content)
+        self._size = len(content)
+
     def remove(self) -> None:
         """Delete the journal's file, if it exists; the next `add` creates a new file."""
         self.path.unlink(missing_ok=True)
         self._size = 0
+
+
+def _encoded(values: dict[str, Any]) -> bytes:
+    # a file name that is not UTF-8 holds surrogates, which json.loads takes from bytes as they are
+    return json.dumps(finite(values), ensure_ascii=False).encode("utf-8", "surrogatepass") + b"\n"
+
+
+def is_frame_line(values: dict[str, Any]) -> bool:
+    """Return whether a line of a journal is the record of a frame, with every value of its type."""
+    return (
+        isinstance(values.get("name"), str)
+        and values.get("status") in ("ok", "failed")
+        and all(isinstance(values.get(key), str) for key in ("source", "units"))
+        and all(isinstance(values.get(key), str | None) for key in ("error", "code"))
+        and all(_is_number(values.get(key)) for key in ("timestamp", "seconds", "occluded"))
+        and values.get("seconds") is not None
+        and all(isinstance(values.get(key), list) and all(map(_is_number, values[key])) for key in ("lengths", "radii"))
+        and isinstance(values.get("notes"), list)
+        and all(isinstance(note, str) for note in values["notes"])
+        and isinstance(values.get("stages"), dict)
+        and all(_is_number(seconds) for seconds in values["stages"].values())
+    )
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a number or null, which stands for an unknown one."""
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _MAX_NUMBER)

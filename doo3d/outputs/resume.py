@@ -2,36 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from . import SUFFIXES
 
+Line = dict[str, Any]
+"""A line of a run's journal: the record of a frame."""
 
-def finished_frames(folder: Path, lines: Sequence[dict[str, Any]], names: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """Return the frames that an interrupted run has finished, as a dict frame name -> line of the journal.
 
-    A frame is finished if the journal has a line for it and, unless the frame failed, all its files exist. The result ends before
-    the first of `names` that is not finished, since results are written in order.
+@dataclass(frozen=True)
+class Finished:
+    """The frames that an earlier run has finished.
+
+    Attributes
+    ----------
+    leading
+        frame name -> line of the journal, of all frames before the first one that is to be done.
+    later
+        the same of the frames after it. Their files are complete, but were made before those of an earlier frame of the capture,
+        so ids of chains may have to change.
+    """
+
+    leading: dict[str, Line] = field(default_factory=dict)
+    later: dict[str, Line] = field(default_factory=dict)
+
+
+def finished_frames(
+    folder: Path, lines: Sequence[Line], names: Sequence[str], retry: Callable[[Line], bool] = lambda line: False
+) -> Finished:
+    """Return the frames that an interrupted run has finished.
+
+    A frame is finished if the journal has a line for it and either all its files are as the line says, by size and CRC-32, or the
+    frame failed and is not to be tried again.
 
     Parameters
     ----------
     folder
         folder of the run's results.
     lines
-        lines of the run's journal, one dict per frame with at least "name" and "status" ("ok" or "failed").
+        lines of the run's journal. Of several lines of one frame the last counts.
     names
         names of all frames of the run, in order.
+    retry
+        returns, for the line of a frame that failed, whether the frame is to be tried again.
     """
-    by_name = {line.get("name"): line for line in lines}
-    finished: dict[str, dict[str, Any]] = {}
+    by_name = {line["name"]: (position, line) for position, line in enumerate(lines)}
+    finished, last, in_order = Finished(), -1, True
     for name in names:
-        line = by_name.get(name)
-        if line is None:
-            break
-        files = [folder / f"{name}{suffix}" for suffix in SUFFIXES.values()]
-        if line["status"] == "ok" and not all(file.exists() for file in files):
-            break
-        finished[name] = line
+        position, line = by_name.get(name, (-1, None))
+        if line is None or not (_is_complete(folder, line) if line["status"] == "ok" else not retry(line)):
+            in_order = False
+            continue
+        in_order = in_order and position > last
+        last = position
+        (finished.leading if in_order else finished.later)[name] = line
     return finished
+
+
+def file_checks(files: Mapping[str, bytes]) -> dict[str, list[int]]:
+    """Return size in bytes and CRC-32 of a frame's files, for its line in the journal: suffix -> [size, CRC-32]."""
+    return {suffix: [len(content), zlib.crc32(content)] for suffix, content in files.items()}
+
+
+def _is_complete(folder: Path, line: Line) -> bool:
+    """Return whether the files of a frame are as its line says; without such an entry, whether all files exist."""
+    checks = line.get("files")
+    paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in SUFFIXES.values()}
+    if not isinstance(checks, dict):  # the journal of an early version
+        return all(path.exists() for path in paths.values())
+    try:
+        return file_checks({suffix: path.read_bytes() for suffix, path in paths.items()}) == checks
+    except OSError:
+        return False

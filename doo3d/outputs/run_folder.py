@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 from ..config import Config
@@ -13,9 +14,12 @@ from ..errors import InputError
 from . import CONFIG, JOURNAL, MANIFEST, SUFFIXES
 from .atomic import PREFIX, write_bytes, write_text
 from .detection_json import dumps
+from .folder_checks import lies_in_input
+from .input_state import InputState
 from .journal import Journal
-from .resume import finished_frames
+from .resume import Line, file_checks, finished_frames
 from .run_identity import find_conflict, frame_names, identity, read_manifest
+from .run_lock import LOCK, RunLock
 
 
 class ResultsFolder:
@@ -24,7 +28,8 @@ class ResultsFolder:
     It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (input, versions, and outcome of each
     frame) and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
     journal, which is written after its files. All files but the journal are the same, byte for byte, for the same input and
-    configuration. The folder is not created before the first result. Only one process may write to it.
+    configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block, which removes
+    the lock, and the folder if it was made for this run and nothing was written.
 
     Parameters
     ----------
@@ -35,27 +40,32 @@ class ResultsFolder:
         from those of the results in the folder, the input has changed; any other difference means another input.
     config
         the configuration of the run.
-    names
-        names of all frames of the run, in order.
+    inputs
+        the state of the input files, one entry in its `by_frame` per frame of the run, in order.
     restart
         whether to replace results of the same input in the folder. If false, results of the same input, configuration and
         versions are resumed, and others raise InputError.
     force
         whether to write even if the folder has other content. Results of any other run are removed, other files stay.
+    retry_failed
+        whether to do failed frames again. If false, only those are done again whose files have changed.
 
     Attributes
     ----------
     path
         the folder.
     done
-        frame name -> line in the journal, for the frames that an earlier run has finished: all of `names` before the first one
-        that is not finished.
+        frame name -> line in the journal, for the frames that an earlier run has finished, up to the first that is to be done.
+    later
+        the same for the frames after it, whose ids may have to change once those before them are done: call `keep` or `add`.
+    notes
+        sentences for the user about what was found in the folder.
 
     Raises
     ------
     InputError
-        the folder has other content or results that `restart` and `force` do not replace, lies in the input or cannot be
-        written to, or a frame's name is used twice or cannot be a file name.
+        the folder has other content or results that `restart` and `force` do not replace, lies in the input, cannot be written to
+        or is locked by another run, or a frame's name cannot be a file name.
     """
 
     def __init__(
@@ -63,34 +73,75 @@ class ResultsFolder:
         path: Path,
         source: dict[str, Any],
         config: Config,
-        names: Sequence[str],
+        inputs: InputState,
         *,
         restart: bool = False,
         force: bool = False,
+        retry_failed: bool = False,
     ) -> None:
         self.path = path
+        self.notes: list[str] = []
         self._config = config
-        self._identity = identity(source, config)
+        self._inputs = inputs
+        self._identity = identity(source | {"files": inputs.digest()}, config)
         self._journal = Journal(path / JOURNAL)
-        self._created: list[Path] = []
-        self._early_failures: list[dict[str, Any]] = []
-        self._started = False
-        _check_names(path, names)
+        self._early_failures: list[Line] = []
+        self._started = self._repeats = False
         _check_writable(path)
-        manifest = read_manifest(path)
-        if manifest is None and path.is_dir() and Path(source["path"]) in (path.resolve(), *path.resolve().parents):
+        if lies_in_input(path, Path(source["path"])):
             raise InputError(
                 f"{path}: belongs to the input, results there could overwrite it: give another folder with -o",
                 code="out-in-input",
             )
-        conflict = find_conflict(path, manifest, self._identity)
+        self._created = [folder for folder in (path, *path.parents) if not folder.exists()]
+        try:
+            self._lock = RunLock(path)
+        except OSError as error:
+            self._remove_created()
+            raise self._unwritable(error) from None
+        try:
+            self._resume(restart, force, retry_failed)
+        except BaseException:
+            self.close()
+            raise
+
+    def _resume(self, restart: bool, force: bool, retry_failed: bool) -> None:
+        """Compare the run with what is in the folder, and find the frames that are finished."""
+        manifest = read_manifest(self.path)
+        lines = self._journal.read() if manifest is not None else []
+        conflict = find_conflict(self.path, manifest, self._identity, self._inputs.digest_before(lines))
         if conflict and not (force or (restart and conflict.can_restart)):
             option = "--restart to replace them" if conflict.can_restart else "--force to write there nevertheless"
-            raise InputError(f"{path}: {conflict.reason}: give another folder with -o, or {option}", code=conflict.code)
-        lines = self._journal.read() if manifest is not None else []
+            raise InputError(f"{self.path}: {conflict.reason}: give another folder with -o, or {option}", code=conflict.code)
+        if self._lock.former is not None:
+            self.notes.append(f"a run of {self._lock.former} did not end by itself; its lock is taken over")
         self._replaces = conflict is not None or (restart and manifest is not None)
         self._former_names = frame_names(manifest, lines) if self._replaces else set()
-        self.done = {} if self._replaces else finished_frames(path, lines, names)
+        self.done, self.later = {}, {}
+        if self._replaces or manifest is None:
+            return
+        self._sweep()
+        retried = {line["name"] for line in lines if line["status"] != "ok" and (retry_failed or self._inputs.has_changed(line))}
+        names = list(self._inputs.by_frame)
+        finished = finished_frames(self.path, lines, names, retry=lambda line: line["name"] in retried)
+        self.done, self.later = finished.leading, finished.later
+        if count := len(retried - self.done.keys() - self.later.keys()):
+            again = "1 failed frame is" if count == 1 else f"{count} failed frames are"
+            self.notes.append(f"{again} tried again" + ("" if retry_failed else ": files of the input have changed"))
+        self._repeats = [line["name"] for line in lines] != list(self.done)  # frames of other lines are written once more
+
+    def __enter__(self) -> ResultsFolder:
+        """Return the folder, which is unlocked at the end of the `with` block."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> None:
+        """Unlock the folder, whatever has happened."""
+        self.close()
+
+    def close(self) -> None:
+        """Unlock the folder, and remove it if it was made for this run and is empty. Further calls do nothing."""
+        self._lock.release()
+        self._remove_created()
 
     def file(self, name: str, suffix: str) -> Path:
         """Return the path of a frame's file in the folder, from the name of the frame and a suffix such as ".json"."""
@@ -116,17 +167,35 @@ class ResultsFolder:
             the disk is full or the folder may not be written to.
         """
         if files is None and self._replaces and not self._started:
-            self._early_failures.append(line)
+            self._early_failures.append(line | {"inputs": self._inputs.of_frame(name)})
             return
         try:
             self._start()
             if files is None:
                 _remove_files(self.path, [name])
-            for suffix, content in (files or {}).items():
-                write_bytes(self.file(name, suffix), content)
+                line = line | {"inputs": self._inputs.of_frame(name)}
+            else:
+                for suffix, content in files.items():
+                    write_bytes(self.file(name, suffix), content)
+                line = line | {"files": file_checks(files)}
             self._journal.add(line)
+            self._lock.touch()
         except OSError as error:
             self._undo(name)
+            raise self._unwritable(error) from None
+
+    def keep(self, name: str) -> None:
+        """Confirm the files of one of the frames in `later`: they are as this run would make them.
+
+        Raises
+        ------
+        InputError
+            the disk is full or the folder may not be written to.
+        """
+        try:
+            self._start()
+            self._journal.add(self.later[name])
+        except OSError as error:
             raise self._unwritable(error) from None
 
     def finish(self, values: dict[str, Any]) -> None:
@@ -144,6 +213,8 @@ class ResultsFolder:
         """
         text = dumps(self._identity | {"finished": True} | values)
         try:
+            if self._repeats:
+                self._tidy_journal()
             write_text(self.path / CONFIG, self._config.to_yaml())
             write_text(self.path / MANIFEST, text)
         except OSError as error:
@@ -160,21 +231,33 @@ class ResultsFolder:
         with contextlib.suppress(OSError):
             for name in (JOURNAL, CONFIG, MANIFEST):
                 (self.path / name).unlink(missing_ok=True)
+
+    def _remove_created(self) -> None:
+        """Remove the folders that were made for this run, as far as they are empty."""
+        with contextlib.suppress(OSError):
             for folder in self._created:
                 folder.rmdir()
 
+    def _sweep(self) -> None:
+        """Remove temporary files of runs that were killed while they wrote."""
+        with contextlib.suppress(OSError):
+            for temporary in self.path.glob(f"{PREFIX}*.tmp"):
+                temporary.unlink()
+
+    def _tidy_journal(self) -> None:
+        """Leave one line per frame in the journal, the last one, in the order of the capture."""
+        lines = {line["name"]: line for line in self._journal.read()}
+        self._journal.rewrite(lines[name] for name in self._inputs.by_frame if name in lines)
+
     def _unwritable(self, error: OSError) -> InputError:
-        kept = "; finished frames are kept, repeat the same command to resume" if self.path.exists() else ""
+        kept = "; finished frames are kept, repeat the same command to resume" if (self.path / JOURNAL).exists() else ""
         return InputError(f"{self.path}: cannot be written to ({error.strerror or error}){kept}", code="out-unwritable")
 
     def _start(self) -> None:
         """Create the folder, remove a former run's results, and write the manifest of an unfinished run."""
         if self._started:
             return
-        self._created = self._created or [folder for folder in (self.path, *self.path.parents) if not folder.exists()]
-        self.path.mkdir(parents=True, exist_ok=True)
-        for temporary in self.path.glob(f"{PREFIX}*.tmp"):
-            temporary.unlink()
+        self._sweep()
         if self._replaces:
             _remove_files(self.path, self._former_names)
             self._journal.remove()
@@ -191,23 +274,8 @@ class ResultsFolder:
             _remove_files(self.path, [name])
             if self._created and not self._journal.read():
                 for file in self.path.iterdir():
-                    file.unlink()
-                for folder in self._created:
-                    folder.rmdir()
-
-
-def _check_names(path: Path, names: Sequence[str]) -> None:
-    checked: set[str] = set()
-    for name in names:
-        if name in checked:
-            raise InputError(
-                f"two frames are called {name}: both would be written to {path / name}.json, rename one", code="frame-names-clash"
-            )
-        if f"{name}.json" == MANIFEST or not name or Path(name).name != name:
-            raise InputError(
-                f"a frame is called {name!r}: {path / name}.json cannot be its file, rename the frame", code="frame-name-invalid"
-            )
-        checked.add(name)
+                    if file.name != LOCK:
+                        file.unlink()
 
 
 def _check_writable(path: Path) -> None:

@@ -82,7 +82,7 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
     return manifest if is_ours else None
 
 
-def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, Any]) -> Conflict | None:
+def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, Any], files_before: str = "") -> Conflict | None:
     """Return the reason why a folder cannot take the results of a run; None if it can.
 
     None means that the folder does not exist, is empty, or holds results of the same input, configuration and versions.
@@ -95,6 +95,8 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
         content of the manifest in the folder; None if there is none.
     current
         the result of `identity` for the new run.
+    files_before
+        another digest of the input that is no conflict: that before files of failed frames changed.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None
@@ -110,7 +112,7 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
         return Conflict(
             "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", can_restart=True
         )
-    if (source.get("files"), source.get("frames")) != (wanted["files"], wanted["frames"]):
+    if source.get("files") not in (wanted["files"], files_before) or source.get("frames") != wanted["frames"]:
         return Conflict(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", True)
     had, has = _mapping(former, "versions"), current["versions"]
     changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]

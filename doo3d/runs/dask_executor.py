@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -20,6 +21,9 @@ MAX_SECONDS_WITHOUT_WORKERS = 60.0
 POLL_SECONDS = 1.0
 """s between checks that workers are alive, while a job is waited for."""
 
+CLOSE_SECONDS = 5.0
+"""s that ending the connection to the scheduler may take."""
+
 RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
 
 
@@ -35,13 +39,7 @@ def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
     MissingDependency : dask.distributed is not installed.
     """
     distributed = require("dask.distributed", "cluster")
-    try:
-        client = distributed.Client(scheduler, set_as_default=False, timeout="10s")
-    except (OSError, ValueError, distributed.TimeoutError) as error:
-        raise InputError(
-            f"{scheduler}: no scheduler answers there ({error}): start one with: dask scheduler", code="scheduler-unreachable"
-        ) from None
-    with client:
+    with _silent("distributed"), _client(scheduler) as client:
         try:
             client.wait_for_workers(1, timeout=MAX_SECONDS_WITHOUT_WORKERS)
         except distributed.TimeoutError:
@@ -49,6 +47,38 @@ def scheduler_workers(scheduler: str) -> Iterator[DaskExecutor]:
                 f"{scheduler}: has no workers: start some with: dask worker {scheduler} --nthreads 1", code="workers-missing"
             ) from None
         yield DaskExecutor(client, sum(client.nthreads().values()))
+
+
+@contextmanager
+def _client(scheduler: str) -> Iterator[Any]:
+    """Yield a client that is connected to the scheduler, for the duration of a `with` block."""
+    distributed = require("dask.distributed", "cluster")
+    try:
+        client = distributed.Client(scheduler, set_as_default=False, timeout="10s")
+    except (OSError, ValueError, distributed.TimeoutError) as error:
+        raise InputError(
+            f"{scheduler}: no scheduler answers there ({error}): start one with: dask scheduler --no-dashboard",
+            code="scheduler-unreachable",
+        ) from None
+    try:
+        yield client
+    finally:
+        with suppress(OSError, distributed.TimeoutError, distributed.CancelledError):  # it may have gone
+            client.close(timeout=CLOSE_SECONDS)
+
+
+@contextmanager
+def _silent(package: str) -> Iterator[None]:
+    """Let a package log nothing: what goes wrong is told by the exceptions of this file, in one sentence each."""
+    loggers = [logger for name, logger in logging.root.manager.loggerDict.items() if name.split(".")[0] == package]
+    levels = {logger: logger.level for logger in loggers if isinstance(logger, logging.Logger)}
+    try:
+        for logger in levels:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
 
 
 class DaskExecutor(RetryingExecutor):

@@ -21,6 +21,15 @@ class WorkerLost(Exception):
     code = "worker-lost"
 
 
+class WorkerTooSlow(WorkerLost):
+    """What stands for the result of a call that took longer than the time limit; its worker process was replaced.
+
+    The message is a sentence for the user; `code` is "time-limit".
+    """
+
+    code = "time-limit"
+
+
 class Future(Protocol):
     """A submitted job, whose results can be waited for."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from ..inputs import FrameRef
@@ -90,13 +90,15 @@ class FrameRecord:
     def from_journal(values: dict[str, Any]) -> FrameRecord:
         """Return the record held by a parsed line of `progress.jsonl`, the inverse of `to_journal`.
 
-        Lists become tuples again, and null among the lengths and radii becomes NaN, since JSON has neither.
+        Lists become tuples again, and null among the lengths and radii becomes NaN, since JSON has neither. What else the line
+        holds, such as the checks of the frame's files, is left out.
 
         Raises
         ------
-        TypeError, KeyError : a field is missing, unknown or of another type.
+        TypeError, KeyError : a field is missing or of another type.
         """
+        known = {field.name: values[field.name] for field in fields(FrameRecord) if field.name in values}
         numbers = {
             key: tuple(float("nan") if value is None else float(value) for value in values[key]) for key in ("lengths", "radii")
         }
-        return FrameRecord(**values | numbers | {"notes": tuple(values["notes"])})
+        return FrameRecord(**known | numbers | {"notes": tuple(values["notes"])})

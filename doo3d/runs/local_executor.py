@@ -13,6 +13,7 @@ import pickle
 import signal
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,18 +25,25 @@ from types import ModuleType
 from typing import Any
 
 from .executor import do_calls
-from .retrying_executor import JobLost, RetryingExecutor, WorkerJob
+from .retrying_executor import JobLost, JobTooSlow, RetryingExecutor, WorkerJob
 from .threads import ONE_THREAD, single_thread
+from .time_limit import PAUSE_SECONDS, limit_message
+
+START_SECONDS = 120.0
+"""s that a worker may take to load the libraries: 1 s from a disk, more from a network or on a busy computer."""
+
+WATCH_SECONDS = 0.5
+"""s between two looks at how long the workers have been busy."""
 
 
 @contextmanager
-def local_workers(workers: int) -> Iterator[LocalExecutor]:
+def local_workers(workers: int, time_limit: float | None = None) -> Iterator[LocalExecutor]:
     """Start worker processes of one thread each on this machine, for the duration of a `with` block.
 
-    Yields the LocalExecutor that sends jobs to these workers; `workers` is their number. The workers end with the block, and if
-    this process is killed.
+    Yields the LocalExecutor that sends jobs to these workers; `workers` is their number. A worker whose job takes longer than
+    `time_limit` seconds (None: no limit) is replaced. The workers end with the block, and if this process is killed.
     """
-    executor = LocalExecutor(workers)
+    executor = LocalExecutor(workers, time_limit)
     try:
         yield executor
     finally:
@@ -62,28 +70,37 @@ class _Worker:
     process: BaseProcess
     pipe: Connection
     preferring: deque[WorkerJob] = field(default_factory=deque)
+    seconds_left: float | None = None
+    """s until its job has taken too long, while this process was not stopped; None while it has no job."""
+    is_new: bool = True
+    """Whether it has not begun a job, so that it may still be loading the libraries."""
 
 
 class LocalExecutor(RetryingExecutor):
     """Executor that sends the jobs of a run to processes of this machine, one thread each.
 
     A job goes to the first worker without work. Jobs with affinity go first, to the worker that they prefer; another worker takes
-    one only if it would be idle otherwise. A worker that died is replaced at once.
+    one only if it would be idle otherwise. A worker that died, or whose job takes too long, is replaced at once.
 
     Parameters
     ----------
     workers
         number of processes to start.
+    time_limit
+        s that a job may take, whether of one frame or of several, which take 0.6 s as a rule; None for no limit.
     """
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, time_limit: float | None = None) -> None:
         super().__init__(workers)
+        self._time_limit = time_limit
         self._context = multiprocessing.get_context("spawn")
         self._changed = threading.Condition()
         self._waiting: deque[WorkerJob] = deque()
         self._closed = False
         self._workers = [_Worker(*self._spawn()) for _ in range(workers)]
         self._threads = [threading.Thread(target=self._drive, args=(worker,), daemon=True) for worker in self._workers]
+        if time_limit is not None:
+            self._threads.append(threading.Thread(target=self._watch, args=(time_limit,), daemon=True))
         for thread in self._threads:
             thread.start()
 
@@ -105,7 +122,7 @@ class LocalExecutor(RetryingExecutor):
         """Start a process and return it with this end of its pipe."""
         here, there = self._context.Pipe()
         process = self._context.Process(target=_work, args=(there,), daemon=True)
-        with _bare_surroundings():
+        with _bare_surroundings(), _without_interrupts():
             process.start()
         there.close()
         return process, here
@@ -140,9 +157,13 @@ class LocalExecutor(RetryingExecutor):
             try:
                 worker.pipe.send_bytes(payload)
                 del payload
+                if worker.is_new:
+                    worker.pipe.recv_bytes()  # the libraries are loaded: the job begins
+                    with self._changed:
+                        worker.is_new, worker.seconds_left = False, self._time_limit
                 values, error = worker.pipe.recv()
             except (EOFError, OSError):
-                error = JobLost()
+                error = JobLost() if self._time_limit is None or self._is_in_time(worker) else self._too_slow(self._time_limit)
                 self._replace(worker)
             except Exception as unreadable:
                 error = unreadable
@@ -158,9 +179,37 @@ class LocalExecutor(RetryingExecutor):
                 others = max((other.preferring for other in self._workers), key=len)
                 for queue in (worker.preferring, self._waiting, others):
                     if queue:
+                        if self._time_limit is not None:
+                            worker.seconds_left = START_SECONDS if worker.is_new else self._time_limit
                         return queue.popleft()
+                worker.seconds_left = None
                 self._changed.wait()
         return None
+
+    def _watch(self, time_limit: float) -> None:
+        """End workers whose job has taken too long, also if they are stopped, until the executor is closed.
+
+        Time counts in small steps, so that the time during which this process is stopped, with its workers, counts little.
+        """
+        step, last = min(WATCH_SECONDS, time_limit / 4), time.monotonic()
+        with self._changed:
+            while not self._closed:
+                self._changed.wait_for(lambda: self._closed, step)
+                passed = min(time.monotonic() - last, PAUSE_SECONDS)
+                last = time.monotonic()
+                for worker in self._workers:
+                    if worker.seconds_left is not None and worker.seconds_left > 0:
+                        worker.seconds_left -= passed
+                        if worker.seconds_left <= 0:
+                            worker.process.kill()
+
+    def _is_in_time(self, worker: _Worker) -> bool:
+        with self._changed:
+            return worker.seconds_left is None or worker.seconds_left > 0
+
+    @staticmethod
+    def _too_slow(time_limit: float) -> JobTooSlow:
+        return JobTooSlow(limit_message(time_limit))
 
     def _replace(self, worker: _Worker) -> None:
         """Start another process in place of one that died."""
@@ -170,6 +219,7 @@ class LocalExecutor(RetryingExecutor):
                 worker.process.close()
                 worker.pipe.close()
                 worker.process, worker.pipe = self._spawn()
+                worker.is_new, worker.seconds_left = True, None
 
 
 @contextmanager
@@ -190,13 +240,33 @@ def _bare_surroundings() -> Iterator[None]:
             os.environ.pop(name) if value is None else os.environ.update({name: value})
 
 
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Block Ctrl-C for processes started in this `with` block, from their first moment on; the run ends its workers itself.
+
+    Without signal masks (Windows), they ignore it once they have come to the work.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # when `Process.start` starts it, the signal is unblocked
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _work(pipe: Connection) -> None:
     """Do jobs until the run ends: the main function of a worker process.
 
     Parameters
     ----------
     pipe
-        the connection over which jobs come and results go: a pickled pair (function, calls), then a pair (values, error).
+        the connection over which jobs come and results go: a pickled pair (function, calls), then a pair (values, error). The
+        first message to go says that the libraries are loaded.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the run ends its workers itself
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -206,6 +276,7 @@ def _work(pipe: Connection) -> None:
 
     cache = FrameCache()
     with suppress(EOFError, OSError):
+        pipe.send_bytes(b"ready")
         while True:
             payload = pipe.recv_bytes()
             try:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from .executor import Call, Future, WorkerLost
+from .executor import Call, Future, WorkerLost, WorkerTooSlow
 
 JOBS_PER_WORKER = 3
 """Jobs between submitting and writing per worker: one in work, one waiting, one being tracked or written. A slow job does not
@@ -21,6 +21,10 @@ LOST_MESSAGE = "its worker died of it, twice (out of memory, or a crash in a lib
 
 class JobLost(Exception):
     """Raised inside of an executor for a job whose worker died."""
+
+
+class JobTooSlow(JobLost):
+    """Raised inside of an executor for a job that took too long, so that its worker was ended; the message is for users."""
 
 
 @dataclass(eq=False)
@@ -68,7 +72,7 @@ class RetryingExecutor(ABC):
 
     If the worker of a job dies, the job's calls are repeated one by one, each as a job of its own, while no other job is running:
     a call that needs much memory then has all of it, and no other call can be blamed for it. A call that two workers have died of
-    is given up.
+    is given up, and so is one that alone takes longer than the time limit.
 
     Attributes
     ----------
@@ -114,7 +118,9 @@ class RetryingExecutor(ABC):
         self._pending.remove(job)
         try:
             return self._values(job)
-        except JobLost:
+        except JobLost as error:
+            if isinstance(error, JobTooSlow) and len(job.calls) == 1:
+                return [WorkerTooSlow(str(error))]
             for other in self._pending:
                 self._settle(other)
         return [self._repeated(job, call) for call in job.calls]
@@ -129,6 +135,8 @@ class RetryingExecutor(ABC):
             self._start(job)
             try:
                 (value,) = self._values(job)
+            except JobTooSlow as error:
+                return WorkerTooSlow(str(error))
             except JobLost:
                 continue
             lost.worker = job.worker

@@ -19,15 +19,18 @@ import numpy as np
 from ..config import Config
 from ..errors import InputError
 from ..inputs import IMAGE_FORMATS, Capture, ReadOptions
-from ..inputs.support.fingerprint import fingerprint
+from ..inputs.support.fingerprint import file_states, frame_paths
 from ..outputs import SUFFIXES
+from ..outputs.folder_checks import check_names
+from ..outputs.input_state import InputState
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
-from .process_frames import process_frames
+from .remaining_frames import remaining_frames
 from .select_executor import select_executor
 from .serial_executor import SerialExecutor
+from .time_limit import DEFAULT_SECONDS
 
 
 @dataclass(frozen=True)
@@ -93,8 +96,11 @@ def run(
     executor: Executor | None = None,
     restart: bool = False,
     force: bool = False,
+    retry_failed: bool = False,
+    time_limit: float | None = DEFAULT_SECONDS,
     report: Callable[[FrameRecord], None] = lambda record: None,
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
+    note: Callable[[str], None] = lambda sentence: None,
 ) -> RunSummary:
     """Detect in every frame of a capture and write the results to a folder.
 
@@ -123,10 +129,17 @@ def run(
         do all frames again, and replace results of the same capture that are in `out`, also those with another configuration.
     force
         write into `out` even if it holds other files, which stay, or results of another capture, which are removed.
+    retry_failed
+        do all frames again that failed in an earlier run. Those whose files have changed since are done again in any case.
+    time_limit
+        s that a frame may take, reading and rendering included; then it fails, and a worker that was busy with it is replaced.
+        None for no limit. Without effect on the workers of a scheduler and on a given executor.
     report
         called with each frame's record once its files are written.
     resumed
         called once, before the first frame, with the records of frames finished by an earlier run; not called without any.
+    note
+        called with each sentence about what an earlier run left, such as the lock of a killed one.
 
     Returns
     -------
@@ -134,9 +147,9 @@ def run(
 
     Raises
     ------
-    InputError : `out` cannot be written to, or holds other files or results of another capture, configuration or version; two
-        frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler cannot be
-        reached.
+    InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture,
+        configuration or version; two frames have the same name; the capture has images without depth and the config is for 3-D;
+        the scheduler cannot be reached.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if capture.format in IMAGE_FORMATS and config.mode != "2d":
@@ -146,46 +159,62 @@ def run(
             code="mode-needs-depth",
         )
     names = [frame.name for frame in capture.frames]
-    folder = ResultsFolder(Path(out), _describe_input(capture, options), config, names, restart=restart, force=force)
-    records = {name: FrameRecord.from_journal(line) for name, line in folder.done.items()}
-    if records:
-        resumed(list(records.values()))
-    remaining = [frame for frame in capture.frames if frame.name not in records]
-    tracker = _resume_tracker(capture, config, folder)
-    with _executor(executor if remaining else SerialExecutor(), workers, scheduler) as chosen:
-        for record, files in process_frames(remaining, config, chosen, tracker):
-            folder.add(record.name, record.to_journal(), files)
-            records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
-            report(record)
-    summary = RunSummary(tuple(records[name] for name in names))
-    if summary.succeeded:
-        frames = [record.to_dict() for record in summary.records]
-        folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": frames})
-    else:
-        folder.abandon()
+    check_names(Path(out), names)
+    inputs = _input_state(capture, options, Path(out))
+    source = _describe_input(capture, options)
+    choices = {"restart": restart, "force": force, "retry_failed": retry_failed}
+    with ResultsFolder(Path(out), source, config, inputs, **choices) as folder:
+        for sentence in folder.notes:
+            note(sentence)
+        former = folder.done | folder.later
+        records = {name: FrameRecord.from_journal(former[name]) for name in names if name in former}
+        if records:
+            resumed(list(records.values()))
+        frames = [frame for frame in capture.frames if frame.name not in folder.done]
+        tracker = _resume_tracker(capture, config, folder)
+        with _executor(executor if frames else SerialExecutor(), workers, scheduler, time_limit) as chosen:
+            for record, files in remaining_frames(frames, config, chosen, tracker, folder):
+                folder.add(record.name, record.to_journal(), files)
+                records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
+                report(record)
+        summary = RunSummary(tuple(records[name] for name in names))
+        if summary.succeeded:
+            entries = [record.to_dict() for record in summary.records]
+            folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": entries})
+        else:
+            folder.abandon()
     return summary
 
 
-def _executor(given: Executor | None, workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
+def _executor(
+    given: Executor | None, workers: int, scheduler: str | None, time_limit: float | None
+) -> AbstractContextManager[Executor]:
     """Return the given executor, or a new one for the workers or the scheduler, for a `with` block."""
-    return select_executor(workers, scheduler) if given is None else nullcontext(given)
+    return select_executor(workers, scheduler, time_limit) if given is None else nullcontext(given)
+
+
+def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> InputState:
+    """Return the state of all files of the input; `out` is the folder of the results, which may lie inside."""
+    paths = [capture.path, *(frame.source for frame in capture.frames)]
+    if (masks := getattr(capture, "masks", None)) is not None:
+        paths.append(masks)
+    if options is not None and options.trajectory:
+        paths.append(options.trajectory)
+    return InputState(file_states(paths, out), {frame.name: frame_paths(frame) for frame in capture.frames})
 
 
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:
-    """Return what distinguishes the input of this run from another's, for the manifest."""
+    """Return what distinguishes the input of this run from another's, but for the state of its files, for the manifest."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
-    paths = [capture.path, *(frame.source for frame in capture.frames)]
     if (masks := getattr(capture, "masks", None)) is not None:
         source["masks"] = str(masks.resolve())
-        paths.append(masks)
     if options is not None and (changed := options.model_dump(mode="json", exclude_defaults=True)):
         source["reading"] = changed
-        paths += [options.trajectory] if options.trajectory else []
     if (base_pose := getattr(capture, "base_pose", None)) is not None:
         source["pose"] = base_pose
     if (selection := getattr(capture, "selection", None)) is not None:
         source["selection"] = selection
-    return source | {"files": fingerprint(paths)}
+    return source
 
 
 def _resume_tracker(capture: Capture, config: Config, folder: ResultsFolder) -> Tracker | None:

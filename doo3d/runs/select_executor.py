@@ -11,7 +11,7 @@ from .serial_executor import SerialExecutor
 
 
 @contextmanager
-def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[Executor]:
+def select_executor(workers: int = 0, scheduler: str | None = None, time_limit: float | None = None) -> Iterator[Executor]:
     """Yield the executor of a run for the duration of a `with` block.
 
     Give `workers` or `scheduler` or neither; the results of a run are the same with all of them.
@@ -22,6 +22,8 @@ def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[
         number of worker processes to start on this machine; 0 works in this process alone.
     scheduler
         address of a running dask scheduler whose workers to use, such as tcp://host:8786.
+    time_limit
+        s that a frame may take; None for no limit. Without effect on the workers of a scheduler.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def select_executor(workers: int = 0, scheduler: str | None = None) -> Iterator[
     elif workers:
         from .local_executor import local_workers
 
-        with local_workers(workers) as executor:
+        with local_workers(workers, time_limit) as executor:
             yield executor
     else:
-        yield SerialExecutor()
+        yield SerialExecutor(time_limit)

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 from builders.errors import refuses
-from builders.runs import files_of, started, wait_for
+from builders.runs import files_of, finished_frames, started, wait_for
 
 from doo3d.config import Config
 from doo3d.errors import MissingDependency
@@ -21,16 +21,23 @@ pytestmark = [pytest.mark.slow, pytest.mark.cluster, pytest.mark.skipif(sys.plat
 
 
 @pytest.fixture
-def cluster(tmp_path):
+def schedulers():
+    """The scheduler of `cluster`, as the only item of a list."""
+    return []
+
+
+@pytest.fixture
+def cluster(tmp_path, schedulers):
     """A scheduler and two workers, started from the shell: its address, the workers' processes, and the folder of each.
 
     The workers share nothing but the network and the capture: each has a working directory, a home, a cache and a folder for
     temporary files of its own.
     """
-    options = ("--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0")
+    options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     file = tmp_path / "scheduler.json"
     scheduler = (sys.executable, "-m", "distributed.cli.dask_scheduler", *options, "--scheduler-file", file)
     processes = [started(*scheduler, start_new_session=True, cwd=tmp_path)]
+    schedulers.append(processes[0])
     wait_for(file.exists)
     address = json.loads(file.read_text())["address"]
     folders = [tmp_path / f"machine{i}" for i in range(2)]
@@ -98,6 +105,26 @@ def test_a_worker_is_killed_midway(frames, expected, tmp_path, cluster, in_group
     batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler=address, report=kill_one)
     assert killed
     assert files_of(tmp_path / "out") == expected
+
+
+def test_the_death_of_the_scheduler_is_one_line(frames, expected, tmp_path, cluster, schedulers):
+    """And the run goes on by other means."""
+    address, _, _ = cluster
+    states(address)
+    out = tmp_path / "out"
+    env = dict(os.environ) | {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "2s"}
+    command = ("doo3d", "detect", frames, "-o", out, "--quiet")
+    process = started(*command, "--scheduler", address, env=env)
+    wait_for(lambda: finished_frames(out) >= 1)
+    os.killpg(schedulers[0].pid, signal.SIGKILL)
+    output, _ = process.communicate(timeout=120)
+    assert process.returncode == 2, output
+    failed, *lines = [line for line in output.splitlines() if "000004" not in line]
+    assert lines == []
+    assert "the scheduler has gone" in failed
+    assert failed.endswith("[scheduler-unreachable]")
+    started(*command).communicate()
+    assert files_of(out) == expected
 
 
 def test_nobody_answers(frames, refused):

@@ -1,40 +1,76 @@
-"""Fingerprint of input files, for detecting changes without reading their content."""
+"""The state of input files, for detecting changes without reading their content."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
+
+from ..capture import FrameRef
 
 _RESULT_FILES = ("manifest.json", "config.yaml")  # mark a folder of results, which may lie inside the input
+_OWN_PREFIX = ".doo3d-"  # of temporary files and locks of runs
+_MAX_DEPTH = 8  # of a loader's arguments: wrappers around loaders, with tuples of files
 
 
-def fingerprint(paths: Iterable[Path]) -> str:
-    """Return a digest of input files that differs once a file was changed, added or removed.
+def file_states(paths: Iterable[Path], without: Path) -> dict[str, str]:
+    """Return the size and modification time of input files, as a dict absolute path -> text; no file content is read.
 
-    The digest is the SHA-256, as 64 hexadecimal digits, of the paths, sizes and modification times; no file content is read. A
-    folder among `paths` stands for all files below it, except those in folders of doo3d's results (which hold manifest.json and
-    config.yaml). Of a file whose size and time cannot be read, only the path enters the digest.
+    A folder among `paths` stands for all files below it, except those in folders of doo3d's results (which hold manifest.json and
+    config.yaml) and in the folder `without`, where the run itself writes. The text is "?" for a file whose size and time cannot
+    be read.
     """
-    files = sorted({file for path in paths for file in _files(path)})
-    return hashlib.sha256("\n".join(map(_state, files)).encode(errors="surrogateescape")).hexdigest()
+    excluded = os.path.abspath(without)
+    return {file: _state(file) for file in sorted({file for path in paths for file in _files(path, excluded)})}
 
 
-def _files(path: Path) -> Iterator[str]:
+def frame_paths(frame: FrameRef) -> list[str]:
+    """Return the absolute paths of the files that a frame is read from: its source, and those among its loader's arguments.
+
+    Folders are left out.
+    """
+    paths = {os.path.abspath(path) for path in (frame.source, *_paths_in(frame.loader, _MAX_DEPTH))}
+    return sorted(path for path in paths if not os.path.isdir(path))
+
+
+def _paths_in(value: Any, depth: int) -> Iterator[Path]:
+    """Yield the paths that a loader or one of its arguments holds."""
+    if isinstance(value, Path):
+        yield value
+    elif depth == 0:
+        return
+    elif isinstance(value, partial):
+        for item in (*value.args, *value.keywords.values()):
+            yield from _paths_in(item, depth - 1)
+    elif isinstance(value, dict):
+        for item in value.values():
+            yield from _paths_in(item, depth - 1)
+    elif isinstance(value, tuple | list):
+        for item in value:
+            yield from _paths_in(item, depth - 1)
+    elif is_dataclass(value) and not isinstance(value, type):
+        for each in fields(value):
+            yield from _paths_in(getattr(value, each.name), depth - 1)
+
+
+def _files(path: Path, excluded: str) -> Iterator[str]:
     if not path.is_dir():
         yield os.path.abspath(path)
         return
     for folder, folders, files in os.walk(path):
-        if all(name in files for name in _RESULT_FILES):
+        is_excluded = os.path.abspath(folder) == excluded and folder != os.fspath(path)
+        if is_excluded or all(name in files for name in _RESULT_FILES):
             folders.clear()
             continue
-        yield from (os.path.abspath(os.path.join(folder, file)) for file in files)
+        yield from (os.path.abspath(os.path.join(folder, file)) for file in files if not file.startswith(_OWN_PREFIX))
 
 
 def _state(file: str) -> str:
     try:
         stat = os.stat(file)
     except OSError:
-        return f"{file} ?"
-    return f"{file} {stat.st_size} {stat.st_mtime_ns}"
+        return "?"
+    return f"{stat.st_size} {stat.st_mtime_ns}"

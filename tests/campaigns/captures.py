@@ -1,0 +1,30 @@
+"""The capture that runs are tried on: a few frames of a rope, one of them damaged."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from builders.captures import HEIGHT, MATRIX, WIDTH, rope, save
+
+
+def write_capture(folder: Path, frames: int) -> list[str]:
+    """Write a capture whose second frame is damaged; the names of its frames."""
+    folder.mkdir(parents=True)
+    (folder / "camera_intrinsic.json").write_text(json.dumps({"width": WIDTH, "height": HEIGHT, "intrinsic_matrix": MATRIX}))
+    for i in range(frames):
+        picture, depth, _ = rope(30.0 + 2 * i)
+        save(folder / "depth" / f"{i:06d}.png", depth)
+        save(folder / "color" / f"{i:06d}.jpg", picture)
+    (folder / "depth" / "000001.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    return [f"{i:06d}" for i in range(frames)]
+
+
+def result_of(out: Path) -> tuple[dict[str, bytes], list[str]]:
+    """Every file of a run but the journal, and the names of the frames in that."""
+    files = {file.name: file.read_bytes() for file in out.iterdir()}
+    journal = files.pop("progress.jsonl", b"").splitlines()
+    return files, [json.loads(line)["name"] for line in journal]

@@ -1,0 +1,38 @@
+"""The campaigns in short: some kills, some errors of the disk, some surroundings."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="signals and forks")]
+
+HERE = Path(__file__).parent
+
+
+def campaign(script: str, *arguments: object) -> str:
+    """Run a campaign in a process of its own, since it forks; what it prints."""
+    done = subprocess.run([sys.executable, HERE / script, *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_kills_and_errors(workers):
+    seed = random.randrange(1_000_000)  # another sample each time; the assertion shows the case
+    text = campaign("kills.py", "--random", 2, "--operations", "--errors", "--most", 4, "--workers", workers, "--seed", seed)
+    assert "random moments: 2 of 2" in text
+    assert text.count("4 of 4") == 2
+
+
+def test_surroundings(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(HERE))
+    from same_bytes import CHOICES, compare
+
+    usual = {key: values[0] for key, values in CHOICES.items()}
+    other = {"hash seed": "1", "threads": "8", "workers": "1", "language": "C", "zone": "Asia/Kathmandu"}
+    assert compare(tmp_path, [usual | other]) == []

@@ -1,0 +1,64 @@
+"""Ctrl-C: one line with the command to go on, and exit code 130."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import sys
+import time
+
+import pytest
+from builders.runs import files_of, finished_frames, started, wait_for
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
+
+
+def test_the_line_names_what_is_finished_and_the_command(doo3d, capture, fake_detection):
+    def interrupts(data, config, mask):
+        if data.name == "000002":
+            raise KeyboardInterrupt
+        return inner(data, config, mask)
+
+    inner, fake_detection["do"] = fake_detection["do"], interrupts
+    folder = capture("my capture", frames=4)
+    code, _, err = doo3d("detect", folder, "--restart")
+    assert code == 130
+    assert err == f"doo3d: interrupted: 2 of 4 frames are finished; to go on: doo3d detect '{folder}'\n"
+    fake_detection["do"] = inner
+    code, _, err = doo3d(*shlex.split(err.split("to go on: doo3d ")[1]))
+    assert code == 0
+    assert "2 frames are finished already" in err
+
+
+@pytest.mark.parametrize("command", [("info",), ("detect", "-q")])
+def test_other_commands_and_other_moments(doo3d, capture, monkeypatch, command):
+    from doo3d import inputs
+
+    def interrupts(*args, **kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(inputs, "open_capture", interrupts)
+    code, out, err = doo3d(*command, capture())
+    assert (code, out) == (130, "")
+    assert err.startswith("doo3d: interrupted")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [0, 2])
+@pytest.mark.parametrize("moment", ["start", "frames"])
+def test_one_line_from_a_terminal(frames, expected, tmp_path, workers, moment):
+    """A terminal sends Ctrl-C to all processes of the run."""
+    out = tmp_path / "out"
+    command = ("doo3d", "detect", frames, "-o", out, "--workers", workers, "--quiet")
+    process = started(*command, start_new_session=True)
+    time.sleep(0.9) if moment == "start" else wait_for(lambda: finished_frames(out) >= 2)
+    os.killpg(process.pid, signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 130, output
+    assert len(output.splitlines()) == 1, output
+    assert "to go on: doo3d detect" in output or moment == "start"
+    again = started(*command)
+    again.communicate()
+    assert files_of(out) == expected
