@@ -137,6 +137,8 @@ def test_a_chain(dimension):
     assert chain.length == pytest.approx(0.04)
     assert chain.radii.tolist() == [0.004] * 5
     assert chain.occluded.tolist() == [False] * 4
+    assert chain.depth == (("seen",) * 4 if dimension == 3 else ())
+    assert ("depth" in chain.to_dict()) == (dimension == 3)
     assert not chain.closed
     assert chain.nodes(9)[:, 0] == pytest.approx(np.linspace(0, 0.04, 9))
     assert chain.nodes(2).tolist() == joints[[0, -1]].tolist()
@@ -154,12 +156,21 @@ def test_a_chain(dimension):
         ({"joints": np.array([[0, 0, 0], [0.01, 0, 0], [0.03, 0, 0]])}, "chain-spacing", ("0.01", "0.02")),
         ({"radii": np.zeros(2)}, "chain-shape", ("radii", "(2,)")),
         ({"occluded": np.zeros(3, bool)}, "chain-shape", ("occluded", "(3,)")),
+        ({"depth_filled": np.zeros(3, bool)}, "chain-shape", ("depth_filled", "(3,)")),
     ],
 )
 def test_a_chain_that_cannot_be(changes, code, parts):
     joints = np.array([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0]])
     with refuses(code, *parts):
         Chain(**({"joints": joints, "segment_length": 0.01} | changes))
+
+
+def test_depth_of_occluded_segments_counts_as_filled():
+    joints = np.array([[0, 0, 0], [0.01, 0, 0], [0.02, 0, 0], [0.03, 0, 0]])
+    chain = Chain(joints, 0.01, occluded=np.array([True, False, False]), depth_filled=np.array([False, True, False]))
+    assert chain.depth_filled.tolist() == [True, True, False]
+    assert chain.to_dict()["depth"] == ["filled", "filled", "seen"]
+    assert Chain(joints, 0.01, occluded=np.array([True, False, False])).depth == ("filled", "seen", "seen")
 
 
 def test_a_detection_as_plain_data():

@@ -47,12 +47,15 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         - "joints" : (J, 3), or (J, 2) in 2-D, position of each joint, in "units".
         - "radii" : (J,) radius at each joint, in "units"; NaN if unknown.
         - "occluded" : (S,) bool, true for each occluded segment.
+        - "depth_filled" : (S,) bool, true for each segment whose depth was interpolated and not measured; not in 2-D.
         - "ids" : (C,) int64, id of each chain, -1 if unknown.
         - "radius", "segment_length", "closed", "confidence" : (C,) values of each chain; lengths are in "units".
     """
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
     counts = [len(chain.joints) for chain in chains]
+    filled = [chain.depth_filled for chain in chains]
+    depth = {"depth_filled": np.concatenate(filled) if chains else np.zeros(0, dtype=bool)} if dim == 3 else {}
     return {
         "schema": np.array("doo3d/chains/1"),
         "units": np.array("m" if dim == 3 else "px"),
@@ -65,6 +68,7 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         "joints": np.concatenate([chain.joints for chain in chains]) if chains else np.zeros((0, dim)),
         "radii": np.concatenate([chain.radii for chain in chains]) if chains else np.zeros(0),
         "occluded": np.concatenate([chain.occluded for chain in chains]) if chains else np.zeros(0, dtype=bool),
+        **depth,
         "ids": np.array([-1 if chain.id is None else chain.id for chain in chains], dtype=np.int64),
         "radius": np.array([chain.radius for chain in chains], dtype=float),
         "segment_length": np.array([chain.segment_length for chain in chains], dtype=float),

@@ -26,27 +26,29 @@ class Csv(Export):
 
         The columns are: frame (name), timestamp (s), chain (number in its frame, from 0), id, closed (0 or 1), segment_length,
         chain_radius, joint (number in its chain, from 0), x, y, z (no z in 2-D), radius (at the joint), occluded (0 or 1, of the
-        segment that starts at the joint). Lengths are in m, or px in 2-D. An unknown timestamp or id is an empty field, an
-        unknown radius is "nan", and `occluded` is empty at the last joint of a chain.
+        segment that starts at the joint), depth ("seen" or "filled", of the same segment; not in 2-D). Lengths are in m, or px in
+        2-D. An unknown timestamp or id is an empty field, an unknown radius is "nan", and `occluded` and `depth` are empty at the
+        last joint of a chain.
         """
-        axes = "xy" if frames and all(frame.mode == "2d" for frame in frames) else "xyz"
+        planar = bool(frames) and all(frame.mode == "2d" for frame in frames)
         with path.open("x", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
-            table.writerow([*COLUMNS, *axes, "radius", "occluded"])
+            table.writerow([*COLUMNS, *("xy" if planar else "xyz"), "radius", "occluded", *(() if planar else ("depth",))])
             for frame in frames:
                 table.writerows(_rows(frame))
 
 
 def _rows(frame: Detection) -> list[list[Any]]:
-    """Return a row per joint; `occluded` is of the segment that starts there, empty at the last joint."""
+    """Return a row per joint; `occluded` and `depth` are of the segment that starts there, empty at the last joint."""
     rows: list[list[Any]] = []
     stamp = None if frame.timestamp is None else float(frame.timestamp)
     for number, chain in enumerate(frame.chains):
         sizes = [float(chain.segment_length), float(chain.radius)]
         head = [frame.frame, stamp, number, chain.id, int(chain.closed), *sizes]
         occluded = [*map(int, chain.occluded), None]
-        for joint, (at, radius, is_occluded) in enumerate(
-            zip(chain.joints.tolist(), chain.radii.tolist(), occluded, strict=True)
+        depth = [[word] for word in (*chain.depth, None)] if chain.depth else [[]] * len(chain.joints)
+        for joint, (at, radius, is_occluded, word) in enumerate(
+            zip(chain.joints.tolist(), chain.radii.tolist(), occluded, depth, strict=True)
         ):
-            rows.append([*head, joint, *at, radius, is_occluded])
+            rows.append([*head, joint, *at, radius, is_occluded, *word])
     return rows

@@ -102,6 +102,7 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
     curve.CreateDisplayColorAttr([pxr["Gf"].Vec3f(*(float(part) / 255 for part in colors(label)[0]))])
     prim = curve.GetPrim()
     occluded = prim.CreateAttribute("doo3d:occluded", types.BoolArray, True)
+    filled = prim.CreateAttribute("doo3d:depthFilled", types.BoolArray, True)
     prim.CreateAttribute("doo3d:segmentLength", types.Double, True).Set(first.segment_length)
     attributes = curve.CreatePointsAttr(), curve.CreateCurveVertexCountsAttr(), curve.CreateWidthsAttr(), curve.CreateExtentAttr()
     for chain, code in zip(chains, codes, strict=True):
@@ -122,3 +123,4 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
         for attribute, value in zip(attributes, values, strict=True):
             attribute.Set(value, *when)
         occluded.Set(vt.BoolArray(chain.occluded.tolist()), *when)
+        filled.Set(vt.BoolArray(chain.depth_filled.tolist()), *when)

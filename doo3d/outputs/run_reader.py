@@ -11,7 +11,19 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..types import COORDINATES, FORMER_SCHEMA, SCHEMA, Chain, Connection, Crossing, Detection, Floats, Plane, SegmentRef
+from ..types import (
+    COORDINATES,
+    DEPTH_WORDS,
+    FORMER_SCHEMA,
+    SCHEMA,
+    Chain,
+    Connection,
+    Crossing,
+    Detection,
+    Floats,
+    Plane,
+    SegmentRef,
+)
 from . import MANIFEST
 from .detection_json import read_object
 
@@ -128,6 +140,7 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         float("nan") if values["radius"] is None else float(values["radius"]),
         radii=np.array([float("nan") if each is None else each for each in values.get("radii", ())], dtype=float),
         occluded=np.array(values["occluded"], dtype=bool),
+        depth_filled=np.array([DEPTH_WORDS.index(word) for word in values.get("depth", ())], dtype=bool),
         closed=bool(values["closed"]),
         connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
         id=values.get("id"),

@@ -302,7 +302,7 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
 
     Returns
     -------
-    chain : with joints, radii, occluded segments and connections in the new order.
+    chain : with joints, radii, occluded and depth-filled segments and connections in the new order.
     segments : (N,) int64; segments[i] is the new index of segment i of the given chain.
     """
     count = len(chain.occluded)
@@ -316,8 +316,15 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
     else:
         joint = np.arange(count + 1)[::-1]
     connections = tuple(sorted(Connection(int(segments[segment]), confidence) for segment, confidence in chain.connections))
-    radii, occluded = chain.radii[joint], chain.occluded[index]
-    return replace(chain, joints=chain.joints[joint], radii=radii, occluded=occluded, connections=connections), segments
+    turned = replace(
+        chain,
+        joints=chain.joints[joint],
+        radii=chain.radii[joint],
+        occluded=chain.occluded[index],
+        depth_filled=chain.depth_filled[index],
+        connections=connections,
+    )
+    return turned, segments
 
 
 def _renumber_crossings(crossings: Sequence[Crossing], segment_maps: Sequence[Ints]) -> tuple[Crossing, ...]:

@@ -6,6 +6,7 @@ from .pose import Plane, as_pose
 from .products import Foreground, Path, Skeleton, VoxelGrid
 from .results import (
     COORDINATES,
+    DEPTH_WORDS,
     FORMER_SCHEMA,
     SCHEMA,
     Chain,
@@ -17,6 +18,7 @@ from .results import (
 
 __all__ = [
     "COORDINATES",
+    "DEPTH_WORDS",
     "FORMER_SCHEMA",
     "SCHEMA",
     "Array",

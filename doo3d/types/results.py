@@ -15,6 +15,9 @@ SCHEMA = "doo3d/detection/2"
 FORMER_SCHEMA = "doo3d/detection/1"
 """Schema of earlier versions, in which a confidence is called sure; such files are still read."""
 
+DEPTH_WORDS = ("seen", "filled")
+"""Words for a segment whose depth was measured, and for one whose depth was interpolated."""
+
 COORDINATES = {
     "camera": "camera optical frame: x right, y down, z forward",
     "cloud": "the frame of the cloud as given",
@@ -57,6 +60,9 @@ class Chain:
         given.
     occluded
         (N,) bool, True for a segment that was filled in, not seen. All False if not given.
+    depth_filled
+        (N,) bool, True for a segment whose depth no reading supports, so that it was interpolated along the strand or over a gap.
+        An occluded segment always counts as filled. The values of `occluded` if not given; without meaning in 2-D.
     closed
         True for a ring, whose last joint repeats the first.
     connections
@@ -74,6 +80,7 @@ class Chain:
     radius: float = float("nan")
     radii: Floats = field(default_factory=lambda: np.zeros(0))
     occluded: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    depth_filled: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool), kw_only=True)
     closed: bool = False
     connections: tuple[Connection, ...] = ()
     id: int | None = None
@@ -90,17 +97,24 @@ class Chain:
             )
         radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
         occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)
-        if radii.shape != (len(joints),) or occluded.shape != (len(joints) - 1,):
+        filled = np.asarray(self.depth_filled, dtype=bool) if len(self.depth_filled) else occluded
+        if radii.shape != (len(joints),) or occluded.shape != (len(joints) - 1,) or filled.shape != occluded.shape:
             raise InputError(
-                f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}: expected (N + 1,) and (N,)",
+                f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}, depth_filled {filled.shape}: "
+                "expected (N + 1,), (N,) and (N,)",
                 code="chain-shape",
             )
-        set_sealed(self, joints=joints, radii=radii, occluded=occluded)
+        set_sealed(self, joints=joints, radii=radii, occluded=occluded, depth_filled=occluded | filled)
 
     @property
     def length(self) -> float:
         """The length of the chain, N * segment_length, m (px in 2-D)."""
         return (len(self.joints) - 1) * self.segment_length
+
+    @property
+    def depth(self) -> tuple[str, ...]:
+        """Whether the depth of each segment was measured: N words, "seen" or "filled"; see `depth_filled`. Empty in 2-D."""
+        return tuple(DEPTH_WORDS[int(filled)] for filled in self.depth_filled) if self.joints.shape[1] == 3 else ()
 
     @property
     def confidence(self) -> float:
@@ -126,9 +140,11 @@ class Chain:
     def to_dict(self) -> dict[str, Any]:
         """Return the chain as plain lists and numbers, ready for JSON.
 
-        Keys: "id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections" (each {"segment",
-        "confidence"}) and "confidence". Lengths are in m (px in 2-D).
+        Keys: "id", "joints", "segment_length", "radius", "radii", "length", "occluded", "depth" ("seen" or "filled" for each
+        segment; not in 2-D), "closed", "connections" (each {"segment", "confidence"}) and "confidence". Lengths are in m (px in
+        2-D).
         """
+        depth = {"depth": list(self.depth)} if self.joints.shape[1] == 3 else {}
         return {
             "id": self.id,
             "joints": self.joints.tolist(),
@@ -137,6 +153,7 @@ class Chain:
             "radii": self.radii.tolist(),
             "length": self.length,
             "occluded": self.occluded.tolist(),
+            **depth,
             "closed": self.closed,
             "connections": [connection._asdict() for connection in self.connections],
             "confidence": self.confidence,

@@ -14,6 +14,7 @@ from .palette import DARK, LIGHT, Rgb
 
 VISIBLE_ALPHA, OCCLUDED_ALPHA, EDGE_ALPHA = 0.50, 0.18, 0.66  # opacity of a ribbon, an occluded ribbon, and a ribbon's edge
 DASH, DASH_GAP = 7.0, 7.0  # px at unit size
+DOT, DOT_GAP = 2.0, 5.0  # px at unit size, of the center line where the depth was filled in
 MIN_CROSSING_SINE = 0.4  # flatter crossings are drawn as long as at this angle
 
 
@@ -33,6 +34,8 @@ class Strand:
         radius of the chain, m (px in 2-D); 0 if unknown.
     occluded
         (N,) bool, whether each segment is occluded.
+    depth_filled
+        (N,) bool, whether the depth of each segment was filled in; true for occluded segments.
     color
         RGB, 0 to 255.
     closed
@@ -46,6 +49,7 @@ class Strand:
     distance: Floats
     radius: float
     occluded: Bools
+    depth_filled: Bools
     color: Rgb
     closed: bool
     unit: float
@@ -71,7 +75,7 @@ class Strand:
         half_width = np.maximum(radii * view.scale(distance), 0.5 * unit)
         points = view.project(chain.joints)
         radius = chain.radius if np.isfinite(chain.radius) else 0.0
-        return Strand(points, half_width, distance, radius, chain.occluded, color, chain.closed, unit)
+        return Strand(points, half_width, distance, radius, chain.occluded, chain.depth_filled, color, chain.closed, unit)
 
     @property
     def middles(self) -> Floats:
@@ -79,7 +83,7 @@ class Strand:
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
-        """Yield runs of consecutive chosen segments; each run is either all visible or all occluded.
+        """Yield runs of consecutive chosen segments that are alike: all seen, all with filled depth, or all occluded.
 
         Parameters
         ----------
@@ -93,9 +97,10 @@ class Strand:
         """
         in_view = np.asarray(np.isfinite(self.points).all(axis=1))
         drawable = chosen & in_view[1:] & in_view[:-1]
+        style = self.occluded.astype(int) + self.depth_filled
         start = 0
         for i in range(1, len(drawable) + 1):
-            if i == len(drawable) or drawable[i] != drawable[start] or self.occluded[i] != self.occluded[start]:
+            if i == len(drawable) or drawable[i] != drawable[start] or style[i] != style[start]:
                 if drawable[start]:
                     yield slice(start, i + 1)
                 start = i
@@ -103,7 +108,8 @@ class Strand:
     def paint(self, canvas: Canvas, chosen: Bools) -> None:
         """Draw the chosen segments: dark edge, ribbon, center line and joints.
 
-        Occluded segments are paler, with a dashed center line, and have neither edge nor joints.
+        Occluded segments are paler, with a dashed center line, and have neither edge nor joints. Segments that are seen but whose
+        depth was filled in have a dotted center line and no joints.
 
         Parameters
         ----------
@@ -135,7 +141,9 @@ class Strand:
     def _paint_center_line(self, canvas: Canvas, run: slice) -> None:
         points = self.points[run]
         if self.occluded[run.start]:
-            outlines = lines = _dashes(points, self.unit)
+            outlines = lines = _dashes(points, DASH * self.unit, DASH_GAP * self.unit)
+        elif self.depth_filled[run.start]:
+            outlines = lines = _dashes(points, DOT * self.unit, DOT_GAP * self.unit)
         else:
             outlines, lines = [points], [self._with_neighbors(run)]
         for piece in outlines:
@@ -147,7 +155,7 @@ class Strand:
         """Return the points of a run and half a segment more on both sides, so that no dark cap shows between runs."""
         points = [self.points[run]]
         for joint, neighbor in ((run.start, run.start - 1), (run.stop - 1, run.stop)):
-            if 0 <= neighbor < len(self.points) and not self.occluded[min(joint, neighbor)]:
+            if 0 <= neighbor < len(self.points) and not self.depth_filled[min(joint, neighbor)]:
                 middle = (self.points[joint] + self.points[neighbor])[None] / 2
                 points = [middle, *points] if neighbor < joint else [*points, middle]
         extended = np.concatenate(points)
@@ -157,7 +165,7 @@ class Strand:
         points = self.points[run]
         spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         radius = min(1.4 * self.unit, 0.12 * spacing)
-        if radius < 0.5 * self.unit or self.occluded[run.start]:
+        if radius < 0.5 * self.unit or self.depth_filled[run.start]:
             return
         for point in points:
             canvas.disc(point, radius, LIGHT, 1.0)
@@ -201,11 +209,10 @@ def _unit_normals(steps: Floats) -> Floats:
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
 
 
-def _dashes(points: Floats, unit: float) -> list[Floats]:
-    """Cut a polyline (P, 2) px into dashes that start at its first and end at its last point."""
+def _dashes(points: Floats, dash: float, gap: float) -> list[Floats]:
+    """Cut a polyline (P, 2) px into dashes of about `dash` px, with gaps of `gap` px, from its first to its last point."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     at = np.concatenate(([0.0], np.cumsum(steps)))
-    dash, gap = DASH * unit, DASH_GAP * unit
     count = max(1, round((at[-1] + gap) / (dash + gap)))
     stretch = at[-1] / (count * dash + (count - 1) * gap) if at[-1] > 0 else 1.0
     dashes: list[Floats] = []

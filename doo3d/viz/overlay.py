@@ -58,9 +58,10 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
 
 def caption_lines(detection: Detection) -> list[str]:
-    """Return a line of text for each chain: length, radius and occluded share, such as "1.204 m   r 5.0 mm   12% occluded".
+    """Return a line of text for each chain, such as "1.204 m   r 5.0 mm   12% occluded   5% depth filled".
 
-    Lengths are in px in 2-D. The occluded share is left out if it is 0.
+    The line tells length and radius, the share of the segments that is occluded, and the share that is seen but whose depth was
+    filled in. Lengths are in px in 2-D. A share of 0 is left out.
     """
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
 
@@ -75,8 +76,8 @@ def _line(chain: Chain, in_metres: bool) -> str:
         text = f"{chain.length:.3f} m   r {chain.radius * 1000:.1f} mm"
     else:
         text = f"{chain.length:.0f} px   r {chain.radius:.1f} px"
-    occluded = float(chain.occluded.mean())
-    return text + (f"   {max(occluded, 0.01):.0%} occluded" if occluded else "")
+    shares = ((float(chain.occluded.mean()), "occluded"), (float((chain.depth_filled & ~chain.occluded).mean()), "depth filled"))
+    return text + "".join(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share)
 
 
 def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:

@@ -10,12 +10,14 @@ LENGTH, RADIUS, START = 0.01, 0.004, 1_700_000_000.123456
 
 
 def helix(count: int = 25, shift: float = 0.0, **values) -> doo3d.Chain:
-    """Return a helix of `count` segments of which every fifth is occluded."""
+    """Return a helix of `count` segments of which every fifth is occluded, and the depth of two of five was filled in."""
     turn = np.arange(count) * LENGTH / 0.05
     along = np.column_stack((np.cos(turn), np.sin(turn), np.full(count, 0.5))) / np.sqrt(1.25)
     joints = np.concatenate((np.zeros((1, 3)), np.cumsum(along * LENGTH, axis=0))) + np.array((0.1, shift, 0.7))
     radii = RADIUS + 1e-4 * np.sin(np.arange(count + 1))
-    return doo3d.Chain(joints, LENGTH, RADIUS, radii=radii, occluded=np.arange(count) % 5 == 3, **values)
+    return doo3d.Chain(
+        joints, LENGTH, RADIUS, radii=radii, occluded=np.arange(count) % 5 == 3, depth_filled=np.arange(count) % 5 > 2, **values
+    )
 
 
 def ring(count: int = 40) -> doo3d.Chain:

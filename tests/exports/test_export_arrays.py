@@ -27,10 +27,13 @@ def test_npz_bit_for_bit(tmp_path, frames):
     joints, radii = (split(file[name], file["joint_offsets"]) for name in ("joints", "radii"))
     occluded = split(file["occluded"], file["segment_offsets"])
     assert len(joints) == len(occluded) == len(chains)
+    assert ("depth_filled" in file) == (frames[0].mode == "3d")
+    filled = split(file["depth_filled"] if "depth_filled" in file else file["occluded"], file["segment_offsets"])
     for i, chain in enumerate(chains):
         assert joints[i].tobytes() == chain.joints.tobytes()
         assert radii[i].tobytes() == chain.radii.tobytes()
         assert occluded[i].tolist() == chain.occluded.tolist()
+        assert filled[i].tolist() == chain.depth_filled.tolist()
         assert file["ids"][i] == (-1 if chain.id is None else chain.id)
         assert (file["radius"][i], file["segment_length"][i]) == (chain.radius, chain.segment_length)
         assert (file["closed"][i], file["confidence"][i]) == (chain.closed, chain.confidence)
@@ -51,6 +54,10 @@ def test_csv_bit_for_bit(tmp_path, frames):
             np.testing.assert_array_equal([float(row["radius"]) for row in own], chain.radii)
             assert [row["joint"] for row in own] == [str(k) for k in range(len(own))]
             assert [row["occluded"] for row in own] == [*(str(int(hidden)) for hidden in chain.occluded), ""]
+            if frame.mode == "3d":
+                assert [row["depth"] for row in own] == [*chain.depth, ""]
+            else:
+                assert "depth" not in own[0]
             for row in own:
                 assert row["id"] == ("" if chain.id is None else str(chain.id))
                 assert row["closed"] == str(int(chain.closed))

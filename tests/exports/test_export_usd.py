@@ -35,6 +35,8 @@ def test_curves_move_with_the_stamps(tmp_path, suffix):
                 assert list(prim.GetCurveVertexCountsAttr().Get(code)) == [len(chain.joints)]
                 occluded = prim.GetPrim().GetAttribute("doo3d:occluded").Get(code)
                 assert list(occluded) == chain.occluded.tolist()
+                filled = prim.GetPrim().GetAttribute("doo3d:depthFilled").Get(code)
+                assert list(filled) == chain.depth_filled.tolist()
 
 
 def test_up_is_up(tmp_path):

@@ -27,7 +27,8 @@ def test_what_the_file_holds():
     assert read == found.to_dict()
     about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
     assert list(read) == [*about, "chains", "crossings", "plane", "pose", "confidence", "seconds", "notes"]
-    of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "closed", "connections", "confidence"]
+    of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "depth", "closed", "connections"]
+    of_chain += ["confidence"]
     assert list(read["chains"][0]) == of_chain
     assert (read["schema"], read["units"], read["mode"]) == ("doo3d/detection/2", "m", "3d")
     assert np.array_equal(read["chains"][0]["joints"], found.chains[0].joints)

@@ -144,7 +144,8 @@ def test_a_ring_that_is_open_for_a_frame(dim):
     tracker = Tracker()
     tracker.update(found(ring(dim, 0.0, False)))
     whole = ring(dim, 1.0, True)
-    opened = tracker.update(found(replace(whole, joints=whole.joints[:-3], radii=(), occluded=(), closed=False))).chains[0]
+    shorter = replace(whole, joints=whole.joints[:-3], radii=(), occluded=(), depth_filled=(), closed=False)
+    opened = tracker.update(found(shorter)).chains[0]
     assert opened.id == 0
     np.testing.assert_allclose(opened.joints, whole.joints[:-3][::-1])
     assert tracker.update(found(ring(dim, 0.2, False))).chains[0].id == 0
@@ -155,7 +156,8 @@ def test_what_refers_to_segments_goes_with_them(closed):
     base = ring(3, 0.0, False) if closed else wave(3)
     count = len(base.joints) - 1
     chain = replace(
-        base, radii=np.append(np.arange(count), 0 if closed else count), occluded=np.arange(count) < 5,
+        base, radii=np.append(np.arange(count), 0 if closed else count),
+        occluded=np.arange(count) < 5, depth_filled=np.arange(count) < 9,
         connections=(Connection(2, 0.5), Connection(7, 0.25)),
     )  # fmt: skip
     for backwards, start in ((True, 0), (False, 9), (True, 9)) if closed else ((True, 0),):
@@ -164,6 +166,7 @@ def test_what_refers_to_segments_goes_with_them(closed):
             was, then = chain.joints[old : old + 2], new.joints[now : now + 2]
             np.testing.assert_array_equal(then, was[::-1] if backwards else was)
             assert new.occluded[now] == chain.occluded[old]
+            assert new.depth_filled[now] == chain.depth_filled[old]
         for joint, radius in zip(new.joints, new.radii, strict=True):
             np.testing.assert_array_equal(joint, chain.joints[int(radius)])
         assert {(item.segment, item.confidence) for item in new.connections} == {(moved[2], 0.5), (moved[7], 0.25)}

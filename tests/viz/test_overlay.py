@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,17 @@ def test_occluded_segments_are_dashed():
     assert (np.diff(left_out[275:365].astype(int)) == 1).sum() >= 4
     assert not left_out[140:250].any()
     assert not left_out[390:500].any()
+
+
+def test_segments_with_filled_depth_are_dotted():
+    filled = np.zeros(40, dtype=bool)
+    filled[15:25] = True
+    picture = draw(frame(), Detection((replace(straight(), depth_filled=filled),)))
+    seen, occluded = draw(frame(), Detection((straight(),))), draw(frame(), Detection((straight(occluded=filled),)))
+    for other in (seen, occluded):
+        assert (np.abs(picture[240, 275:365].astype(int) - other[240, 275:365]).max(axis=1) > 40).sum() > 10
+    np.testing.assert_array_equal(picture[235:245, 140:240], seen[235:245, 140:240])
+    assert caption_lines(Detection((replace(straight(), depth_filled=filled),))) == ["0.400 m   r 6.0 mm   25% depth filled"]
 
 
 def test_start_is_a_disc_and_end_a_ring():

@@ -85,6 +85,7 @@ def test_the_page_holds_the_detections(which, request):
             np.testing.assert_allclose(numbers(packed["joints"]), chain.joints, atol=extent / 60000)
             np.testing.assert_allclose(numbers(packed["radii"])[:, 0], chain.radii, atol=1e-4 * chain.radius)
             assert [each == "1" for each in packed["occluded"]] == chain.occluded.tolist()
+            assert [each == "1" for each in packed["filled"]] == chain.depth_filled.tolist()
         picture = cv2.imdecode(np.frombuffer(base64.b64decode(frame["picture"]), np.uint8), cv2.IMREAD_COLOR)
         assert 100 < picture.shape[1] <= 720
         full = cv2.imread(str(results.path / f"{frame['name']}.png"))

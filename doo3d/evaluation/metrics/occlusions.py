@@ -70,7 +70,8 @@ def _with_opposite_seam(chain: Chain) -> Chain | None:
     if not chain.closed:
         return None
     joints = np.roll(chain.joints[:-1], len(chain.joints) // 2, axis=0)
-    return replace(chain, joints=np.vstack((joints, joints[:1])), radii=np.zeros(0), occluded=np.zeros(0, dtype=bool))
+    none = np.zeros(0, dtype=bool)
+    return replace(chain, joints=np.vstack((joints, joints[:1])), radii=np.zeros(0), occluded=none, depth_filled=none)
 
 
 def _passes(chain: Chain, alignment: ChainAlignment, truth: Truth, cable: int, run: SampleRun) -> bool:

@@ -15,6 +15,7 @@ from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
+from .depth_support import depth_is_filled
 from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
 
@@ -120,9 +121,9 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
 
     Returns
     -------
-    The chains, longest first, with radii, occluded segments and connections. A chain starts at the end nearer the left edge of
-    the image (ties: nearer the top); without a camera, at the end with the smaller x (ties: smaller y). Objects shorter than half
-    a segment, and rings of fewer than three segments, give no chain.
+    The chains, longest first, with radii, occluded and depth-filled segments, and connections. A chain starts at the end nearer
+    the left edge of the image (ties: nearer the top); without a camera, at the end with the smaller x (ties: smaller y). Objects
+    shorter than half a segment, and rings of fewer than three segments, give no chain.
     """
     if samples is None:
         return []
@@ -170,7 +171,7 @@ def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
 
 
 def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: FrameContext, config: RefineConfig) -> Chain:
-    """Return the chain with its radii, and its occluded segments marked (Keipour et al., RA-L 2022, section III-H)."""
+    """Return the chain with its radii, its occluded segments (Keipour et al., RA-L 2022, section III-H) and its filled depth."""
     part, length = samples.of_path(p), context.segment_length
     radius = float(samples.radius[part.start])
     middle = (joints[1:] + joints[:-1]) / 2
@@ -184,7 +185,8 @@ def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: F
             unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
         occluded[occluded] = unseen
     radii = samples.radii[part][nearest(joints, samples.positions[part], length, False)[1]]
-    return Chain(joints, length, radius, radii, occluded, samples.closed[p])
+    filled = depth_is_filled(joints, radius, context.foreground)
+    return Chain(joints, length, radius, radii, occluded, samples.closed[p], depth_filled=filled)
 
 
 def _connections(path: Path, chain: Chain, positions: Floats) -> tuple[Connection, ...]:
@@ -213,5 +215,10 @@ def _directed(chain: Chain, foreground: Foreground) -> Chain:
     last_segment = len(chain.occluded) - 1
     connections = tuple(Connection(last_segment - segment, confidence) for segment, confidence in chain.connections[::-1])
     return replace(
-        chain, joints=chain.joints[::-1], radii=chain.radii[::-1], occluded=chain.occluded[::-1], connections=connections
+        chain,
+        joints=chain.joints[::-1],
+        radii=chain.radii[::-1],
+        occluded=chain.occluded[::-1],
+        depth_filled=chain.depth_filled[::-1],
+        connections=connections,
     )

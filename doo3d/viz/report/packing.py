@@ -62,9 +62,9 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
     Returns
     -------
     dict
-        "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" as a text such as "0110"
-        with a digit for each segment, "color" as "#rrggbb", the same as in the pictures, and "id", "closed", "length", "radius",
-        "confidence" of the chain.
+        "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" and "filled" (the
+        depth was filled in) each as a text such as "0110" with a digit for each segment, "color" as "#rrggbb", the same as in the
+        pictures, and "id", "closed", "length", "radius", "confidence" of the chain.
     """
     number = index if chain.id is None else chain.id
     radii = chain.radii[:, None]
@@ -74,6 +74,7 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         "joints": pack_points(chain.joints),
         "radii": pack_points(radii) if np.isfinite(radii).all() else None,
         "occluded": "".join("01"[int(each)] for each in chain.occluded),
+        "filled": "".join("01"[int(each)] for each in chain.depth_filled),
         "closed": chain.closed,
         "length": chain.length,
         "radius": chain.radius,

@@ -82,15 +82,15 @@ function chainTraces(chain, number) {
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
   const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number + 1}`;
-  occlusionRuns(chain.occluded).forEach(([first, last, occluded], piece) => {
+  occlusionRuns(chain.occluded, chain.filled).forEach(([first, last, occluded, filled], piece) => {
     const mesh = tube(joints, radii, first, last), part = (column) => Array.from(column.slice(first, last + 1));
-    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${occluded ? "<br>occluded" : ""}`);
+    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${occluded ? "<br>occluded" : filled ? "<br>depth filled in" : ""}`);
     const { joint, ...shape } = mesh;
     const shared = { name, legendgroup: name, showlegend: false };
-    traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: occluded ? 0.3 : 1, hoverinfo: "text", hovertext: text,
+    traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: occluded ? 0.3 : filled ? 0.6 : 1, hoverinfo: "text", hovertext: text,
       lighting: { ambient: 0.72, diffuse: 0.5, specular: 0.12 }, lightposition: { x: -2000, y: -10000, z: -10000 } });
     traces.push({ ...shared, type: "scatter3d", mode: "lines", x: part(columns[0]), y: part(columns[1]), z: part(columns[2]), hoverinfo: "skip",
-      line: { color, width: 4, dash: occluded ? "dash" : "solid" }, showlegend: piece === 0 });
+      line: { color, width: 4, dash: occluded ? "dash" : filled ? "dot" : "solid" }, showlegend: piece === 0 });
   });
   const ends = chain.closed ? [0] : [0, joints.length - 1];
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
@@ -138,7 +138,7 @@ function drawSpace(frame) {
 }
 
 function drawImage(frame) {
-  const traces = frame.chains.flatMap((chain, number) => occlusionRuns(chain.occluded).map(([first, last, occluded]) => {
+  const traces = frame.chains.flatMap((chain, number) => occlusionRuns(chain.occluded, chain.occluded).map(([first, last, occluded]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
     return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number + 1}`, marker: { size: 4, color: chain.color },
       line: { color: chain.color, width: 3, dash: occluded ? "dot" : "solid" }, showlegend: false };
@@ -158,13 +158,13 @@ function chainTable(frame) {
   by("chains").replaceChildren();
   if (!frame.chains?.length) return;
   const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains"));
-  for (const title of ["Chain", "Length", "Radius", "Occluded", "Confidence"]) make("th", title, head).scope = "col";
+  for (const title of ["Chain", "Length", "Radius", "Occluded", "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
   frame.chains.forEach((chain, number) => {
     const row = make("tr", undefined, body), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
     first.append(`${chain.id ?? number + 1}${chain.closed ? ", a ring" : ""}`);
-    const occludedShare = [...chain.occluded].filter((each) => each === "1").length / chain.occluded.length;
-    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(occludedShare), percent(chain.confidence)]) make("td", text, row);
+    const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length;
+    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
   });
 }
 

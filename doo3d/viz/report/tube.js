@@ -26,11 +26,11 @@ const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);
 const unit = (a) => { const size = Math.sqrt(dot(a, a)) || 1; return a.map((value) => value / size); };
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Split segments into runs of equal occlusion: [first joint, last joint, occluded]. */
-function occlusionRuns(occluded) {
+/** Split segments into runs of one kind: [first joint, last joint, occluded, depth filled in]. */
+function occlusionRuns(occluded, filled) {
   const runs = [];
   for (let i = 0; i < occluded.length; i++) {
-    if (!i || occluded[i] !== occluded[i - 1]) runs.push([i, i + 1, occluded[i] === "1"]);
+    if (!i || occluded[i] !== occluded[i - 1] || filled[i] !== filled[i - 1]) runs.push([i, i + 1, occluded[i] === "1", filled[i] === "1"]);
     else runs[runs.length - 1][1] = i + 1;
   }
   return runs;

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_along, surface, wave
@@ -11,6 +13,7 @@ from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, 
 from doo3d.geometry.polyline import arc_length, densify, steps
 from doo3d.stages import FrameContext
 from doo3d.stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
+from doo3d.stages.refine.depth_support import depth_is_filled
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, Path
@@ -188,6 +191,48 @@ def test_what_only_colour_saw_is_not_occluded():
             axis, 0.004, "image", filled=np.abs(path[1:, 0]) < 0.02, config=RefineConfig(occluded=occluded), foreground=foreground
         )
         assert not chain.occluded.any()
+        middle = (chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2
+        missing = np.abs(CAMERA.project(chain.joints[1:] * 0.5 + chain.joints[:-1] * 0.5)[:, 0] - 319.5) < 40
+        inner = np.abs(np.abs(middle) - 0.033) > 0.012
+        assert chain.depth_filled[missing & inner].all()
+        assert not chain.depth_filled[~missing & inner].any()
+
+
+def filled_depth(depth_of):
+    """Return which segments of a straight cable have filled depth, and their middles along x, m; depth_of changes the depth."""
+    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
+    frame, mask = frame_of(axis, radius=0.004)
+    foreground = segment(frame, SegmentConfig(), mask).foreground
+    joints = np.column_stack((np.arange(-0.1, 0.101, STEP), np.zeros(21), np.full(21, 0.5)))
+    foreground = replace(foreground, depth=depth_of(frame.depth.copy()))
+    return depth_is_filled(joints, 0.004, foreground), (joints[1:, 0] + joints[:-1, 0]) / 2
+
+
+def test_depth_is_seen_where_readings_agree():
+    noise = np.random.default_rng(0).normal(0, 0.004, (480, 640)).astype(np.float32)
+    for change in (lambda depth: depth, lambda depth: np.where(depth > 0, depth + noise, 0)):
+        assert not filled_depth(change)[0].any()
+
+
+@pytest.mark.parametrize("offset", [0.03, -0.02])
+def test_depth_is_filled_where_readings_are_of_something_else(offset):
+    """Torn to what lies behind, or hidden by something that the mask holds too."""
+
+    def torn(depth):
+        depth[:, 280:360] += offset
+        return depth
+
+    filled, x = filled_depth(torn)
+    at = np.abs(CAMERA.project(np.column_stack((x, x * 0, x * 0 + 0.5)))[:, 0] - 319.5)
+    assert filled[at < 32].all()
+    assert not filled[at > 48].any()
+    assert 3 < filled.sum() < 10
+
+
+def test_points_of_a_cloud_are_all_seen():
+    joints = np.column_stack((np.arange(5) * STEP, np.zeros(5), np.ones(5)))
+    assert not depth_is_filled(joints, 0.004, Foreground(joints)).any()
+    assert not depth_is_filled(joints[:, :2], 4.0, Foreground(joints[:, :2])).any()
 
 
 @views
