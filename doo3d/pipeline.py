@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from .config import Config
 from .errors import InputError
 from .stages import FrameContext
+from .stages.confidence import Evidence, with_confidence
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
@@ -67,6 +68,8 @@ class Stages:
         the plane around the object, such as a table; None if there is none.
     extension_notes
         messages to the user: that the mask was not extended, since there were too many chains.
+    evidence
+        for each chain, what speaks against it; its confidence comes from that.
     """
 
     segmentation: Segmentation
@@ -82,6 +85,7 @@ class Stages:
     seconds: dict[str, float] = field(default_factory=dict)
     plane: Plane | None = None
     extension_notes: tuple[str, ...] = ()
+    evidence: list[Evidence] = field(default_factory=list)
 
     @property
     def paths(self) -> list[Path]:
@@ -185,8 +189,23 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     chains = lay_chains(samples, extended, context, config.refine)
     clock("lay_chains")
     crossings = find_crossings(chains, context, config.crossings)
+    dropped = sum(item.chain.length for item in merged.dropped if item.setting == "merge.chains")
+    chains, evidence = with_confidence(chains, crossings, dropped, context)
     clock("crossings")
-    return Stages(segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings, clock.seconds)
+    return Stages(
+        segmentation,
+        context,
+        skeleton,
+        traversal,
+        fitted,
+        pruned,
+        merged,
+        filled,
+        chains,
+        crossings,
+        clock.seconds,
+        evidence=evidence,
+    )
 
 
 def detect(

@@ -65,7 +65,7 @@ def scenes(
 ) -> None:
     """Render scenes with known cables, detect in them, and compare the chains with the truth.
 
-    Prints a table with a line of scores per family of scenes.
+    Prints a table with a line of scores per family of scenes, and how many of the frames of each confidence are right.
 
     \b
     Examples:
@@ -244,10 +244,12 @@ def _run(
 
 
 def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, document: Path | None) -> None:
-    """Print the table, and write the CSV and the JSON file."""
-    from ..evaluation.benchmark.tables import csv_text, format_table, json_text
+    """Print the tables of scores and of the reliability of the confidence, and write the CSV and the JSON file."""
+    from ..evaluation.benchmark.tables import csv_text, format_reliability, format_table, json_text
 
     typer.echo(format_table(rows))
+    if rows:
+        typer.echo("\n" + format_reliability(rows))
     if table:
         save(table, csv_text(rows))
     if document:

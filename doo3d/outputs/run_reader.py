@@ -144,6 +144,7 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         closed=bool(values["closed"]),
         connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
         id=values.get("id"),
+        confidence=_confidence(values) if {"confidence", "sure"} & values.keys() else float("nan"),
     )
 
 

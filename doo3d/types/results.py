@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -69,6 +70,9 @@ class Chain:
         where pieces were joined to make this chain, in order along it.
     id
         identity of the object in a capture, the same from frame to frame; None if frames were not tracked.
+    confidence
+        0 to 1, that the chain is right: one whole object and nothing else, in the right order and at the right place. If not
+        given, the lowest of the connections' confidences; 1 without connections.
 
     Raises
     ------
@@ -84,6 +88,7 @@ class Chain:
     closed: bool = False
     connections: tuple[Connection, ...] = ()
     id: int | None = None
+    confidence: float = field(default=float("nan"), kw_only=True)
 
     def __post_init__(self) -> None:
         joints = np.asarray(self.joints, dtype=float)
@@ -105,6 +110,9 @@ class Chain:
                 code="chain-shape",
             )
         set_sealed(self, joints=joints, radii=radii, occluded=occluded, depth_filled=occluded | filled)
+        if math.isnan(self.confidence):
+            least = min((connection.confidence for connection in self.connections), default=1.0)
+            object.__setattr__(self, "confidence", least)
 
     @property
     def length(self) -> float:
@@ -115,11 +123,6 @@ class Chain:
     def depth(self) -> tuple[str, ...]:
         """Whether the depth of each segment was measured: N words, "seen" or "filled"; see `depth_filled`. Empty in 2-D."""
         return tuple(DEPTH_WORDS[int(filled)] for filled in self.depth_filled) if self.joints.shape[1] == 3 else ()
-
-    @property
-    def confidence(self) -> float:
-        """The confidence of the chain, 0 to 1: the lowest of its connections' confidences; 1 without connections."""
-        return min((connection.confidence for connection in self.connections), default=1.0)
 
     def nodes(self, count: int) -> Floats:
         """Return evenly spaced points along the chain, first and last joint included.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -15,6 +16,12 @@ from .cases import Case
 
 DOUBTFUL_FRACTION = 0.1
 """Fraction of the frames, those of least confidence, that is left out to see how much more often the rest is correct."""
+
+RELIABILITY_BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 1.0)
+"""Bounds of the confidences that are counted together: narrow near 1, where thresholds are chosen."""
+
+MOST_CONFIDENT_FRACTION = 0.75
+"""Fraction of the frames, those of most confidence, whose share of correct frames is said beside the bins."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +183,65 @@ def summary(rows: Sequence[Row]) -> Summary:
         radius_ratio=_median([item.radius_ratio for item in scores]),
         ms=_median([1e3 * row.seconds for row in rows]),
     )
+
+
+@dataclass(frozen=True)
+class ReliabilityBin:
+    """The frames of similar confidence, and how many of them are right.
+
+    Attributes
+    ----------
+    low, high
+        bounds of the confidence; `high` itself belongs to the next bin, except for 1.
+    frames
+        number of frames.
+    confidence
+        mean confidence of these frames; NaN without frames.
+    correct
+        number of frames correct by the strict rule.
+    image_frames, image_correct
+        number of frames that are scored in the image, too, and number of those that are right there.
+    """
+
+    low: float
+    high: float
+    frames: int
+    confidence: float
+    correct: int
+    image_frames: int
+    image_correct: int
+
+
+def reliability(rows: Sequence[Row], bounds: Sequence[float] = RELIABILITY_BINS) -> list[ReliabilityBin]:
+    """Return how many frames of each confidence are right: a reliability curve, bin by bin from the lowest confidence.
+
+    Parameters
+    ----------
+    rows
+        a row for each frame.
+    bounds
+        ascending bounds of the bins, from 0 to 1; the lower bound of each bin belongs to the bin, and 1 to the last.
+    """
+    bins = []
+    for low, high in itertools.pairwise(bounds):
+        chosen = [row for row in rows if low <= row.confidence < high or row.confidence == high == bounds[-1]]
+        mean = float(np.mean([row.confidence for row in chosen])) if chosen else math.nan
+        bins.append(ReliabilityBin(low, high, len(chosen), mean, *_right(chosen)))
+    return bins
+
+
+def most_confident_part(rows: Sequence[Row], fraction: float = MOST_CONFIDENT_FRACTION) -> ReliabilityBin:
+    """Return how many frames are right among the given fraction of the rows, rounded up, that has the most confidence."""
+    order = sorted(rows, key=lambda row: -row.confidence)[: math.ceil(fraction * len(rows))]
+    confidence = [row.confidence for row in order]
+    mean = float(np.mean(confidence)) if order else math.nan
+    return ReliabilityBin(min(confidence, default=math.nan), 1.0, len(order), mean, *_right(order))
+
+
+def _right(rows: Sequence[Row]) -> tuple[int, int, int]:
+    """Return the number of correct rows, of those scored in the image, and of those right there."""
+    in_image = [row.score.image_correct for row in rows if row.score.image_correct is not None]
+    return sum(row.score.correct for row in rows), len(in_image), sum(in_image)
 
 
 def by_family(rows: Sequence[Row]) -> dict[str, list[Row]]:

@@ -6,10 +6,20 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from ...outputs.detection_json import dumps
-from .rows import Row, Summary, by_family, summary
+from .rows import (
+    MOST_CONFIDENT_FRACTION,
+    ReliabilityBin,
+    Row,
+    Summary,
+    by_family,
+    most_confident_part,
+    reliability,
+    summary,
+)
 
 SCHEMA = "doo3d/evaluation/2"
 COLUMNS = (
@@ -62,6 +72,24 @@ def format_table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
+def format_reliability(rows: Sequence[Row]) -> str:
+    """Return a text table that tells what the confidences of the frames are worth: how many of the frames of each are right.
+
+    A line for each bin of confidence, from the highest down, with the number of frames, their mean confidence, and the share that
+    is correct and that is right in the image. The last line is of the 75 % of the frames with the most confidence.
+    """
+    head = f"{'confidence':<22s} {'frames':>6s} {'mean':>5s} {'frames correct':>15s} {'right in image':>15s}"
+    lines = [_reliability_line(f"{each.low:g} to {each.high:g}", each) for each in reversed(reliability(rows)) if each.frames]
+    part = most_confident_part(rows)
+    lines.append(_reliability_line(f"{MOST_CONFIDENT_FRACTION:.0%} most confident".replace("%", " %"), part))
+    return "\n".join([head, *lines])
+
+
+def _reliability_line(name: str, each: ReliabilityBin) -> str:
+    correct, in_image = _share(each.correct, each.frames, 1), _share(each.image_correct, each.image_frames, 1)
+    return f"{name:<22s} {each.frames:>6d} {_number(each.confidence, 2):>5s} {correct:>15s} {in_image:>15s}"
+
+
 def _line(name: str, name_width: int, total: Summary) -> str:
     cells = (
         _share(total.frames_correct, total.frames, 1),
@@ -103,7 +131,8 @@ def csv_text(rows: Sequence[Row]) -> str:
 def json_text(rows: Sequence[Row], settings: Mapping[str, Any]) -> str:
     """Return the results of an evaluation as JSON text (schema doo3d/evaluation/2).
 
-    It holds the settings, a summary for each family and for "all", and the row of every frame; unknown values are null.
+    It holds the settings, a summary for each family and for "all", the reliability of the confidence (`ReliabilityBin`, for each
+    bin, then for the 75 % most confident frames), and the row of every frame; unknown values are null.
 
     Parameters
     ----------
@@ -115,7 +144,9 @@ def json_text(rows: Sequence[Row], settings: Mapping[str, Any]) -> str:
     groups = by_family(rows) | {"all": list(rows)}
     summaries = {name: summary(group).to_dict() for name, group in groups.items()}
     frames = [row.to_dict() for row in rows]
-    return dumps({"schema": SCHEMA, "settings": dict(settings), "summary": summaries, "frames": frames})
+    curve = {"bins": [asdict(each) for each in reliability(rows)], "most_confident": asdict(most_confident_part(rows))}
+    document = {"schema": SCHEMA, "settings": dict(settings), "summary": summaries, "reliability": curve, "frames": frames}
+    return dumps(document)
 
 
 def _is_unknown(value: Any) -> bool:

@@ -7,17 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import CrossingsConfig
+from ...geometry.foreground_view import projection_of
 from ...geometry.intersections import Intersections, PolylineSet, find_intersections
-from ...geometry.projection import Projection, axes_along
-from ...types import Camera, Chain, Crossing, Foreground, SegmentRef
+from ...types import Chain, Crossing, SegmentRef
 from .. import FrameContext
 from .upper_strand import upper_strand_log_odds
-
-FROM_ABOVE = np.diag((1.0, 1.0, -1.0))
-"""Axes of the view of a cloud without a viewpoint: x right, y down in the view, along -z."""
-
-UNIT_CAMERA = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
-"""Intrinsics of the view of a cloud with a viewpoint: positions are tangents of angles."""
 
 
 def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
@@ -70,21 +64,3 @@ def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odd
     t = float(intersections.t[k, upper])
     confidence = float(np.tanh(abs(log_odds) / 2))
     return Crossing(strands[upper], strands[1 - upper], joints[0] * (1 - t) + joints[1] * t, confidence)
-
-
-def projection_of(foreground: Foreground) -> Projection:
-    """Return the projection to the view in which the crossings of a foreground are looked for.
-
-    - In 2-D: positions unchanged, px.
-    - With a camera: its pinhole projection, positions in px.
-    - A cloud with a viewpoint: perspective from there towards the middle of the points, positions as tangents (x / z, y / z).
-    - A cloud without a viewpoint: parallel projection from above, against the z axis, positions in m.
-    """
-    if foreground.points.shape[1] == 2:
-        return Projection.planar()
-    if foreground.camera is not None:
-        return Projection.of_camera(foreground.camera)
-    viewpoint = foreground.viewpoint
-    if viewpoint is None:
-        return Projection.parallel(np.zeros(3), FROM_ABOVE)
-    return Projection.perspective(viewpoint, axes_along(foreground.points.mean(axis=0) - viewpoint), UNIT_CAMERA)

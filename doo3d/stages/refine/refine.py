@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import RefineConfig
+from ...geometry.depth_support import depth_is_filled
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
 from ...kernels import nearest
@@ -15,7 +16,6 @@ from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
-from .depth_support import depth_is_filled
 from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
 

@@ -220,18 +220,18 @@ def test_connections_lie_where_the_chain_was_occluded(turned):
     assert 400 < pixels[1, 0] < 450
     confidence = [connection.confidence for connection in found.connections]
     assert 1 > confidence[0] > confidence[1] > 0.3
-    assert found.confidence == detection.confidence == confidence[1]
+    assert found.confidence == detection.confidence < 1
     plain = detection.to_dict()
     assert json.loads(json.dumps(plain)) == plain
-    assert plain["confidence"] == plain["chains"][0]["confidence"] == confidence[1]
+    assert plain["confidence"] == plain["chains"][0]["confidence"] == found.confidence
     assert plain["chains"][0]["connections"] == [{"segment": c.segment, "confidence": c.confidence} for c in found.connections]
 
 
-def test_confidence_is_one_without_connections():
+def test_confidence_is_high_without_connections():
     frame, mask = frame_of(line([-0.1, 0, 0.5], [0.1, 0.02, 0.5]))
     detection = doo3d.detect(frame, mask=mask)
     assert detection.chains[0].connections == ()
-    assert detection.confidence == detection.chains[0].confidence == 1.0
+    assert 0.95 < detection.confidence == detection.chains[0].confidence < 1.0
     own = Chain(np.array([[0.0, 0, 1], [STEP, 0, 1]]), STEP)
     assert own.confidence == 1.0
     doubtful = Chain(own.joints, STEP, connections=(Connection(0, 0.8), Connection(0, 0.3)))

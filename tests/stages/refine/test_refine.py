@@ -10,10 +10,10 @@ from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_
 from scipy.spatial import cKDTree
 
 from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
+from doo3d.geometry.depth_support import depth_is_filled
 from doo3d.geometry.polyline import arc_length, densify, steps
 from doo3d.stages import FrameContext
 from doo3d.stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
-from doo3d.stages.refine.depth_support import depth_is_filled
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, Path

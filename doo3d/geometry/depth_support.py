@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ...types import Bools, Floats, Foreground
+from ..types import Bools, Floats, Foreground
 
 POSITIONS = (np.arange(5) + 0.5) / 5
 """Fractions of a segment's length at which its readings are taken."""
@@ -25,12 +27,43 @@ TOLERANCE_DEVIATIONS = 3.0
 MIN_SUPPORT = 0.3
 """Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
 
+MIN_READINGS = 3
+"""Readings of a segment that make a median."""
+
 MAD_TO_DEVIATION = 1.4826
 """Standard deviations per median absolute deviation of normal errors."""
 
 
+class DepthSupport(NamedTuple):
+    """How well the depth readings support the N segments of a chain.
+
+    Attributes
+    ----------
+    share
+        (N,) share of a segment's samples with a reading of the object that agrees with the segment within the least tolerance.
+    is_filled
+        (N,) bool, True for a segment whose depth was interpolated, since too few readings agree with it.
+    residual
+        (N,) radii, median difference of a segment's readings from its surface, absolute; NaN with fewer than 3 readings.
+    """
+
+    share: Floats
+    is_filled: Bools
+    residual: Floats
+
+
 def depth_is_filled(joints: Floats, radius: float, foreground: Foreground) -> Bools:
     """Tell which segments have a depth that was interpolated along the strand, since no readings support it.
+
+    See `depth_support`; the arguments are the same. Returns (N,) bool; all False in 2-D and for a cloud, whose points are all
+    measured.
+    """
+    support = depth_support(joints, radius, foreground)
+    return np.zeros(len(joints) - 1, dtype=bool) if support is None else support.is_filled
+
+
+def depth_support(joints: Floats, radius: float, foreground: Foreground) -> DepthSupport | None:
+    """Return how well the depth readings support the segments of a chain; None in 2-D and for a cloud.
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
     sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
@@ -44,17 +77,13 @@ def depth_is_filled(joints: Floats, radius: float, foreground: Foreground) -> Bo
         radius of the chain, m (px in 2-D).
     foreground
         the mask, the depth and the camera of the frame.
-
-    Returns
-    -------
-    (N,) bool; all False in 2-D and for a cloud, whose points are all measured.
     """
     if foreground.camera is None or foreground.depth is None or foreground.mask is None:
-        return np.zeros(len(joints) - 1, dtype=bool)
+        return None
     axis = joints[:-1, None] + POSITIONS[:, None] * np.diff(joints, axis=0)[:, None]
     z = axis[..., 2]
     centers = foreground.camera.project(axis.reshape(-1, 3)).reshape(*axis.shape[:2], 2)
-    in_view = np.isfinite(centers).all(axis=(1, 2))
+    in_view = np.asarray(np.isfinite(centers).all(axis=(1, 2)))
     along = centers[:, -1] - centers[:, 0]
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     lateral = np.column_stack((-along[:, 1], along[:, 0]))
@@ -62,11 +91,20 @@ def depth_is_filled(joints: Floats, radius: float, foreground: Foreground) -> Bo
     pixels = centers[:, :, None] + offset[..., None] * lateral[:, None, None]
     u, v = np.rint(np.where(in_view[:, None, None, None], pixels, -1.0)).astype(int).transpose(3, 0, 1, 2)
     height, width = foreground.mask.shape
-    measured = np.asarray((u >= 0) & (v >= 0) & (u < width) & (v < height))
-    u, v = np.where(measured, u, 0), np.where(measured, v, 0)
+    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
     reading = foreground.depth[v, u]
-    measured &= foreground.mask[v, u] & (reading > 0)
-    residual = np.abs(reading - (z[..., None] - SURFACE_RADII * radius))
+    measured = np.asarray(inside & foreground.mask[v, u] & (reading > 0))
+    error = reading - (z[..., None] - SURFACE_RADII * radius)
+    residual = np.abs(error)
     deviation = MAD_TO_DEVIATION * float(np.median(residual[measured])) if measured.any() else 0.0
-    tolerance = min(max(TOLERANCE_DEVIATIONS * deviation, MIN_TOLERANCE_RADII * radius), MAX_TOLERANCE_RADII * radius)
-    return np.asarray((measured & (residual < tolerance)).mean(axis=(1, 2)) < MIN_SUPPORT)
+    least, most = MIN_TOLERANCE_RADII * radius, MAX_TOLERANCE_RADII * radius
+    agreeing = measured & (residual < min(max(TOLERANCE_DEVIATIONS * deviation, least), most))
+    of_segment = np.sort(np.where(measured, error, np.inf).reshape(len(error), -1), axis=1)
+    count = measured.sum(axis=(1, 2))
+    rows = np.arange(len(count))
+    lower, upper = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, of_segment.shape[1] - 1)
+    middle = (of_segment[rows, lower] + of_segment[rows, upper]) / 2
+    median = np.where(count >= MIN_READINGS, np.abs(middle) / radius, np.nan)
+    share = (measured & (residual < least)).mean(axis=(1, 2))
+    return DepthSupport(np.asarray(share), np.asarray(agreeing.mean(axis=(1, 2)) < MIN_SUPPORT), median)

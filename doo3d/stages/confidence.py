@@ -1,0 +1,236 @@
+"""The confidence of chains: the odds that a frame is right, from every kind of evidence against it.
+
+Each doubtful decision multiplies the odds by a factor below 1, so that the logarithm of the odds is a sum: a constant for a frame
+without doubt, less a weight times the amount of each kind of evidence (logistic regression). The weights were fitted on rendered
+scenes with known truth; docs/pages/accuracy.md says on which, and how the confidence then held on others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..geometry.depth_support import depth_support
+from ..geometry.foreground_view import projection_of
+from ..geometry.mask import bounding_box
+from ..geometry.polyline import arc_length
+from ..types import Bools, Chain, Crossing, Floats, Foreground
+from . import FrameContext
+
+BASE_LOG_ODDS = 5.06
+"""Logarithm of the odds that a chain without any evidence against it is right. This constant and the weights are fitted by
+docs/fit_confidence.py to seeds 0 to 2 of all families of scenes."""
+
+WEIGHTS = {
+    "joins": 0.27,
+    "unsupported": 0.79,
+    "residual": 1.47,
+    "bend": 1.83,
+    "undecided": 1.77,
+    "beside": 2.01,
+    "unclaimed": 5.20,
+    "dropped": 5.27,
+}
+"""What a unit of each kind of evidence takes from the logarithm of the odds."""
+
+SAMPLE_RADII, BEND_SAMPLES = 0.5, 4
+"""Radii between samples along a chain, and samples on either side between which it turns."""
+
+SUPPORTED_SHARE = 0.5
+"""Share of a segment's samples that must agree with it for its depth not to be doubtful."""
+
+RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = 90.0, 3.0
+"""Percentile over a chain's segments of the difference of its readings, and the most that counts."""
+
+BESIDE_RADII, BESIDE_ANGLE, APART_RADII = 2.0, math.radians(25), 8.0
+"""Radii in the view within which another strand is beside one, the angle between them at most, and the radii along a chain from
+which on it counts as another strand."""
+
+CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
+"""Distance in the view from an axis within which a pixel of the mask is that chain's."""
+
+DRAWN_EVERY = 3
+"""Samples per line that is drawn along a chain to find the pixels that are its own."""
+
+MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
+"""px; positions farther out are not drawn, and the widest line that can be."""
+
+MAX_DROPPED_RADII = 20.0
+"""Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks against one chain; 0 for nothing.
+
+    Attributes
+    ----------
+    joins
+        log(1 + sum over the chain's connections of 1 - confidence).
+    unsupported
+        square root of the share of the segments of which less than half is supported by depth readings, occluded ones included.
+    residual
+        radii, by which the readings differ from the chain, 90th percentile over its segments.
+    bend
+        radians, the sharpest turn in the view within two radii on either side.
+    undecided
+        sum over the crossings of the chain of 1 - confidence.
+    beside
+        square root of the share of the chain that runs beside another strand in the view, within two radii.
+    unclaimed
+        square root of the share of the mask that belongs to no chain; the same for all chains of a frame.
+    dropped
+        length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
+    """
+
+    joins: float = 0.0
+    unsupported: float = 0.0
+    residual: float = 0.0
+    bend: float = 0.0
+    undecided: float = 0.0
+    beside: float = 0.0
+    unclaimed: float = 0.0
+    dropped: float = 0.0
+
+    @property
+    def confidence(self) -> float:
+        """The probability, 0 to 1, that the chain is right."""
+        log_odds = BASE_LOG_ODDS - sum(weight * getattr(self, name) for name, weight in WEIGHTS.items())
+        return 1 / (1 + math.exp(-log_odds))
+
+
+def with_confidence(
+    chains: Sequence[Chain], crossings: Sequence[Crossing], dropped: float, context: FrameContext
+) -> tuple[list[Chain], list[Evidence]]:
+    """Return the chains with their confidence, and the evidence that it comes from.
+
+    Parameters
+    ----------
+    chains
+        the chains of one frame, m (px in 2-D).
+    crossings
+        where they cross in the view.
+    dropped
+        length of the pieces dropped because of the wanted number of chains, m (px in 2-D).
+    context
+        the data of the frame.
+
+    Returns
+    -------
+    The chains in the same order, and for each its evidence.
+    """
+    if not chains:
+        return [], []
+    foreground = context.foreground
+    samples = [_samples(chain, foreground) for chain in chains]
+    beside = _beside(samples, chains)
+    unclaimed = math.sqrt(_unclaimed(samples, foreground))
+    share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
+    evidence = []
+    for i, chain in enumerate(chains):
+        unsupported, residual = _depth_doubts(chain, foreground)
+        evidence.append(
+            Evidence(
+                joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
+                unsupported=math.sqrt(unsupported),
+                residual=residual,
+                bend=_sharpest_turn(samples[i].view),
+                undecided=sum(1 - each.confidence for each in crossings if i in (each.upper.chain, each.lower.chain)),
+                beside=math.sqrt(float(beside[i].mean())),
+                unclaimed=unclaimed,
+                dropped=share_dropped,
+            )
+        )
+    return [replace(chain, confidence=each.confidence) for chain, each in zip(chains, evidence, strict=True)], evidence
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """S samples along one chain: `view` (S, 2) and `reach` (S,), position and radius in the view; `along` (S,) radii."""
+
+    view: Floats
+    reach: Floats
+    along: Floats
+
+
+def _samples(chain: Chain, foreground: Foreground) -> _Samples:
+    radius = chain.radius if chain.radius > 0 else chain.segment_length
+    length = arc_length(chain.joints)
+    along = np.arange(0, length[-1], SAMPLE_RADII * radius)
+    points = np.column_stack([np.interp(along, length, axis) for axis in chain.joints.T])
+    view = projection_of(foreground)
+    positions = view.project(points)
+    seen = np.isfinite(positions).all(axis=1)
+    points = points[seen]
+    return _Samples(positions[seen], radius * view.scale(view.distance(points)), along[seen] / radius)
+
+
+def _sharpest_turn(view: Floats) -> float:
+    """Return the largest angle, radians, between the steps before and after a sample (S, 2), each of BEND_SAMPLES samples."""
+    if len(view) <= 2 * BEND_SAMPLES:
+        return 0.0
+    step = view[BEND_SAMPLES:] - view[:-BEND_SAMPLES]
+    step = step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12)
+    cosine = (step[:-BEND_SAMPLES] * step[BEND_SAMPLES:]).sum(axis=1)
+    return float(np.arccos(np.clip(cosine, -1, 1)).max())
+
+
+def _depth_doubts(chain: Chain, foreground: Foreground) -> tuple[float, float]:
+    """Return the share of segments whose depth is doubtful, and the residual of the readings in radii."""
+    support = depth_support(chain.joints, chain.radius, foreground) if chain.radius > 0 else None
+    if support is None:
+        return float(chain.occluded.mean()), 0.0
+    measured = support.residual[np.isfinite(support.residual)]
+    residual = float(np.percentile(measured, RESIDUAL_PERCENTILE)) if len(measured) else MAX_RESIDUAL_RADII
+    return float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean()), min(residual, MAX_RESIDUAL_RADII)
+
+
+def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]:
+    """Return for each chain which of its samples have another strand beside them in the view, nearly parallel."""
+    bounds = np.cumsum([len(each.view) for each in samples])
+    flags = np.zeros(bounds[-1], dtype=bool)
+    view, reach, along = (np.concatenate(part) for part in zip(*((s.view, s.reach, s.along) for s in samples), strict=True))
+    if len(view):
+        number = np.repeat(np.arange(len(samples)), np.diff(bounds, prepend=0))
+        tangent = np.concatenate([_tangents(each.view) for each in samples])
+        pairs = cKDTree(view).query_pairs(BESIDE_RADII * float(reach.max()), output_type="ndarray")
+        a, b = pairs.T
+        circumference = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
+        difference = np.abs(along[a] - along[b])
+        difference = np.minimum(difference, np.abs(circumference[number[a]] - difference))
+        other = (number[a] != number[b]) | (difference > APART_RADII)
+        near = np.linalg.norm(view[a] - view[b], axis=1) < BESIDE_RADII * np.maximum(reach[a], reach[b])
+        parallel = np.abs((tangent[a] * tangent[b]).sum(axis=1)) > math.cos(BESIDE_ANGLE)
+        flags[pairs[other & near & parallel].ravel()] = True
+    return [part if len(part) else np.zeros(1, dtype=bool) for part in np.split(flags, bounds[:-1])]
+
+
+def _tangents(view: Floats) -> Floats:
+    if len(view) < 2:
+        return np.zeros((len(view), 2))
+    step = np.gradient(view, axis=0)
+    return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
+
+
+def _unclaimed(samples: Sequence[_Samples], foreground: Foreground) -> float:
+    """Return the share of the pixels of the mask that are near no chain; 0 for a cloud."""
+    mask = foreground.mask
+    if mask is None or not mask.any():
+        return 0.0
+    box = bounding_box(mask)
+    left = mask[box].astype(np.uint8)
+    total = int(np.count_nonzero(left))
+    corner = np.array((box[1].start, box[0].start))
+    for each in samples:
+        view, reach = each.view[::DRAWN_EVERY], each.reach[::DRAWN_EVERY]
+        if len(view) and np.abs(view).max() < MAX_PIXEL:
+            pixels = np.rint(view - corner).astype(int).tolist()
+            thickness = np.rint(2 * (CLAIMED_RADII * reach + CLAIMED_MARGIN_PX)).astype(int).clip(1, MAX_THICKNESS_PX)
+            for start, end, width in zip(pixels, [*pixels[1:], pixels[-1]], thickness.tolist(), strict=True):
+                cv2.line(left, start, end, 0, width)
+    return int(np.count_nonzero(left)) / total
