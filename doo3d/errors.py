@@ -43,6 +43,10 @@ class MissingDependency(DooError):
     """Error of an optional package that is needed and not installed; the message holds the pip command."""
 
 
+class DooWarning(UserWarning):
+    """Warning about a result that may not be what the user expects; the message names the reason and the remedy."""
+
+
 def _rebuild(kind: type[DooError], message: str, code: str) -> DooError:
     return kind(message, code=code)
 

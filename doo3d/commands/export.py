@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import ConfigError
+from ..errors import ConfigError, DooWarning
 
 if TYPE_CHECKING:
     from ..exports import Export
@@ -25,6 +26,9 @@ def export(
         str | None,
         typer.Option(metavar="POSE", help="Pose of the camera in the world: a file with a 4x4 matrix, or x,y,z,qx,qy,qz,qw."),
     ] = None,
+    segments: Annotated[
+        int | None, typer.Option(metavar="N", help="Number of segments per chain for simulators, same as --set segments=N.")
+    ] = None,
     count: Annotated[int | None, typer.Option(metavar="M", help="Number of nodes, same as --set count=M.")] = None,
     overrides: Annotated[
         list[str] | None,
@@ -39,6 +43,7 @@ def export(
     Examples:
       doo3d export out --to npz                                    all frames in one file, out.npz
       doo3d export out --to mjcf -o scenes --set ground=true       a MuJoCo model per frame
+      doo3d export out --to urdf --segments 20                     few joints, for PyBullet
       doo3d export out --to nodes --frame 000000 --count 45        the initial nodes of TrackDLO
       doo3d export out --to usd --pose 0,0,1.2,1,0,0,0             in the world's coordinates
 
@@ -57,10 +62,23 @@ def export(
             "expected OUT and --to FORMAT, such as doo3d export out --to npz; formats: " + ", ".join(FORMATS),
             code="option-missing",
         )
-    options = parse_overrides(overrides or []) | ({} if count is None else {"count": count})
+    given = {"count": count, "segments": segments}
+    options = parse_overrides(overrides or []) | {key: value for key, value in given.items() if value is not None}
     target = out or default_path(results, to)
-    written = write(results, to, target, frames=frame or None, pose=pose, force=force, **options)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DooWarning)
+        written = write(results, to, target, frames=frame or None, pose=pose, force=force, **options)
+    for line in _notes(caught):
+        typer.echo(line, err=True)
     typer.echo(f"{len(written)} file{'s' * (len(written) != 1)} -> {written[0] if len(written) == 1 else target}")
+
+
+def _notes(caught: Iterable[warnings.WarningMessage]) -> Iterator[str]:
+    """Yield a line for the first warning, and how many frames have more of them; warnings of other libraries are left out."""
+    messages = [str(item.message) for item in caught if issubclass(item.category, DooWarning)]
+    if messages:
+        more = f" ({len(messages) - 1} more like this)" if len(messages) > 1 else ""
+        yield f"doo3d: note: {messages[0]}{more}"
 
 
 def _description(name: str, kind: type[Export]) -> Iterator[str]:

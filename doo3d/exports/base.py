@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from ..errors import InputError
 from ..types import Chain, Detection, Floats
 from ..viz.palette import Rgb, chain_color
+from .resampling import resampled
 
 
 class Export(BaseModel):
@@ -101,6 +102,48 @@ class RadiusExport(Export):
             return np.full(len(chain.joints), default)
         is_measured = np.isfinite(chain.radii) & (chain.radii > 0)
         return np.asarray(np.where(is_measured, chain.radii, default))
+
+
+class ChainBodies(NamedTuple):
+    """A chain as rigid bodies, one per segment.
+
+    Attributes
+    ----------
+    name
+        name of the chain, such as "chain0"; the first part of the names of its bodies and joints.
+    label
+        number of the chain.
+    chain
+        the chain, with the number of segments that the option `segments` asks for.
+    mass
+        mass of each segment, kg: all together weigh as much as the detected chain, whatever the number of segments.
+    """
+
+    name: str
+    label: int
+    chain: Chain
+    mass: float
+
+
+class BodyExport(RadiusExport):
+    """The base class of export formats for simulators, in which each segment is a rigid body."""
+
+    density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
+    segments: int | None = Field(None, ge=1, description="number of segments of each chain; default: as detected")
+
+    def bodies_of(self, detection: Detection) -> list[ChainBodies]:
+        """Return the chains of a detection as rigid bodies.
+
+        Raises
+        ------
+        InputError : the radius of a chain is unknown and the option `radius` is not set, or a ring cannot have so few segments.
+        """
+        bodies = []
+        for label, detected in zip(labels(detection), detection.chains, strict=True):
+            chain = detected if self.segments is None else resampled(detected, self.segments)
+            mass = self.density * math.pi * self.radius_of(detected) ** 2 * detected.length / len(chain.occluded)
+            bodies.append(ChainBodies(f"chain{label}", label, chain, mass))
+        return bodies
 
 
 def labels(detection: Detection) -> list[int]:

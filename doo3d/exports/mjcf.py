@@ -10,18 +10,17 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ..errors import InputError
-from ..types import Chain, Detection, Floats
-from .base import RadiusExport, colors, is_z_up, labels
+from ..types import Chain, Detection
+from .base import BodyExport, ChainBodies, colors
+from .gravity import gravity_of, ground_of
 from .link_frames import link_frames, relative_rotations
 from .xml import escape, tag
 
-GRAVITY = 9.81  # m/s^2
 MAX_NESTED_BODIES = 400  # MuJoCo's XML reader stops at 500 nested elements; longer chains continue in a second tree
 CONTACT_FREE_RADII = 3.0  # along the chain: closer capsules touch at every bend, so contacts between them are excluded
 
 
-class Mjcf(RadiusExport):
+class Mjcf(BodyExport):
     """Export format MJCF, for MuJoCo 3 and 4: each segment is a body with a capsule, and ball joints connect the bodies.
 
     The model uses neither plugins nor composite bodies. The origin of a body is at one end of its segment, and the body's z axis
@@ -31,17 +30,19 @@ class Mjcf(RadiusExport):
     summary: ClassVar[str] = "MuJoCo: capsules with ball joints"
     suffixes: ClassVar[tuple[str, ...]] = (".xml",)
 
-    density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
     bending: float = Field(0.0, ge=0, description="bending stiffness E I about the detected shape, N m²")
     damping: float = Field(5e-5, ge=0, description="damping of bending, N m² s; a joint's is this over the segment length")
     friction: float = Field(0.5, ge=0, description="sliding friction of the capsules")
     fixed: Literal["none", "first", "last", "both"] = Field(
         "none", description="ends held as by a gripper: the first segment, the last, or both"
     )
-    ground: bool = Field(False, description="add a plane perpendicular to gravity, under the lowest chain")
+    ground: bool = Field(
+        False, description="add the plane that the object lies on; without one, a level plane under the lowest chain"
+    )
     contacts: bool = Field(True, description="contacts of chains with themselves and each other")
     gravity: tuple[float, float, float] | None = Field(
-        None, description="gravity, m/s²; default: 9.81 down, which is -z, or +y in the coordinates of a level camera"
+        None,
+        description="gravity, m/s²; default: 9.81 along -z of the base frame, else towards the plane that the object lies on",
     )
     timestep: float = Field(0.002, gt=0, description="time step, s")
 
@@ -57,25 +58,26 @@ class Mjcf(RadiusExport):
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:
-        gravity = np.array(self.gravity or ((0, 0, -GRAVITY) if is_z_up(detection) else (0, GRAVITY, 0)), dtype=float)
-        named = [(f"chain{label}", chain, label) for label, chain in zip(labels(detection), detection.chains, strict=True)]
+        gravity = gravity_of(detection) if self.gravity is None else np.array(self.gravity, dtype=float)
+        chains = self.bodies_of(detection)
         yield f'<mujoco model="{escape(detection.frame)}">'
         yield '<compiler angle="radian"/>'
         yield tag("option", timestep=self.timestep, gravity=gravity, integrator="implicitfast")
         yield from self._defaults()
         yield "<worldbody>"
         if self.ground:
-            yield from self._ground(detection.chains, gravity)
-        for name, chain, label in named:
-            yield from self._bodies(name, chain, label)
+            at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
+            yield tag("geom", name="ground", type="plane", pos=at, zaxis=up, size=(0, 0, 1), contype=3, conaffinity=3)
+        for bodies in chains:
+            yield from self._bodies(bodies)
         yield "</worldbody>"
         yield "<contact>"
-        for name, chain, _ in named:
-            yield from self._contact_exclusions(name, chain)
+        for bodies in chains:
+            yield from self._contact_exclusions(bodies.name, bodies.chain)
         yield "</contact>"
         yield "<equality>"
-        for name, chain, _ in named:
-            yield from self._constraints(name, chain)
+        for bodies in chains:
+            yield from self._constraints(bodies.name, bodies.chain)
         yield "</equality>"
         yield "</mujoco>"
 
@@ -85,23 +87,13 @@ class Mjcf(RadiusExport):
         yield tag("geom", type="capsule", friction=(self.friction, 0.005, 0.0001), contype=group, conaffinity=1)
         yield "</default></default>"
 
-    def _ground(self, chains: Sequence[Chain], gravity: Floats) -> Iterator[str]:
-        magnitude = np.linalg.norm(gravity)
-        if magnitude == 0:
-            raise InputError("ground=true needs a gravity other than 0 0 0", code="options-conflict")
-        up = -gravity / magnitude
-        lowest = [float((chain.joints @ up).min()) - self.radius_of(chain) for chain in chains]
-        center = np.mean([chain.joints.mean(axis=0) for chain in chains], axis=0) if chains else np.zeros(3)
-        position = center + (min(lowest, default=0.0) - center @ up) * up
-        yield tag("geom", name="ground", type="plane", pos=position, zaxis=up, size=(0, 0, 1), contype=3, conaffinity=3)
-
-    def _bodies(self, name: str, chain: Chain, label: int) -> Iterator[str]:
+    def _bodies(self, bodies: ChainBodies) -> Iterator[str]:
+        name, label, chain, mass = bodies  # of cylinders: capsules overlap
         length, radius, count = chain.segment_length, self.radius_of(chain), len(chain.occluded)
         is_reversed = self.fixed == "last"  # the tree starts at the held end
         joints, segments = (chain.joints[::-1], range(count)[::-1]) if is_reversed else (chain.joints, range(count))
         frames = link_frames(joints)
         relative = np.roll(relative_rotations(frames).as_quat(), 1, axis=1)  # MuJoCo: w first
-        mass = self.density * math.pi * radius**2 * length  # of cylinders: capsules overlap
         shape = {"fromto": (0, 0, 0, 0, 0, length), "size": radius, "mass": mass}
         # the inertia of a thin segment about its own axis is too small for a solver
         joint = {"stiffness": self.bending / length, "damping": self.damping / length, "armature": mass * length**2}

@@ -12,30 +12,39 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
-from ..types import Chain, Detection, Floats
-from .base import RadiusExport, colors, labels
+from ..errors import InputError
+from ..types import Detection, Floats
+from .base import BodyExport, ChainBodies, colors
 from .link_frames import link_frames, relative_rotations
 from .xml import escape, tag
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 LIMITS = (math.pi, math.pi / 2, math.pi)  # rad, about x, y and z: they cover every direction once
-TINY_MASS, TINY_INERTIA = 1e-6, 1e-12  # kg, kg m²: of the links between a ball joint's axes; simulators require positive values
+LINK_SHARE = 1e-3  # of a segment's mass: that of a link without a shape, since simulators require positive values
+DAMPING_SECONDS = 0.1  # in which damping halts a segment swinging alone: explicit integrators are stable at steps well below
+FREE_ROOT = "origin"
+ROOT = "world"  # simulators hold a root link of this name without inertia (PyBullet), or take it for the world (MuJoCo, Drake)
 
 
-class Urdf(RadiusExport):
+class Urdf(BodyExport):
     """Export format URDF: one robot in which each segment is a link with a cylinder.
 
     Two neighbouring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
-    "origin" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
+    "world" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
     """
 
     summary: ClassVar[str] = "URDF: cylinders, a ball joint is two or three revolute joints"
     suffixes: ClassVar[tuple[str, ...]] = (".urdf",)
 
-    density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
-    damping: float = Field(1e-4, ge=0, description="damping of each revolute joint, N m s/rad")
+    damping: float | None = Field(
+        None, ge=0, description="damping of each revolute joint, N m s/rad; default: a segment swinging alone halts within 0.1 s"
+    )
     axes: Literal[2, 3] = Field(3, description="revolute joints per ball joint: 2 for bending, 3 for bending and twist")
-    base: Literal["fixed", "floating"] = Field("fixed", description="joint of the first segment with the root link")
+    base: Literal["fixed", "floating", "free"] = Field(
+        "fixed",
+        description="first segment: held (fixed), on a floating joint (floating), or moving with the root (free: one chain, for "
+        "simulators without floating joints)",
+    )
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write all chains of the frame `frames[0]` as one robot in XML, in m.
@@ -43,57 +52,96 @@ class Urdf(RadiusExport):
         Raises
         ------
         InputError
-            the radius of a chain is unknown and the option `radius` is not set.
+            the radius of a chain is unknown and the option `radius` is not set, or `base` is "free" and there are several chains.
         """
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:
+        chains = self.bodies_of(detection)
+        is_free = self.base == "free" and bool(chains)
+        if is_free and len(chains) > 1:
+            raise InputError(
+                f"base=free: frame {detection.frame} has {len(chains)} chains, and a robot has one root: use base=floating",
+                code="options-conflict",
+            )
         yield '<?xml version="1.0"?>'
         yield f'<robot name="{escape(detection.frame)}">'
-        yield tag("link", name="origin")
-        for label, chain in zip(labels(detection), detection.chains, strict=True):
-            for part, color in zip(("seen", "occluded"), colors(label), strict=True):
+        root = FREE_ROOT if is_free else ROOT
+        yield _bare_link(root, *_shares(chains[0], self.radius_of(chains[0].chain))) if is_free else tag("link", name=root)
+        for bodies in chains:
+            for part, color in zip(("seen", "occluded"), colors(bodies.label), strict=True):
                 rgba = tag("color", rgba=(*np.round(np.array(color) / 255, 3), 1))
-                yield f'<material name="chain{label}_{part}">{rgba}</material>'
-            yield from self._chain(f"chain{label}", chain)
+                yield f'<material name="{bodies.name}_{part}">{rgba}</material>'
+            yield from self._chain(bodies, root)
         yield "</robot>"
 
-    def _chain(self, name: str, chain: Chain) -> Iterator[str]:
+    def _chain(self, bodies: ChainBodies, root: str) -> Iterator[str]:
+        name, _, chain, _ = bodies
         relative = _roll_pitch_yaw(relative_rotations(link_frames(chain.joints)))
+        end, last = np.array((0.0, 0.0, chain.segment_length)), len(chain.occluded) - 1
+        shares = _shares(bodies, self.radius_of(chain))
         for k, occluded in enumerate(chain.occluded):
-            link, position = f"{name}_segment{k}", (0.0, 0.0, chain.segment_length)
+            link = f"{name}_segment{k}"
             if k == 0:
-                yield _joint(f"{name}_base", self.base, "origin", link, chain.joints[0], relative[0])
+                kind = "floating" if self.base == "floating" else "fixed"
+                yield _joint(f"{name}_base", kind, root, link, chain.joints[0], relative[0])
             else:
-                yield from self._ball(f"{name}_joint{k}", f"{name}_segment{k - 1}", link, np.array(position), relative[k])
-            yield from self._link(link, f"{name}_{'occluded' if occluded else 'seen'}", chain)
-        yield tag("link", name=f"{name}_end")
-        end = np.array((0.0, 0.0, chain.segment_length))
-        yield _joint(f"{name}_tip", "fixed", f"{name}_segment{len(chain.occluded) - 1}", f"{name}_end", end, np.zeros(3))
+                yield from self._ball(f"{name}_joint{k}", f"{name}_segment{k - 1}", link, end, relative[k], bodies)
+            bare = (self.axes - 1) * (k > 0) + (k == last) + (k == 0 and root == FREE_ROOT)
+            yield from self._link(
+                link, f"{name}_{'occluded' if occluded else 'seen'}", bodies, bodies.mass * (1 - LINK_SHARE * bare)
+            )
+        yield _bare_link(f"{name}_end", *shares)
+        yield _joint(f"{name}_tip", "fixed", f"{name}_segment{last}", f"{name}_end", end, np.zeros(3))
 
-    def _ball(self, name: str, parent: str, child: str, position: Floats, angles: Floats) -> Iterator[str]:
+    def _ball(self, name: str, parent: str, child: str, position: Floats, angles: Floats, bodies: ChainBodies) -> Iterator[str]:
+        """Yield the revolute joints of a ball joint and the links between them.
+
+        Parameters
+        ----------
+        name
+            name of the ball joint.
+        parent, child
+            links that it joins.
+        position, angles
+            of the child in the parent, (3,) m and (3,) rad (roll, pitch, yaw), in the detected shape.
+        bodies
+            the chain.
+        """
+        radius, length = self.radius_of(bodies.chain), bodies.chain.segment_length
+        inertia = bodies.mass * (radius**2 / 4 + length**2 / 3)  # of a segment about its end
+        damping = inertia / DAMPING_SECONDS if self.damping is None else self.damping
         for i in range(self.axes):
             below = child if i == self.axes - 1 else f"{name}_{'xyz'[i]}"
             elements = tag("axis", xyz=AXES[i]) + tag("limit", lower=-LIMITS[i], upper=LIMITS[i], effort=100, velocity=100)
-            elements += tag("dynamics", damping=self.damping)
+            elements += tag("dynamics", damping=damping)
             yield _joint(f"{name}_r{'xyz'[i]}", "revolute", parent, below, position, angles, elements)
             if below != child:
-                moments = dict.fromkeys(("ixx", "iyy", "izz"), TINY_INERTIA) | dict.fromkeys(("ixy", "ixz", "iyz"), 0)
-                inertial = tag("mass", value=TINY_MASS) + tag("inertia", **moments)
-                yield f'<link name="{below}"><inertial>{inertial}</inertial></link>'
+                yield _bare_link(below, *_shares(bodies, radius))
             parent, position, angles = below, np.zeros(3), np.zeros(3)
 
-    def _link(self, name: str, material: str, chain: Chain) -> Iterator[str]:
-        radius, length = self.radius_of(chain), chain.segment_length
-        mass = self.density * math.pi * radius**2 * length
-        transverse, axial = mass * (3 * radius**2 + length**2) / 12, mass * radius**2 / 2
+    def _link(self, name: str, material: str, bodies: ChainBodies, mass: float) -> Iterator[str]:
+        radius, length = self.radius_of(bodies.chain), bodies.chain.segment_length
+        transverse, axial = mass * (3 * radius**2 + length**2) / 12, mass * (3 * radius**2 + length**2) / 12
         center = tag("origin", xyz=(0, 0, length / 2), rpy=(0, 0, 0))
         shape = f"{center}<geometry>{tag('cylinder', radius=radius, length=length)}</geometry>"
-        moments = tag("inertia", ixx=transverse, iyy=transverse, izz=axial, ixy=0, ixz=0, iyz=0)
         yield f'<link name="{name}">'
-        yield f"<inertial>{center}{tag('mass', value=mass)}{moments}</inertial>"
+        yield f"<inertial>{center}{tag('mass', value=mass)}{_inertia(transverse, axial)}</inertial>"
         yield f"<visual>{shape}{tag('material', name=material)}</visual>"
         yield f"<collision>{shape}</collision></link>"
+
+
+def _shares(bodies: ChainBodies, radius: float) -> tuple[float, float]:
+    """Return mass (kg) and moment of inertia (kg m²) of a link without a shape; the segment beside it gives the mass up."""
+    return LINK_SHARE * bodies.mass, bodies.mass * (3 * radius**2 + bodies.chain.segment_length**2) / 12
+
+
+def _bare_link(name: str, mass: float, moment: float) -> str:
+    return f'<link name="{name}"><inertial>{tag("mass", value=mass)}{_inertia(moment, moment)}</inertial></link>'
+
+
+def _inertia(transverse: float, axial: float) -> str:
+    return tag("inertia", ixx=transverse, iyy=transverse, izz=axial, ixy=0, ixz=0, iyz=0)
 
 
 def _roll_pitch_yaw(rotations: Rotation) -> Floats:

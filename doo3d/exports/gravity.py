@@ -1,0 +1,85 @@
+"""The direction of gravity, and the ground under the chains."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import DooWarning, InputError
+from ..types import Chain, Detection, Floats, Plane
+from .base import is_z_up
+
+GRAVITY = 9.81  # m/s^2
+MAX_TILT_DEG = 20.0  # of a table against the z axis of a world: beyond that, the pose or the plane is wrong
+
+
+def gravity_of(detection: Detection) -> Floats:
+    """Return the gravity in the coordinates of a detection, (3,) m/s².
+
+    -z in a world or robot's base frame; else, along the normal of the plane that the object lies on; without a plane, +y in a
+    camera's coordinates and -z in a cloud's, with a warning.
+    """
+    if detection.coordinates == "world":
+        return np.array((0.0, 0.0, -GRAVITY))
+    if detection.plane is not None:
+        return -GRAVITY * detection.plane.normal
+    down, direction = ("-z", (0.0, 0.0, -GRAVITY)) if is_z_up(detection) else ("+y, as of a level camera,", (0.0, GRAVITY, 0.0))
+    if not detection.chains:
+        return np.array(direction)
+    warnings.warn(
+        f"frame {detection.frame}: neither a plane under the object nor the pose of the camera is known, so {down} is taken for "
+        "down: give --pose, or --set gravity=[x,y,z]",
+        DooWarning,
+        stacklevel=2,
+    )
+    return np.array(direction)
+
+
+def ground_of(detection: Detection, gravity: Floats, chains: Sequence[tuple[Chain, float]]) -> tuple[Floats, Floats]:
+    """Return a point under the chains on the ground, and the ground's normal, (3,) each.
+
+    The ground is the plane found around the object, if it is known and level to within 20 degrees, lowered to the lowest chain
+    where that would reach into it; else it is perpendicular to gravity, just below the lowest chain.
+
+    Parameters
+    ----------
+    detection
+        gives the plane.
+    gravity
+        (3,) m/s², not 0.
+    chains
+        chains and the radius of each, m.
+
+    Raises
+    ------
+    InputError : gravity is 0.
+    """
+    magnitude = float(np.linalg.norm(gravity))
+    if magnitude == 0:
+        raise InputError("ground=true needs a gravity other than 0 0 0", code="options-conflict")
+    up = -gravity / magnitude
+    plane = _level_plane(detection, up)
+    normal = up if plane is None else plane.normal
+    lowest = [float((chain.joints @ normal).min()) - radius for chain, radius in chains]
+    if plane is not None:
+        lowest.append(plane.height)
+    center = np.mean([chain.joints.mean(axis=0) for chain, _ in chains], axis=0) if chains else np.zeros(3)
+    return center + (min(lowest, default=0.0) - center @ normal) * normal, normal
+
+
+def _level_plane(detection: Detection, up: Floats) -> Plane | None:
+    """Return the plane of a detection if it is level; a warning says that it is not."""
+    if detection.plane is None:
+        return None
+    tilt = float(np.degrees(np.arccos(np.clip(detection.plane.normal @ up, -1, 1))))
+    if tilt <= MAX_TILT_DEG:
+        return detection.plane
+    warnings.warn(
+        f"frame {detection.frame}: the plane found around the object is tilted by {tilt:.0f} degrees against gravity, so the "
+        "ground is level and under the lowest chain: check the pose",
+        DooWarning,
+        stacklevel=2,
+    )
+    return None
