@@ -14,6 +14,7 @@ FORMATS: dict[str, str | type[Export]] = {
     "mjcf": "mjcf:Mjcf",
     "urdf": "urdf:Urdf",
     "usd": "usd:Usd",
+    "usd-physics": "usd_physics:UsdPhysics",
     "ply": "mesh:Ply",
     "glb": "mesh:Glb",
     "obj": "mesh:Obj",

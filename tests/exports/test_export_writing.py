@@ -59,6 +59,11 @@ def paths_in_bag(path):
         return sum(connection.msgtype == "nav_msgs/msg/Path" for connection in bag.connections)
 
 
+def capsules_on_stage(path):
+    stage = Usd.Stage.Open(str(path))
+    return sum(prim.IsA(UsdGeom.Capsule) for prim in stage.Traverse())
+
+
 def curves_on_stage(path):
     stage = Usd.Stage.Open(str(path))
     assert stage.GetDefaultPrim().GetName() == "doo3d"
@@ -69,6 +74,7 @@ OPENED = {
     "mjcf": lambda path: mujoco.MjModel.from_xml_path(str(path)).nv,
     "urdf": lambda path: len(yourdfpy.URDF.load(str(path)).joint_map),
     "usd": curves_on_stage,
+    "usd-physics": capsules_on_stage,
     "ply": lambda path: len(trimesh.load_scene(path).geometry),
     "glb": lambda path: len(trimesh.load_scene(path).geometry),
     "obj": lambda path: sum(line.startswith("v ") for line in path.read_text().splitlines()),
@@ -189,7 +195,7 @@ def test_options_are_checked(tmp_path, name, options, code, parts):
         doo3d.export(capture(), name, target(tmp_path, name), **options)
 
 
-@pytest.mark.parametrize("name", ["mjcf", "urdf", "usd", "ply", "glb", "obj", "ros2", "swc"])
+@pytest.mark.parametrize("name", ["mjcf", "urdf", "usd", "usd-physics", "ply", "glb", "obj", "ros2", "swc"])
 def test_a_chain_without_radius_needs_one(tmp_path, name):
     found = doo3d.Detection((doo3d.Chain(helix().joints, helix().segment_length),))
     with refuses("radius-missing"):

@@ -1,0 +1,169 @@
+"""USD for simulators: rigid bodies with capsules and D6 joints of UsdPhysics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+from scipy.spatial.transform import Rotation
+
+from ..errors import require
+from ..types import Detection, Floats
+from .base import BodyExport, ChainBodies, colors, is_z_up
+from .gravity import gravity_of, ground_of
+from .link_frames import link_frames
+
+AXES = ("rotX", "rotY", "rotZ")
+LOCKED = ("transX", "transY", "transZ")
+MODULES = ("Usd", "UsdGeom", "UsdPhysics", "Gf", "Sdf")
+
+
+class UsdPhysics(BodyExport):
+    """Export format OpenUSD with physics: one scene per frame, in which each segment is a rigid body with a capsule.
+
+    The origin of a body is at the middle of its segment, and its z axis points along the segment. Neighboring bodies are joined
+    by a D6 joint: translations are locked, bending is limited, and drives give bending stiffness and damping.
+    """
+
+    summary: ClassVar[str] = "OpenUSD with UsdPhysics: capsules with D6 joints"
+    suffixes: ClassVar[tuple[str, ...]] = (".usda", ".usdc", ".usd")
+
+    bending: float = Field(0.0, ge=0, description="bending stiffness E I about the detected shape, N m²")
+    damping: float = Field(5e-5, ge=0, description="damping of bending, N m² s; a joint's is this over the segment length")
+    limit: float = Field(
+        90.0, gt=0, le=180, description="largest turn of a joint about each axis from the detected shape, degrees"
+    )
+    fixed: bool = Field(False, description="hold the first segment, as by a gripper")
+    ground: bool = Field(
+        False, description="add the plane that the object lies on; without one, a level plane under the lowest chain"
+    )
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """Write the chains of the frame `frames[0]` as a scene, in m and kg; the suffix of `path` chooses text or binary.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set.
+        MissingDependency
+            OpenUSD (usd-core) is not installed.
+        """
+        pxr = {name: require(f"pxr.{name}", "usd") for name in MODULES}
+        detection, geometry, physics = frames[0], pxr["UsdGeom"], pxr["UsdPhysics"]
+        stage = pxr["Usd"].Stage.CreateNew(str(path))
+        geometry.SetStageUpAxis(stage, geometry.Tokens.z if is_z_up(detection) else geometry.Tokens.y)
+        geometry.SetStageMetersPerUnit(stage, 1.0)
+        physics.SetStageKilogramsPerUnit(stage, 1.0)
+        root = geometry.Xform.Define(stage, "/doo3d")
+        stage.SetDefaultPrim(root.GetPrim())
+        turn = np.eye(3)
+        if not is_z_up(detection):  # a camera's y down, z away becomes y up, z towards the viewer
+            root.AddRotateXOp().Set(180.0)
+            turn = np.diag((1.0, -1.0, -1.0))
+        gravity, chains = gravity_of(detection), self.bodies_of(detection)
+        scene = physics.Scene.Define(stage, "/doo3d/physics")
+        magnitude = float(np.linalg.norm(gravity))
+        scene.CreateGravityDirectionAttr(pxr["Gf"].Vec3f(*(turn @ gravity / magnitude).tolist()))  # in the world of the stage
+        scene.CreateGravityMagnitudeAttr(magnitude)
+        if self.ground:
+            at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
+            plane = geometry.Plane.Define(stage, "/doo3d/ground")
+            plane.CreateAxisAttr(geometry.Tokens.z)
+            _place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
+            physics.CollisionAPI.Apply(plane.GetPrim())
+        for bodies in chains:
+            self._chain(pxr, stage, bodies)
+        stage.GetRootLayer().Save()
+
+    def _chain(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies) -> None:
+        """Define the bodies and the joints of one chain, and which bodies do not collide."""
+        geometry, physics, chain = pxr["UsdGeom"], pxr["UsdPhysics"], bodies.chain
+        radius, length, count = self.radius_of(chain), chain.segment_length, len(chain.occluded)
+        rotations = Rotation.from_matrix(link_frames(chain.joints))
+        centers = (chain.joints[1:] + chain.joints[:-1]) / 2
+        geometry.Xform.Define(stage, f"/doo3d/{bodies.name}")
+        paths = [f"/doo3d/{bodies.name}/segment{k}" for k in range(count)]
+        for k, path in enumerate(paths):
+            body = geometry.Xform.Define(stage, path)
+            _place(pxr, body, centers[k], rotations[k])
+            physics.RigidBodyAPI.Apply(body.GetPrim())
+            physics.MassAPI.Apply(body.GetPrim()).CreateMassAttr(bodies.mass)
+            capsule = geometry.Capsule.Define(stage, f"{path}/capsule")
+            capsule.CreateAxisAttr(geometry.Tokens.z)
+            capsule.CreateRadiusAttr(radius)
+            capsule.CreateHeightAttr(length)
+            half = float(length / 2 + radius)
+            capsule.CreateExtentAttr([(-radius, -radius, -half), (radius, radius, half)])
+            color = colors(bodies.label)[int(chain.occluded[k])]
+            capsule.CreateDisplayColorAttr([pxr["Gf"].Vec3f(*(part / 255 for part in color))])
+            physics.CollisionAPI.Apply(capsule.GetPrim())
+            reach = 1 + int(np.ceil(3 * radius / length))  # closer capsules touch at every bend
+            near = [other for n, other in enumerate(paths) if 0 < (n - k) % (count if chain.closed else 2 * count) <= reach]
+            physics.FilteredPairsAPI.Apply(body.GetPrim()).CreateFilteredPairsRel().SetTargets(near)
+        pairs = [(k, k + 1) for k in range(count - 1)] + ([(count - 1, 0)] if chain.closed and count > 2 else [])
+        for first, second in pairs:
+            self._joint(
+                pxr,
+                stage,
+                f"/doo3d/{bodies.name}/joint{first + 1}",
+                (paths[first], paths[second]),
+                length,
+                rotations[[first, second]],
+            )
+        if self.fixed:
+            held = physics.FixedJoint.Define(stage, f"/doo3d/{bodies.name}/held")
+            held.CreateBody0Rel().SetTargets(["/doo3d"])
+            held.CreateBody1Rel().SetTargets([paths[0]])
+            held.CreateLocalPos0Attr(pxr["Gf"].Vec3f(*centers[0].tolist()))
+            held.CreateLocalRot0Attr(_quaternion(pxr, rotations[0]))
+
+    def _joint(
+        self, pxr: dict[str, Any], stage: Any, path: str, bodies: tuple[str, str], length: float, rotations: Rotation
+    ) -> None:
+        """Define a D6 joint between the end of one body and the beginning of another.
+
+        Parameters
+        ----------
+        pxr, stage
+            modules of OpenUSD, and the stage.
+        path
+            of the joint.
+        bodies
+            paths of the two bodies.
+        length
+            of a segment, m.
+        rotations
+            of the two bodies; the joint is at rest in this shape.
+        """
+        physics, vector = pxr["UsdPhysics"], pxr["Gf"].Vec3f
+        joint = physics.Joint.Define(stage, path)
+        joint.CreateBody0Rel().SetTargets([bodies[0]])
+        joint.CreateBody1Rel().SetTargets([bodies[1]])
+        joint.CreateLocalPos0Attr(vector(0, 0, length / 2))
+        joint.CreateLocalRot0Attr(_quaternion(pxr, rotations[0].inv() * rotations[1]))
+        joint.CreateLocalPos1Attr(vector(0, 0, -length / 2))
+        joint.CreateLocalRot1Attr(_quaternion(pxr, Rotation.identity()))
+        for name in (*LOCKED, *AXES):
+            limit = physics.LimitAPI.Apply(joint.GetPrim(), name)
+            low, high = (1.0, -1.0) if name in LOCKED else (-self.limit, self.limit)  # low above high: locked
+            limit.CreateLowAttr(low)
+            limit.CreateHighAttr(high)
+        per_degree = np.pi / 180  # UsdPhysics counts turns in degrees
+        for name in AXES:
+            drive = physics.DriveAPI.Apply(joint.GetPrim(), name)
+            drive.CreateTypeAttr(physics.Tokens.force)
+            drive.CreateStiffnessAttr(float(self.bending / length * per_degree))
+            drive.CreateDampingAttr(float(self.damping / length * per_degree))
+
+
+def _place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
+    prim.AddTranslateOp().Set(pxr["Gf"].Vec3d(*np.asarray(position).tolist()))
+    prim.AddOrientOp().Set(_quaternion(pxr, rotation))
+
+
+def _quaternion(pxr: dict[str, Any], rotation: Rotation) -> Any:
+    x, y, z, w = rotation.as_quat().tolist()
+    return pxr["Gf"].Quatf(w, x, y, z)
