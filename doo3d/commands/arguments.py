@@ -30,6 +30,15 @@ InputOption = Annotated[
     ),
 ]
 
+CameraOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--camera",
+        metavar="FILE",
+        help="Intrinsics of the depth images: a JSON or YAML file with fx, fy, cx, cy or K, ROS's camera_info, RealSense's text.",
+    ),
+]
+
 EveryOption = Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")]
 StartOption = Annotated[
     str | None,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from .arguments import (
+    CameraOption,
     EndOption,
     EveryOption,
     FramesOption,
@@ -32,6 +33,7 @@ def compare(
     ] = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
+    camera: CameraOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -58,7 +60,7 @@ def compare(
     effective = config_of(config, overrides)
     shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
-    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options or []))
+    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
     opened = select_frames(opened, Selection(every, start, end, frames))
     from ..compare import compare_capture
 

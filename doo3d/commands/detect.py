@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from .arguments import (
+    CameraOption,
     EndOption,
     EveryOption,
     FramesOption,
@@ -45,6 +46,7 @@ def detect(
             "x,y,z,qx,qy,qz,qw, capture (the capture's own poses), or tf:FRAME of a bag. Default: pose.yaml beside the images.",
         ),
     ] = None,
+    camera: CameraOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -97,13 +99,17 @@ def detect(
 
         single_thread()
         from ..inputs import ReadOptions, open_capture
+        from ..inputs.capture import notes_of
         from ..inputs.frame_selection import Selection, select_frames
 
         effective = config_of(config, overrides)
-        read_options = ReadOptions.from_pairs([*(input_options or []), *([] if pose is None else [f"pose={pose}"])])
+        given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
+        read_options = ReadOptions.from_pairs(given, camera)
         check_pose_use(read_options, effective, fuse_views)
         opened = open_capture(capture, effective.mode == "2d", mask, read_options)
         opened = select_frames(opened, Selection(every, start, end, frames))
+        for note in () if quiet else notes_of(opened):
+            typer.echo(f"note: {note}", err=True)
         if fuse_views:
             from ..sequence.fused_capture import FusedCapture
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import InputError
-from .arguments import InputOption, MaskOption, Overrides, Preset, config_of, save, split
+from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .progress import counting
@@ -116,6 +116,7 @@ def capture(
     truth: Truth = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
+    camera: CameraOption = None,
     count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
@@ -136,12 +137,12 @@ def capture(
     from ..evaluation.benchmark import cases
     from ..inputs import ReadOptions
 
-    chosen = cases.capture_cases(capture, truth, masks=mask, options=ReadOptions.from_pairs(input_options or []))
+    chosen = cases.capture_cases(capture, truth, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
     settings = {
         "capture": str(capture),
         "truth": truth and str(truth),
         "masks": mask and str(mask),
-        "input_options": input_options or [],
+        "input_options": [*(input_options or []), *([f"camera_file={camera}"] if camera else [])],
     }
     _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
 

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .arguments import FrameOption, InputOption, MaskOption, Overrides, Preset, check_new_file, config_of, frame_of, save
+from .arguments import (
+    CameraOption,
+    FrameOption,
+    InputOption,
+    MaskOption,
+    Overrides,
+    Preset,
+    check_new_file,
+    config_of,
+    frame_of,
+    save,
+)
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -25,6 +36,7 @@ def explain(
     overrides: Overrides = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
+    camera: CameraOption = None,
     document: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the explanation with all its numbers to this file.")
     ] = None,
@@ -42,7 +54,7 @@ def explain(
     from ..inputs import ReadOptions, open_capture
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options or []))
+    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options, camera))
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)

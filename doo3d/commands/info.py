@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
+from .arguments import CameraOption, EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def info(
     samples: Annotated[int, typer.Option(min=1, metavar="N", help="Number of frames to check, evenly spaced.")] = 8,
     mask: MaskOption = None,
     input_options: InputOption = None,
+    camera: CameraOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -51,7 +52,7 @@ def info(
     from ..inputs.frame_selection import Selection, select_frames
     from ..inputs.inspection import summarize_capture
 
-    options = ReadOptions.from_pairs(input_options or [])
+    options = ReadOptions.from_pairs(input_options, camera)
     opened = select_frames(open_capture(capture, masks=mask, options=options), Selection(every, start, end, frames))
     if contact_sheet:
         _check_sheet_path(contact_sheet, capture)
@@ -100,6 +101,7 @@ def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]
         ("depth", _depth(summary)),
         ("cloud", _clouds(readable)),
         *(("unreadable", text) for text in _unreadable(summary.checked)),
+        *(("note", note) for note in summary.notes),
         *(("warning", warning) for warning in summary.warnings),
     ]
     return [summary.path, *(f"  {label:<14}  {text}" for label, text in rows if text)]

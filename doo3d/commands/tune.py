@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import FrameOption, InputOption, Overrides, check_new_file, config_of, frame_of, save
+from .arguments import CameraOption, FrameOption, InputOption, Overrides, check_new_file, config_of, frame_of, save
 
 if TYPE_CHECKING:
     from ..tuning import Tuned
@@ -34,6 +34,7 @@ def tune(
     ] = None,
     overrides: Overrides = None,
     input_options: InputOption = None,
+    camera: CameraOption = None,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
     """Propose color ranges, voxel size and segment length for the object in INPUT.
@@ -50,7 +51,7 @@ def tune(
     from ..inputs import IMAGE_FORMATS, ReadOptions, open_capture
 
     given = config_of(config, overrides) if config else None
-    opened = open_capture(capture, given is not None and given.mode == "2d", None, ReadOptions.from_pairs(input_options or []))
+    opened = open_capture(capture, given is not None and given.mode == "2d", None, ReadOptions.from_pairs(input_options, camera))
     used = given or load_config(PRESETS[opened.format in IMAGE_FORMATS], parse_overrides(overrides or []))
     entry = frame_of(opened, frame)
     picture = out.with_suffix(".png")

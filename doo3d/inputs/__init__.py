@@ -1,7 +1,8 @@
 """Readers of captures: one file per format; the format is detected from content, not from the file name alone.
 
 To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order of the lines is
-the order in which formats are tried. A program of your own adds its class at run time: `FORMATS["mine"] = MyCapture`.
+the order in which formats are tried. A program of your own adds its class at run time: `FORMATS["mine"] = MyCapture`; such formats
+are tried first.
 """
 
 from __future__ import annotations
@@ -12,13 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, unread_code
+from ..types import Frame
 from .base_pose import BasePoseCapture
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_masks import MaskedCapture
 from .formats.trajectory import PosedCapture
 from .read_options import DEFAULT, ReadOptions
+from .support.camera_choice import check_size, choose_camera, describe_camera
+from .support.camera_files import read_camera_file
+from .support.git_lfs import check_not_pointer
 from .support.images import is_image
 from .support.pose_file import TF, pose_file_beside, read_pose
+from .support.roles import is_depth_content
+from .unknown_format import unknown_format
 
 __all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
@@ -30,14 +37,15 @@ FORMATS: dict[str, str | CaptureFormat] = {
     "redwood": "formats.redwood:RedwoodCapture",
     "record3d": "formats.record3d:Record3DCapture",
     "arrays": "formats.npz:ArraysCapture",
-    "folder": "formats.open3d_folder:FolderCapture",
     "pairs": "formats.depth_yaml:PairsCapture",
+    "folder": "formats.open3d_folder:FolderCapture",
     "cloud": "formats.cloud:CloudCapture",
     "photos": "formats.photos:PhotosCapture",
     "video": "formats.video:VideoCapture",
 }
 IMAGE_FORMATS = ("photos", "video")  # formats whose frames are images without depth, for the 2-D mode
-_MAX_LISTED = 5  # captures that an error lists by name
+_BUILT_IN = frozenset(FORMATS)
+_HEAD_BYTES = 64  # of a file, read to recognize what is no capture at all
 
 
 def format_class(name: str) -> CaptureFormat:
@@ -54,7 +62,11 @@ def format_class(name: str) -> CaptureFormat:
 
 
 def open_capture(
-    path: str | Path, images_only: bool = False, masks: str | Path | None = None, options: ReadOptions = DEFAULT
+    path: str | Path,
+    images_only: bool = False,
+    masks: str | Path | None = None,
+    options: ReadOptions = DEFAULT,
+    camera: str | Path | None = None,
 ) -> Capture:
     """Open a recording, a cloud or an image as a sequence of frames.
 
@@ -65,8 +77,8 @@ def open_capture(
     ----------
     path
         a folder or a file in any format of `FORMATS`, detected from content: a bag (ROS 1, ROS 2 or RealSense's SDK), TUM
-        RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder with depth/ and color/, a depth image with a YAML
-        file, clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
+        RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder of depth and color images, a depth image (PNG, TIFF,
+        NPY), clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
     images_only
         if a folder has both depth and color images, open its color images alone, as Image: for a config with `mode: 2d`.
     masks
@@ -74,13 +86,15 @@ def open_capture(
         frame. Pixels above zero are the object. None: the capture's own masks, if it has any.
     options
         values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
-        values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
         `tolerance` (s), `color`, `trajectory` (a file of camera poses), `pose` (of the camera in a robot's base frame; by default
         that in a file pose.yaml or pose.json beside the images). A value given here replaces the capture's.
+    camera
+        a file with the intrinsics of the depth images (JSON, YAML, RealSense's text): short for `ReadOptions(camera_file=...)`.
 
     Returns
     -------
-    Capture : `frames` (a sequence of FrameRef in recording order), `format` (a key of `FORMATS`) and `path`.
+    Capture : `frames` (a sequence of FrameRef in recording order), `format` (a key of `FORMATS`) and `path`; most have `notes`,
+        sentences about what was assumed or mended.
 
     Raises
     ------
@@ -96,19 +110,17 @@ def open_capture(
     ...     detection = doo3d.detect(loaded.data, mask=loaded.mask)
     """
     path = Path(path)
+    if camera is not None:
+        options = options.model_copy(update={"camera_file": Path(camera)})
     try:
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
-        for name in sorted(FORMATS, key=lambda name: images_only and name not in IMAGE_FORMATS):
-            reader = format_class(name)
-            if reader.can_read(path) or (name == "pairs" and _is_depth_by_options(path, options)):
-                capture = reader(path, options)
-                if options.trajectory is not None:
-                    capture = PosedCapture(capture, options.trajectory, options.tolerance)
-                if masks is not None:
-                    capture = MaskedCapture(capture, Path(masks))
-                return capture if images_only else _in_base_frame(capture, options)
-        raise _unknown_format(path)
+        capture = _open_with_camera_file(path, images_only, options)
+        if options.trajectory is not None:
+            capture = PosedCapture(capture, options.trajectory, options.tolerance)
+        if masks is not None:
+            capture = MaskedCapture(capture, Path(masks))
+        return capture if images_only else _in_base_frame(capture, options)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
 
@@ -128,29 +140,53 @@ def _in_base_frame(capture: Capture, options: ReadOptions) -> Capture:
     return BasePoseCapture(capture, None, options.pose)
 
 
+def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) -> Capture:
+    """Open a capture with the camera and the unit of the file that the options name, if they do.
+
+    The size of the images, which chooses among several cameras and is checked, is that of the first frame.
+    """
+    if options.camera_file is None or options.camera is not None:
+        return _open(path, images_only, options)
+    cameras = read_camera_file(options.camera_file)
+    given = {"camera": cameras[0].pinhole, "depth_scale": options.depth_scale or cameras[0].scale}
+    capture = _open(path, images_only, options.model_copy(update=given))
+    first = _first_frame(capture)
+    if first is None:
+        return capture
+    size = (first.camera.width, first.camera.height)
+    chosen, note = choose_camera(cameras, lambda: size, aligned=first.color is not None)
+    check_size(chosen, size)
+    if chosen != cameras[0]:
+        given = {"camera": chosen.pinhole, "depth_scale": options.depth_scale or chosen.scale}
+        capture = _open(path, images_only, options.model_copy(update=given))
+    notes = [*getattr(capture, "notes", ()), *([note] if note else []), *describe_camera(chosen)]
+    if notes:
+        capture.notes = notes  # type: ignore[attr-defined]
+    return capture
+
+
+def _first_frame(capture: Capture) -> Frame | None:
+    """Return the depth frame that the capture begins with; None if it has none, or it cannot be read."""
+    try:
+        data = capture.frames[0].load().data if len(capture.frames) else None
+    except InputError:
+        return None
+    return data if isinstance(data, Frame) else None
+
+
+def _open(path: Path, images_only: bool, options: ReadOptions) -> Capture:
+    if path.is_file():
+        with path.open("rb") as file:
+            check_not_pointer(path, file.read(_HEAD_BYTES))
+    for name in sorted(FORMATS, key=lambda name: (images_only and name not in IMAGE_FORMATS, name in _BUILT_IN)):
+        reader = format_class(name)
+        if reader.can_read(path) or (name == "pairs" and _is_depth_by_options(path, options)):
+            return reader(path, options)
+    raise unknown_format(path, [format_class(name) for name in FORMATS])
+
+
 def _is_depth_by_options(path: Path, options: ReadOptions) -> bool:
     """Return whether `path` is an image that the options make a depth image, by giving its camera."""
-    return options.camera is not None and path.is_file() and is_image(path)
-
-
-def _unknown_format(path: Path) -> InputError:
-    """Return the error for a path that no format can read."""
-    formats = f"Formats that can be read: {'; '.join(format_class(name).what for name in FORMATS)}"
-    if path.is_file():
-        return InputError(
-            f"{path}: the format of this file is unknown (a depth image alone is not enough, its camera has to be given). "
-            f"{formats}",
-            code="format-unknown",
-        )
-    inside = sorted(path.iterdir())
-    if not inside:
-        return InputError(f"{path}: this folder is empty. {formats}", code="folder-empty")
-    captures = [item.name for item in inside if any(format_class(name).can_read(item) for name in FORMATS)]
-    if not captures:
-        return InputError(f"{path}: this folder holds nothing in a known format. {formats}", code="format-unknown")
-    more = len(captures) - _MAX_LISTED
-    listed = ", ".join(captures[:_MAX_LISTED]) + (f" and {more} more" if more > 0 else "")
-    return InputError(
-        f"{path}: this folder is not a capture but holds {len(captures)} captures, give one of these: {listed}",
-        code="folder-of-captures",
-    )
+    if options.camera is None or not path.is_file() or not is_image(path):
+        return False
+    return options.color is not None or not is_depth_content(path)

@@ -34,7 +34,7 @@ class BasePoseCapture:
 
     def __init__(self, capture: Capture, pose: Floats | None, source: str) -> None:
         self.path, self.format = capture.path, capture.format
-        for name in ("masks", "topics"):
+        for name in ("masks", "topics", "notes", "extra_files"):
             if hasattr(capture, name):
                 setattr(self, name, getattr(capture, name))
         self.base_pose: Any = source if pose is None else pose.tolist()

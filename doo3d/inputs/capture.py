@@ -77,7 +77,9 @@ class FrameRef:
 class Capture(Protocol):
     """The interface of an opened recording: a sequence of frames in recording order.
 
-    A capture may also have `topics`, a list of str: a line for each topic or stream, printed by `doo3d info`.
+    A capture may also have `topics`, a list of str: a line for each topic or stream, printed by `doo3d info`; and `notes`, a list
+    of str: a sentence for each thing that was assumed or mended in reading it, printed by `doo3d info` and `doo3d detect`;
+    and `extra_files`, a list of Path: files outside of `path` that were read, such as a camera file, whose change is noticed.
 
     Attributes
     ----------
@@ -92,6 +94,16 @@ class Capture(Protocol):
     format: str
     path: Path
     frames: Sequence[FrameRef]
+
+
+def extra_files_of(capture: Capture) -> list[Path]:
+    """Return the files outside of its path that a capture was read from; empty if it has none."""
+    return list(getattr(capture, "extra_files", ()))
+
+
+def notes_of(capture: Capture) -> list[str]:
+    """Return the notes of a capture, or of the whole capture of a selection; empty if it has none."""
+    return list(getattr(getattr(capture, "whole", capture), "notes", ()))
 
 
 class CaptureFormat(Protocol):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..types import Cloud, Frame
-from .capture import Capture, FrameData, FrameRef
+from .capture import Capture, FrameData, FrameRef, extra_files_of, notes_of
 from .support.images import PHOTO_SUFFIXES, read_mask
 from .support.listing import images_in, match_images
 
@@ -29,6 +29,7 @@ class MaskedCapture:
 
     def __init__(self, capture: Capture, masks: Path) -> None:
         self.path, self.format, self.masks = capture.path, capture.format, masks
+        self.notes, self.extra_files = notes_of(capture), extra_files_of(capture)
         if masks.is_dir():
             names = {frame.name: frame for frame in capture.frames}
             files = match_images(images_in(masks, PHOTO_SUFFIXES), names)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Bools, Floats
-from .capture import Capture, FrameRef
+from .capture import Capture, FrameRef, extra_files_of
 
 _POSITION = re.compile(r"(-?)(\d+(?:\.\d+)?|\.\d+)(s?)")
 _TOKEN = r"-?(?:\d+\.?\d*|\.\d+)s?"
@@ -124,7 +124,7 @@ class SelectedCapture:
         self.path, self.format, self.whole = capture.path, capture.format, capture
         self.masks: Path | None = getattr(capture, "masks", None)
         self.base_pose: object = getattr(capture, "base_pose", None)
-        self.selection = str(selection)
+        self.selection, self.extra_files = str(selection), extra_files_of(capture)
         index = _FrameIndex(capture)
         selected = np.ones(index.count, dtype=bool)
         if selection.frames is not None:

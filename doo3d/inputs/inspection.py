@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import Camera, Cloud, Floats, Frame
-from .capture import Capture, FrameData, FrameRef
+from .capture import Capture, FrameData, FrameRef, notes_of
 
 SCHEMA = "doo3d/info/2"
 PERCENTILES = (1, 50, 99)  # of the depth; the extremes themselves are often single wrong measurements
@@ -112,6 +112,8 @@ class CaptureSummary:
         times of the selected frames; None if no frame has one.
     checked
         summaries of the frames that were loaded, in recording order.
+    notes
+        a sentence for each thing that was assumed or mended in reading the capture.
     """
 
     path: str
@@ -123,6 +125,7 @@ class CaptureSummary:
     topics: tuple[str, ...]
     timing: Timing | None
     checked: tuple[FrameSummary, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def readable(self) -> list[FrameSummary]:
@@ -166,6 +169,7 @@ class CaptureSummary:
             "timing": self.timing and asdict(self.timing),
             "depth": self.depth and dict(zip((f"percentile_{p}" for p in PERCENTILES), self.depth, strict=True)),
             "missing": self.missing,
+            "notes": list(self.notes),
             "warnings": self.warnings,
             "checked": [asdict(frame) for frame in self.checked],
         }
@@ -205,6 +209,7 @@ def summarize_capture(
         topics=tuple(getattr(whole, "topics", ())),
         timing=_timing(capture),
         checked=tuple(checked),
+        notes=tuple(notes_of(capture)),
     )
 
 

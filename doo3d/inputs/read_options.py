@@ -29,6 +29,9 @@ class ReadOptions(BaseModel):
     camera: tuple[float, float, float, float] | None = Field(
         None, description="Intrinsics of the depth images: [fx, fy, cx, cy]. px."
     )
+    camera_file: Path | None = Field(
+        None, description="File with the intrinsics of the depth images: JSON, YAML or RealSense's text. `camera` replaces it."
+    )
     depth_scale: float | None = Field(None, gt=0, description="Units of the depth images per metre, such as 1000 or 5000.")
     color: Path | None = Field(None, description="Color image that belongs to a single depth image.")
     trajectory: Path | None = Field(
@@ -49,17 +52,17 @@ class ReadOptions(BaseModel):
         return tuple(map(tuple, read_pose(value).tolist()))
 
     @staticmethod
-    def from_pairs(pairs: list[str]) -> ReadOptions:
+    def from_pairs(pairs: list[str] | None, camera_file: Path | None = None) -> ReadOptions:
         """Return the options written as a list of `key=value`, such as "depth_scale=5000".
 
-        The keys are the fields of this class; each value is parsed as YAML.
+        The keys are the fields of this class; each value is parsed as YAML. `camera_file` replaces the pair of that name.
 
         Raises
         ------
         InputError : a pair without "=", an unknown key, or a value of the wrong type or out of bounds.
         """
         values: dict[str, Any] = {}
-        for pair in pairs:
+        for pair in pairs or []:
             key, equals, text = pair.partition("=")
             if not equals or not key.strip():
                 raise InputError(
@@ -72,6 +75,8 @@ class ReadOptions(BaseModel):
                 raise InputError(
                     f"--input-option {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid"
                 ) from None
+        if camera_file is not None:
+            values["camera_file"] = camera_file.absolute()
         try:
             return ReadOptions(**values)
         except ValidationError as error:

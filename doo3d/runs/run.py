@@ -198,8 +198,9 @@ def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> In
     paths = [capture.path, *(frame.source for frame in capture.frames)]
     if (masks := getattr(capture, "masks", None)) is not None:
         paths.append(masks)
-    if options is not None and options.trajectory:
-        paths.append(options.trajectory)
+    paths += getattr(capture, "extra_files", [])
+    if options is not None:
+        paths += [file for file in (options.trajectory, options.camera_file, options.color) if file]
     return InputState(file_states(paths, out), {frame.name: frame_paths(frame) for frame in capture.frames})
 
 

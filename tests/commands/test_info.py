@@ -19,7 +19,7 @@ def test_summary_of_a_folder(doo3d, capture):
     rows = {line[2:16].strip(): line[18:] for line in out.splitlines()[1:]}
     assert out.splitlines()[0] == str(folder)
     assert rows == {
-        "format": "folder: a folder with depth/",
+        "format": "folder: a folder of depth images",
         "frames": "3 frames, 000000 to 000002",
         "frames checked": "3, all can be read",
         "content": "depth, colour, masks, no poses",

@@ -32,9 +32,15 @@ def test_folder_of_captures_names_them(capture):
         open_capture(inside.parent)
 
 
-def test_single_depth_image_is_a_photo(capture):
-    """The run reports that 3-D needs more."""
-    assert open_capture(capture() / "depth" / "000000.png").format in IMAGE_FORMATS
+def test_single_depth_image_has_the_camera_and_the_color_of_its_folder(capture):
+    opened = open_capture(capture(mask=True) / "depth" / "000000.png")
+    assert opened.format == "folder"
+    (frame_ref,) = opened.frames
+    loaded = frame_ref.load()
+    assert loaded.data.camera.fx == 400
+    assert loaded.data.color is not None
+    assert loaded.mask is not None
+    assert open_capture(opened.path, images_only=True).format in IMAGE_FORMATS
 
 
 @pytest.mark.parametrize("flat", [False, True])
@@ -61,3 +67,27 @@ def test_unreadable_file(tmp_path, monkeypatch):
     monkeypatch.setattr("pathlib.Path.open", refuse)
     with refuses("file-unreadable", "a.npz", "Permission denied"):
         open_capture(path)
+
+
+@pytest.mark.parametrize(
+    ("files", "parts"),
+    [
+        (["a.zip", "b.zip"], ["2 .zip", "unpack"]),
+        (["a.mat", "b.mat", "c.pdf"], ["2 .mat", "1 .pdf", "numpy.savez('capture.npz', depth=depth, K=K)"]),
+        (["left/x.dat", "right/x.dat"], ["left/", "right/", "<frame>_depth.png"]),
+        (["notes.md"], ["1 .md", "<frame>_depth.png", "camera.json"]),
+    ],
+)
+def test_unknown_folder_is_answered_with_what_is_in_it_and_what_would_make_it_readable(tmp_path, files, parts):
+    for file in files:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_bytes(b"\x01\x02nothing known")
+    with refuses("format-unknown", str(tmp_path), "To make it readable", *parts):
+        open_capture(tmp_path)
+
+
+@pytest.mark.parametrize(("name", "part"), [("a.zip", "unpack"), ("a.h5", "numpy.savez")])
+def test_unknown_file_is_answered_with_what_would_make_it_readable(tmp_path, name, part):
+    (tmp_path / name).write_bytes(b"\x01\x02nothing known")
+    with refuses("format-unknown", name, part):
+        open_capture(tmp_path / name)

@@ -16,6 +16,7 @@ import yaml
 
 from ...errors import DooError, InputError, require, unread_code
 from ...types import Array
+from ..support.git_lfs import check_not_pointer
 from . import mcap_storage as _mcap
 from . import rosbag1_storage as _rosbag1
 from . import sqlite_storage as _db3
@@ -222,6 +223,8 @@ def _open_storage(path: Path, number: int) -> Storage:
         raise InputError(f"{path}: is missing, but listed in {METADATA}: copy the whole bag", code="file-missing")
     storage = storage_class(path)
     if storage is None:
+        with path.open("rb") as file:
+            check_not_pointer(path, file.read(_HEADER_BYTES))
         empty = not path.stat().st_size
         raise InputError(
             f"{path}: {'is empty' if empty else 'is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?'}",

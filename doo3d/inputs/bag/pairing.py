@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from .undistortion import Lens
 _MAX_INTRINSICS_DIFFERENCE_PX = 0.01  # cameras whose intrinsics differ by less have the same pixels
 
 
-def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float) -> Array:
+def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float, required: bool) -> tuple[Array, str]:
     """Find the colour image nearest in time to each depth image.
 
     The times are those in the message headers if all messages of both topics have one, else the times of recording.
@@ -31,15 +32,18 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
         messages of the depth and of the colour topic.
     tolerance
         largest time difference, s.
+    required
+        whether it is an error if no depth image has a colour image.
 
     Returns
     -------
-    (D,) int for D depth images: for each, the index into `color` of its colour image, or -1 if none is within the tolerance. One
-    colour image may belong to several depth images.
+    (indices, note). indices : (D,) int for D depth images, for each the index into `color` of its colour image, or -1 if none is
+    within the tolerance. One colour image may belong to several depth images. note : a sentence if no depth image has a colour
+    image, else empty.
 
     Raises
     ------
-    InputError : no depth image has a colour image within the tolerance.
+    InputError : colour is required, and no depth image has a colour image within the tolerance.
     """
     stamped = depth.stamped and color.stamped
     depth_times, times = depth.clock(stamped), color.clock(stamped)
@@ -48,14 +52,23 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
     before, after = order[ranks - 1], order[np.minimum(ranks, len(times) - 1)]
     nearest = np.where(np.abs(times[before] - depth_times) <= np.abs(times[after] - depth_times), before, after)
     apart = np.abs(times[nearest] - depth_times)
+    note = ""
     if not (apart <= tolerance * 1e9).any():
-        raise InputError(
-            f"{path}: no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, the nearest "
-            f"differs by {apart.min() / 1e9:.3f} s: give --input-option tolerance=..., or read the depth alone, with "
-            "--input-option color_topic=none",
-            code="times-apart",
+        least = apart.min() / 1e9
+        fault = (
+            f"no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, "
+            f"the nearest differs by {least:.3f} s"
         )
-    return np.asarray(np.where(apart <= tolerance * 1e9, nearest, -1))
+        if required:
+            raise InputError(
+                f"{path}: {fault}: give --input-option tolerance=..., or read the depth alone, with "
+                "--input-option color_topic=none",
+                code="times-apart",
+            )
+        note = (
+            f"{fault}, so depth is read alone: --input-option tolerance={math.ceil(least * 100) / 100:g} reads the color with it"
+        )
+    return np.asarray(np.where(apart <= tolerance * 1e9, nearest, -1)), note
 
 
 def color_geometry(

@@ -31,9 +31,9 @@ class BagCapture:
     """A bag opened as a capture: ROS 1, ROS 2 or RealSense's SDK.
 
     There is one frame per depth image, with the colour image nearest in time; if no colour image is within `options.tolerance`
-    (s), the frame has no colour. A bag without depth images gives one frame per cloud or, without clouds either, one per colour
-    image. Frames are in order of time, as in the message headers. Poses are camera to world and come from /tf; the world is the
-    coordinate frame named map, odom or world.
+    (s), the frame has no colour; if that is so for all frames, a note says so. A bag without depth images gives one frame per
+    cloud or, without clouds either, one per colour image. Frames are in order of time, as in the message headers. Poses are
+    camera to world and come from /tf; the world is the coordinate frame named map, odom or world.
 
     Of a damaged bag all complete messages are read. One frame is added at its end, which fails to load with an InputError about
     the damage.
@@ -52,6 +52,7 @@ class BagCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("rosbags.typesys", "bags")
         self.path = path
+        self.notes: list[str] = []
         bag = Bag(path)
         try:
             index = bag.index()
@@ -63,7 +64,7 @@ class BagCapture:
             if streams.cloud is not None:
                 self.frames = _cloud_frames(path, streams.cloud, transforms, options)
             elif streams.depth is not None:
-                self.frames = _depth_frames(bag, index, streams.depth, streams.color, transforms, options)
+                self.frames = _depth_frames(bag, index, streams.depth, streams.color, transforms, options, self.notes)
             elif streams.color is not None:
                 self.frames = _color_frames(path, streams.color)
             else:
@@ -113,14 +114,25 @@ class _BagSetup:
 
 
 def _depth_frames(
-    bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream | None, transforms: Transforms, options: ReadOptions
+    bag: Bag,
+    index: Mapping[str, TopicIndex],
+    depth: Stream,
+    color: Stream | None,
+    transforms: Transforms,
+    options: ReadOptions,
+    notes: list[str],
 ) -> list[FrameRef]:
     assert depth.lens is not None
     times = depth.topic_index.clock()
     setup = _BagSetup(bag.path, stamp_of(bag.path), depth.topic_index.topic, depth.lens, depth.scale)
     color_indices = np.full(len(times), -1)
     if color is not None:
-        color_indices = pair_by_time(bag.path, depth.topic_index, color.topic_index, options.tolerance)
+        required = options.color_topic is not None
+        color_indices, note = pair_by_time(bag.path, depth.topic_index, color.topic_index, options.tolerance, required)
+        if note:
+            notes.append(note)
+            color = None
+    if color is not None:
         lens, extrinsics = color_geometry(bag, index, depth, color, transforms, int(times[0]))
         setup = replace(setup, color=color.topic_index.topic, color_lens=lens, extrinsics=extrinsics)
     frames = []

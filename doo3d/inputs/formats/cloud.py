@@ -57,6 +57,8 @@ class CloudCapture:
 def _frames_of(file: Path, single: bool) -> list[FrameRef]:
     try:
         count = count_e57(file) if _kind(file) == "e57" else 1
+        if not count:
+            raise InputError(f"{file}: holds no scans: export at least one scan into it", code="file-empty")
     except (InputError, OSError):
         if single:
             raise

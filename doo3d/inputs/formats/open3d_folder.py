@@ -1,92 +1,131 @@
-"""A folder as Open3D's recorder writes it: `depth/`, `color/`, `mask/` and `camera_intrinsic.json`."""
+"""A folder of depth images, with color images and masks, in the layouts of recorders and of users' own scripts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
-
-import numpy as np
+from typing import ClassVar
 
 from ...errors import InputError
 from ...types import Camera, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
-from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, read_json
-from ..support.images import SUFFIXES, read_color, read_depth, read_mask
-from ..support.listing import images_in, match_images, natural_key, with_file
+from ..support.calibration import Pinhole
+from ..support.camera_choice import (
+    RECORDER_FILE,
+    REMEDY,
+    cameras_beside,
+    choose_camera,
+    depth_size,
+    describe_camera,
+    search_folders,
+)
+from ..support.camera_files import read_camera_file
+from ..support.depth_frames import camera_for, check_unit
+from ..support.image_folders import FrameFiles, color_folder, is_depth_file, is_depth_folder, list_frames
+from ..support.images import read_color, read_depth, read_mask
+from ..support.listing import with_file
 
-INTRINSICS = "camera_intrinsic.json"
 COLORS = ("color", "rgb", "image")  # sub-folders, the first that exists is read
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: the recorder's own, millimetres
 
 
 class FolderCapture:
-    """A folder as written by Open3D's recorder, opened as a capture: one frame per depth image.
+    """A folder of depth images, opened as a capture: one frame per depth image, without times and poses.
 
-    The folder has `depth/`, optionally `color/` and `mask/`, and `camera_intrinsic.json`; frames have no times and no poses.
-    Images of one frame have the same file name except for the suffix; if no names agree and there are equally many images, they
-    are matched by order. Frames come in natural order of their names (9 before 10).
+    The images are in sub-folders (`depth/` with `color/` and `mask/`, `depth_images/` with `color_images/`, ...), or side by
+    side (`000_depth.png` with `000_color.png`, `depth.png` with `color.png`, ...); see `support.image_folders`. A single depth
+    image is a capture of one frame. Frames come in natural order of their names (9 before 10).
 
-    The options `camera` and `depth_scale` replace the values in `camera_intrinsic.json`. The file may be missing if `camera` is
-    given; the depth is then in mm unless `depth_scale` is given too.
+    The camera is read from `camera_intrinsic.json` (Open3D's recorder) or another camera file beside the images; see
+    `support.camera_files`. The options `camera` and `depth_scale` replace the values of the file, which may be missing if
+    `camera` is given; the depth is then in mm unless `depth_scale` is given too.
     """
 
     what: ClassVar[str] = (
-        f"a folder with depth/ (16-bit PNG), color/ (optional), mask/ (optional) and {INTRINSICS} (width, height, "
-        "intrinsic_matrix, depth_scale)"
+        "a folder of depth images (16-bit PNG, float TIFF, NPY) in depth/, or named like 000_depth.png, with color images and "
+        f"masks (optional), and {RECORDER_FILE} or another camera file (fx, fy, cx, cy, or K, or intrinsic_matrix; depth_scale)"
     )
     format = "folder"
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        depth = images_in(path / "depth")
-        if not depth:
-            raise InputError(f"{path / 'depth'}: holds no depth images ({', '.join(SUFFIXES)})", code="folder-empty")
-        camera, scale = _camera_and_scale(path / INTRINSICS, options)
-        color = next((part for part in COLORS if (path / part).is_dir()), COLORS[0])
-        others = {part: match_images(images_in(path / part), depth) for part in (color, "mask") if (path / part).is_dir()}
-        names = sorted(set(depth).union(*others.values()), key=natural_key)
+        frames, notes = list_frames(path)
+        root = path if path.is_dir() else path.parent
+        camera, scale, camera_notes, self.extra_files = _camera_and_scale(root, frames, options)
+        self.notes = [*notes, *camera_notes]
         self.frames = [
             FrameRef(
-                name,
-                depth.get(name, path / "depth"),
-                partial(
-                    _load, path, name, depth.get(name), {part: files.get(name) for part, files in others.items()}, camera, scale
-                ),
+                frame.name,
+                frame.depth or frame.folder,
+                partial(_load, frame.folder, frame.name, frame.depth, frame.others, camera, scale, options.depth_scale),
             )
-            for name in names
+            for frame in frames
         ]
 
     @staticmethod
     def can_read(path: Path) -> bool:
-        """Return whether `path` is a folder with a sub-folder `depth/` or the file `camera_intrinsic.json`."""
-        return path.is_dir() and ((path / "depth").is_dir() or (path / INTRINSICS).is_file())
+        """Return whether `path` is a depth image, or a folder with depth images in it or in a sub-folder such as `depth/`.
+
+        A folder with the file `camera_intrinsic.json` counts, too.
+        """
+        return (path / RECORDER_FILE).is_file() or is_depth_folder(path) if path.is_dir() else is_depth_file(path)
 
 
-def _camera_and_scale(path: Path, options: ReadOptions) -> tuple[Camera | Pinhole, float]:
-    """Return the camera (without image size if the options give it) and the units per metre."""
-    if options.camera is not None and not path.exists():
-        return options.camera, options.depth_scale or DEFAULT_DEPTH_SCALE
-    camera, scale = read_intrinsics(path)
-    return options.camera or camera, options.depth_scale or scale
+def _camera_and_scale(
+    root: Path, frames: list[FrameFiles], options: ReadOptions
+) -> tuple[Camera | Pinhole, float, list[str], list[Path]]:
+    """Return the camera (without image size if none is known), the units per metre, notes, and the files that were read."""
+    if options.camera is not None and options.depth_scale is not None:
+        return options.camera, options.depth_scale, [], []
+    depth = [frame.depth for frame in frames if frame.depth is not None]
+    folders = dict.fromkeys([root, *(file.parent for file in depth[:1])])
+    searched = [folder for base in folders for folder in search_folders(base)]
+    found = cameras_beside(searched, root.parent if depth and depth[0].parent == root else None)
+    if not found:
+        if options.camera is not None:
+            return options.camera, options.depth_scale or DEFAULT_DEPTH_SCALE, [], []
+        raise InputError(
+            f"{root / RECORDER_FILE}: is missing, and so is any other file with the camera of these {len(depth)} depth images: "
+            f"{REMEDY}, or write this file with width, height and intrinsic_matrix ([fx, 0, 0, 0, fy, 0, cx, cy, 1]), in "
+            "pixels of the depth images; if they are photographs, use -c image",
+            code="intrinsics-missing",
+        )
+
+    aligned = any(frame.others.get("color") for frame in frames)
+    chosen, note = choose_camera(found, partial(depth_size, depth[0]), aligned)
+    scale = options.depth_scale or chosen.scale or DEFAULT_DEPTH_SCALE
+    if options.camera is not None:
+        return options.camera, scale, [], [chosen.file]
+    notes = [note] * bool(note) + describe_camera(chosen)
+    if chosen.file.name != RECORDER_FILE:
+        notes.append(
+            f"the camera is read from {chosen.file.relative_to(root) if chosen.file.is_relative_to(root) else chosen.file}"
+        )
+    if chosen.size is None:
+        return chosen.pinhole, scale, notes, [chosen.file]
+    return Camera(*chosen.pinhole, *chosen.size), scale, notes, [chosen.file]
 
 
 def _load(
-    folder: Path, name: str, depth: Path | None, others: Mapping[str, Path | None], camera: Camera | Pinhole, scale: float
+    folder: Path,
+    name: str,
+    depth: Path | None,
+    others: Mapping[str, Path | None],
+    camera: Camera | Pinhole,
+    scale: float,
+    array_scale: float | None,
 ) -> FrameData:
     for part, file in {"depth": depth, **others}.items():
         if file is None:
-            raise InputError(
-                f"{folder / part}: has no image for frame {name}",
-                code=f"{part if part in ('depth', 'mask') else 'color'}-missing",
-            )
+            place = color_folder(folder) if part == "color" else folder / part
+            raise InputError(f"{place}: has no image for frame {name}", code=f"{part}-missing")
     assert depth is not None
-    mask = others.get("mask")
-    color = next((file for part, file in others.items() if part in COLORS), None)
+    mask, color = others.get("mask"), others.get("color")
     try:
-        metres = read_depth(depth, scale)
+        metres = read_depth(depth, scale, array_scale)
+        check_unit(metres, depth, scale)
         camera = camera if isinstance(camera, Camera) else camera_for(camera, metres.shape)
         frame = Frame(read_color(color) if color else None, metres, camera, name)
     except InputError as error:
@@ -98,60 +137,15 @@ def _load(
 
 
 def read_intrinsics(path: Path) -> tuple[Camera, float]:
-    """Read an Open3D file of intrinsics and return (camera, depth_scale), the latter in units of the depth images per metre.
+    """Read a camera file with an image size and return (camera, depth_scale), the latter in units of the depth images per metre.
 
-    The JSON file has width and height (px), intrinsic_matrix (nine numbers column by column), and optionally depth_scale; without
-    it, depth_scale is 1000 (mm).
+    Without a depth_scale in the file, it is 1000 (mm).
 
     Raises
     ------
     InputError : the file is missing or not JSON, or a value is missing or impossible; the message names file and key.
     """
-    if not path.exists():
-        raise InputError(
-            f"{path}: is missing: write one with width, height and intrinsic_matrix (9 numbers, column by column: "
-            "fx, 0, 0, 0, fy, 0, cx, cy, 1), in pixels of the depth images, or give --input-option 'camera=[fx, fy, cx, cy]'",
-            code="intrinsics-missing",
-        )
-    values = read_json(path)
-    for key in ("width", "height", "intrinsic_matrix"):
-        if key not in values:
-            raise InputError(f"{path}: has no {key}", code="intrinsics-missing")
-    matrix = _matrix(path, values["intrinsic_matrix"])
-    size = {key: _pixel_count(path, key, values[key]) for key in ("width", "height")}
-    try:
-        camera = Camera(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2], **size)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", code=error.code) from None
-    scale = values.get("depth_scale", DEFAULT_DEPTH_SCALE)
-    return camera, check_depth_scale(scale, str(path), "units per metre above zero (1000 for millimetres)")
-
-
-def _matrix(path: Path, given: Any) -> Any:
-    """Return [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], (3, 3) float, from nine numbers column by column or three columns."""
-    try:
-        values = np.array(given, dtype=float).ravel()
-    except (TypeError, ValueError):
-        values = np.zeros(0)
-    if values.size != 9 or isinstance(given, str):
-        got = len(given) if isinstance(given, list) else repr(given)
-        raise InputError(
-            f"{path}: intrinsic_matrix: expected 9 numbers, column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1), got {got}",
-            code="intrinsics-invalid",
-        )
-    matrix = values.reshape(3, 3).T
-    if not np.isfinite(matrix).all():
-        raise InputError(f"{path}: intrinsic_matrix: expected finite numbers, got {given}", code="intrinsics-invalid")
-    if (matrix[2] != (0, 0, 1)).any():
-        raise InputError(
-            f"{path}: intrinsic_matrix is {given}: expected column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1); "
-            "the numbers seem to be row by row",
-            code="intrinsics-invalid",
-        )
-    return matrix
-
-
-def _pixel_count(path: Path, key: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value < 2**31 or value != int(value):
-        raise InputError(f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid")
-    return int(value)
+    found = read_camera_file(path)[0]
+    if found.size is None:
+        raise InputError(f"{path}: has no width and height", code="intrinsics-missing")
+    return Camera(*found.pinhole, *found.size), found.scale or DEFAULT_DEPTH_SCALE

@@ -10,8 +10,10 @@ from ...errors import InputError
 from ...types import Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
+from ..support.image_folders import color_folder
 from ..support.images import PHOTO_SUFFIXES, is_image, read_color, read_mask
 from ..support.listing import images_in, match_images, natural_key
+from ..support.roles import role_of
 
 PHOTO_FOLDERS, MASK_FOLDERS = ("color", "images", "rgb"), ("mask", "masks")  # photographs may lie in the folder itself
 
@@ -34,12 +36,12 @@ class PhotosCapture:
     @staticmethod
     def can_read(path: Path) -> bool:
         """Return whether `path` is an image, or a folder with images in it or in `color/`, `images/` or `rgb/`."""
-        return bool(images_in(_photo_folder(path), PHOTO_SUFFIXES)) if path.is_dir() else is_image(path)
+        return bool(_photos_in(_photo_folder(path))) if path.is_dir() else is_image(path)
 
 
 def _folder(path: Path) -> list[FrameRef]:
     photo_folder, masks = _photo_folder(path), _mask_folder(path)
-    photos = images_in(photo_folder, PHOTO_SUFFIXES)
+    photos = _photos_in(photo_folder)
     given = match_images(images_in(masks, PHOTO_SUFFIXES), photos) if masks else {}
     return [
         FrameRef(
@@ -60,7 +62,15 @@ def _photo_folder(folder: Path) -> Path:
     """Return the folder with the photographs: `folder` or one of its sub-folders."""
     if images_in(folder, PHOTO_SUFFIXES) and not (folder / "depth").is_dir():
         return folder
-    return next((folder / name for name in PHOTO_FOLDERS if (folder / name).is_dir()), folder)
+    named = next((folder / name for name in PHOTO_FOLDERS if (folder / name).is_dir()), color_folder(folder))
+    return named if named.is_dir() else folder
+
+
+def _photos_in(folder: Path) -> dict[str, Path]:
+    """Return the photographs in a folder, stem -> path; of color images beside depth images and masks, the color images alone."""
+    images = images_in(folder, PHOTO_SUFFIXES)
+    colors = {stem: file for stem, file in images.items() if role_of(stem) == "color"}
+    return colors if colors and any(role_of(stem) == "depth" for stem in images) else images
 
 
 def _mask_folder(root: Path) -> Path | None:

@@ -17,9 +17,10 @@ from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
+from ..support.camera_choice import has_camera_file
 from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, check_pose, load_files, numbers
 from ..support.listing import images_in, match_images
-from .open3d_folder import COLORS, INTRINSICS
+from .open3d_folder import COLORS
 from .trajectory import read_lines, read_trajectory
 from .tum import DEPTH, PINHOLE, SIZE, associate
 
@@ -27,6 +28,7 @@ SCALE = 1000.0  # units per metre
 ICL_SCALE = 5000.0
 ICL_PINHOLE = (481.2, 480.0, 319.5, 239.5)  # px; the data set's fy is -480, for its y points up
 _STAMPED = re.compile(r"\d+-(\d{6,})")  # file names: number of the image, microseconds
+_DEFAULT_NOTE = "the camera is the data set's default, fx = fy = 525 px: give --camera FILE if the recording is of your own"
 _FLIP_Y = np.diag([1.0, -1.0, 1.0, 1.0])
 _ROWS_PER_POSE = 5  # in a .log file: three numbers, then a 4x4 matrix
 
@@ -59,13 +61,14 @@ class RedwoodCapture:
         log = _find_log(path)
         poses = _read_log(log) if log else {}
         sensor = _sensor(options, PINHOLE, SCALE)
+        self.notes = [] if options.camera else [_DEFAULT_NOTE]
         self.frames = [_frame_ref(path, frame, sensor, poses.get(frame.number)) for frame in listed]
 
     @staticmethod
     def can_read(path: Path) -> bool:
         """Return whether `path` is a folder of a Redwood data set.
 
-        Such a folder has `depth/` and no `camera_intrinsic.json`, and at least one of: a sub-folder `image/`, file names with
+        Such a folder has `depth/` and no camera file beside it, and at least one of: a sub-folder `image/`, file names with
         times, a trajectory file.
         """
         if not _is_without_intrinsics(path):
@@ -104,8 +107,8 @@ class IclCapture:
     def can_read(path: Path) -> bool:
         """Return whether `path` is a folder of an ICL-NUIM sequence.
 
-        Such a folder has `depth/` and either `associations.txt` or a file `*.gt.freiburg`, but neither `camera_intrinsic.json`
-        nor `depth.txt`.
+        Such a folder has `depth/` and either `associations.txt` or a file `*.gt.freiburg`, but neither a camera file nor
+        `depth.txt`.
         """
         return (
             _is_without_intrinsics(path)
@@ -115,7 +118,7 @@ class IclCapture:
 
 
 def _is_without_intrinsics(path: Path) -> bool:
-    return (path / "depth").is_dir() and not (path / INTRINSICS).exists()
+    return (path / "depth").is_dir() and not has_camera_file(path)
 
 
 def _first_is_stamped(folder: Path) -> bool:

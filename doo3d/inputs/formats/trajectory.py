@@ -11,9 +11,11 @@ import numpy as np
 
 from ...errors import InputError, unread_code
 from ...types import Floats
-from ..capture import Capture, FrameData, FrameRef
+from ..capture import Capture, FrameData, FrameRef, extra_files_of, notes_of
 from ..support.poses import interpolate_pose
 
+Row = tuple[int, list[str]]
+"""Number of a line from 1, and its words."""
 _MAX_NORM_ERROR = 1e-2  # of a quaternion: those in files are rounded
 
 
@@ -27,10 +29,13 @@ class Trajectory:
         (N,) s, increasing, of N poses.
     poses
         (N, 4, 4), camera to world: x_world = pose @ x_camera, m.
+    notes
+        what was mended in reading the file: a sentence if its lines were not sorted by time.
     """
 
     times: Floats
     poses: Floats
+    notes: tuple[str, ...] = ()
 
     def at(self, time: float, tolerance: float) -> Floats | None:
         """Return the (4, 4) pose at a time (s), or None if no pose is within `tolerance` (s) of it.
@@ -80,7 +85,7 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     return pose
 
 
-def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[str]]]:
+def read_lines(path: Path, columns: int, layout: str) -> list[Row]:
     """Read a table from a text file: return a list of (line number from 1, words), one per row.
 
     Words are separated by blanks or commas. Empty lines and comment lines (#) are left out.
@@ -119,39 +124,44 @@ def read_lines(path: Path, columns: int, layout: str) -> list[tuple[int, list[st
     return rows
 
 
-def increasing_times(path: Path, rows: list[tuple[int, list[str]]]) -> Floats:
-    """Return the first word of each of N rows as a time, (N,) s, after checking that the times increase.
+def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[str]]:
+    """Return the rows of a table in order of the times in their first words.
 
-    `rows` is the table that `read_lines` read from `path`: (line number, words) per row. File and line are named in errors.
+    `rows` is the table that `read_lines` read from `path`: (line number, words) per row. Of rows of the same time the first is
+    kept.
+
+    Returns
+    -------
+    (times, rows, notes): (N,) s, increasing; the N rows of these times; a sentence each if rows were sorted or left out.
 
     Raises
     ------
-    InputError : a time is not a number, or not later than the one before it.
+    InputError : a time is not a number; the message has file and line.
     """
-    times = np.array([_number(path, number, words[0]) for number, words in rows])
-    for i in np.flatnonzero(np.diff(times) <= 0)[:1]:
-        raise InputError(
-            f"{path}: line {rows[i + 1][0]}: time {rows[i + 1][1][0]} is not later than {rows[i][1][0]} before it: "
-            "sort the lines by time",
-            code="times-not-rising",
-        )
-    return times
+    given = np.array([_number(path, number, words[0]) for number, words in rows])
+    times, first = np.unique(given, return_index=True)
+    notes = []
+    if len(earlier := np.flatnonzero(np.diff(given) < 0)):
+        line = rows[earlier[0] + 1][0]
+        notes.append(f"the lines of {path.name} are not in order of time (line {line} is the first too early): they were sorted")
+    if len(times) < len(rows):
+        notes.append(f"{len(rows) - len(times)} lines of {path.name} have the time of an earlier line: they are left out")
+    return times, [rows[i] for i in first.tolist()], notes
 
 
 def read_trajectory(path: Path) -> Trajectory:
     """Read a trajectory file in the format of the TUM benchmark, with lines `time tx ty tz qx qy qz qw`.
 
-    Times are in s and must increase, positions in m; the poses are camera to world.
+    Times are in s, positions in m; the poses are camera to world. Lines are sorted by time, with a note.
 
     Raises
     ------
     InputError : the file cannot be read, or a line has another layout; the message names the line.
     """
-    rows = read_lines(path, 8, "time tx ty tz qx qy qz qw")
-    times = increasing_times(path, rows)
+    times, rows, notes = sort_by_time(path, read_lines(path, 8, "time tx ty tz qx qy qz qw"))
     values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
     poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
-    return Trajectory(times, np.array(poses))
+    return Trajectory(times, np.array(poses), tuple(notes))
 
 
 class PosedCapture:
@@ -168,6 +178,7 @@ class PosedCapture:
     def __init__(self, capture: Capture, file: Path, tolerance: float) -> None:
         self.path, self.format = capture.path, capture.format
         trajectory = read_trajectory(file)
+        self.notes, self.extra_files = [*notes_of(capture), *trajectory.notes], extra_files_of(capture)
         poses = _by_time(capture, trajectory, tolerance, file) if _has_times(capture) else _by_order(capture, trajectory, file)
         self.frames: Sequence[FrameRef] = [
             replace(frame, loader=partial(_load, frame, pose)) for frame, pose in zip(capture.frames, poses, strict=True)

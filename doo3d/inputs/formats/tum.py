@@ -16,21 +16,29 @@ from ...errors import InputError
 from ...types import Floats, Ints
 from ..capture import FrameRef
 from ..read_options import DEFAULT, ReadOptions
+from ..support.camera_choice import sensor_beside
 from ..support.depth_frames import DepthSensor, ImageFiles, load_files
-from .trajectory import Trajectory, increasing_times, read_lines, read_trajectory
+from .trajectory import Trajectory, read_lines, read_trajectory, sort_by_time
 
 SCALE = 5000.0  # units per metre
 PINHOLE, SIZE = (525.0, 525.0, 319.5, 239.5), (640, 480)  # the benchmark's default, px
+CALIBRATIONS = {  # px, of the color cameras, whose pixels the depth images have (file_formats, "Calibration of the color camera")
+    "freiburg1": (517.3, 516.5, 318.6, 255.3),
+    "freiburg2": (520.9, 521.0, 325.1, 249.7),
+    "freiburg3": (535.4, 539.2, 320.1, 247.6),
+}
 DEPTH, COLOR, TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 
 
 class TumCapture:
     """A sequence of the TUM RGB-D benchmark, opened as a capture: depth images with colour, in order of time.
 
-    `depth.txt` and `rgb.txt` list the images with their times. They are paired by time within the option `tolerance`, each image
-    at most once, nearest pairs first; images without a partner are left out, as by the benchmark's associate.py. Without
-    `rgb.txt` each depth image is a frame. A frame has the name and the time of its depth image, and the pose of `groundtruth.txt`
-    at that time. Defaults are fx = fy = 525, cx = 319.5, cy = 239.5 px for 640x480, and 5000 units per metre.
+    `depth.txt` and `rgb.txt` list the images with their times. They are paired by time within the option `tolerance`, each
+    image at most once, nearest pairs first; images without a partner are left out, as by the benchmark's associate.py. Without
+    `rgb.txt` each depth image is a frame. A frame has the name and the time of its depth image, and the pose of
+    `groundtruth.txt` at that time. Lists that are not in order of time are sorted. The camera is that of a camera file beside
+    the lists, else that of freiburg1, 2 or 3 if the path has this word, else the benchmark's default, fx = fy = 525, cx =
+    319.5, cy = 239.5 px for 640x480; the unit is 5000 per metre unless the file has another.
     """
 
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
@@ -38,10 +46,11 @@ class TumCapture:
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        times, depth = _listed(path / DEPTH)
+        times, depth, self.notes = _listed(path / DEPTH)
         color: list[Path | None] = [None] * len(depth)
         if (path / COLOR).is_file():
-            others, images = _listed(path / COLOR)
+            others, images, notes = _listed(path / COLOR)
+            self.notes += notes
             one, other = associate(times, others, options.tolerance)
             if not len(one):
                 raise InputError(
@@ -51,7 +60,9 @@ class TumCapture:
                 )
             times, depth, color = times[one], [depth[i] for i in one], [images[i] for i in other]
         truth = read_trajectory(path / TRUTH) if (path / TRUTH).is_file() else None
-        sensor = DepthSensor(options.camera or PINHOLE, options.depth_scale or SCALE, None if options.camera else SIZE)
+        self.notes += truth.notes if truth else ()
+        sensor, notes = _sensor(path, depth[0], options)
+        self.notes += notes
         self.frames = [
             _frame(ImageFiles(*files), sensor, time, truth, options.tolerance)
             for files, time in zip(zip(depth, color, strict=True), times.tolist(), strict=True)
@@ -92,10 +103,27 @@ def associate(one: Floats, other: Floats, tolerance: float) -> tuple[Ints, Ints]
     return first, np.array([pairs[a] for a in first.tolist()], dtype=int)
 
 
-def _listed(path: Path) -> tuple[Floats, list[Path]]:
-    """Return the times (N,) s and the files of a list."""
-    rows = read_lines(path, 2, "time and file name")
-    return increasing_times(path, rows), [path.parent / " ".join(words[1:]) for _, words in rows]
+def _listed(path: Path) -> tuple[Floats, list[Path], list[str]]:
+    """Return the times (N,) s, increasing, and the files of a list, with notes."""
+    times, rows, notes = sort_by_time(path, read_lines(path, 2, "time and file name"))
+    return times, [path.parent / " ".join(words[1:]) for _, words in rows], notes
+
+
+def _sensor(path: Path, depth: Path, options: ReadOptions) -> tuple[DepthSensor, list[str]]:
+    """Return the camera and the unit of the depth images, with notes that name where they come from."""
+    if options.camera is not None:
+        return DepthSensor(options.camera, options.depth_scale or SCALE), []
+    given = options.depth_scale
+    if beside := sensor_beside(path, depth, SCALE):
+        sensor, notes = beside
+        return sensor._replace(scale=given or sensor.scale), notes
+    words = path.resolve().as_posix().lower()
+    name = next((name for name in CALIBRATIONS if name in words), None)
+    if name is not None:
+        return DepthSensor(CALIBRATIONS[name], given or SCALE, SIZE), [f"the camera is the benchmark's calibration of {name}"]
+    unit = "" if given else f", and the unit {SCALE:g} per metre"
+    note = f"the camera is the benchmark's default, fx = fy = 525 px{unit}: give --camera FILE if the recording is of your own"
+    return DepthSensor(PINHOLE, given or SCALE, SIZE), [note]
 
 
 def _frame(files: ImageFiles, sensor: DepthSensor, time: float, truth: Trajectory | None, tolerance: float) -> FrameRef:

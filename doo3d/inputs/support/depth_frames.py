@@ -12,11 +12,10 @@ import numpy as np
 from ...errors import InputError, unread_code
 from ...types import Array, Bools, Camera, Floats, Frame
 from ..capture import FrameData
+from .calibration import Pinhole as Pinhole
 from .images import read_color, read_depth, read_mask
 from .listing import with_file
 
-Pinhole = tuple[float, float, float, float]
-"""fx, fy, cx, cy in px."""
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
@@ -122,8 +121,8 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     height, width = shape
     if size is not None and size != (width, height):
         raise InputError(
-            f"the depth image is {width}x{height} but the format's default intrinsics are for {size[0]}x{size[1]}: "
-            "give the intrinsics of this camera, --input-option 'camera=[fx, fy, cx, cy]'",
+            f"the depth image is {width}x{height} but its intrinsics are for {size[0]}x{size[1]}: "
+            "give those of this camera, --camera FILE or --input-option 'camera=[fx, fy, cx, cy]'",
             code="intrinsics-size",
         )
     return Camera(*pinhole, width=width, height=height)

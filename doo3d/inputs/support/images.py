@@ -11,9 +11,12 @@ import numpy as np
 
 from ...errors import InputError, unread_code
 from ...types import Array, Bools
+from .arrays import read_color_array, read_depth_array
+from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
+DEPTH_SUFFIXES = (*SUFFIXES, ".npy")  # arrays that numpy.save wrote, beside images
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
@@ -27,16 +30,19 @@ _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's co
 _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
 
 
-def read_depth(path: Path, scale: float) -> Array:
+def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Array:
     """Read a depth image as metres along the optical axis, (H, W) float32; 0 or NaN = no measurement.
 
     If the pixels are 16-bit integers, `scale` is their number of units per metre, such as 1000 for millimetres. If they are
-    floats, they are taken to be metres and `scale` is ignored.
+    floats, they are taken to be metres and `scale` is ignored. A NumPy array (.npy) may have integers of any size, and its floats
+    have `array_scale` units per metre; None: metres.
 
     Raises
     ------
     InputError : the file is missing or damaged, has several channels, or another type.
     """
+    if path.suffix.lower() == ".npy":
+        return read_depth_array(path, scale, array_scale or 1.0)
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
         raise InputError(
@@ -78,6 +84,8 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
     ------
     InputError : the file is missing or damaged, or its values are neither 8 nor 16 bits nor floats from 0 to 1.
     """
+    if data is None and path.suffix.lower() == ".npy":
+        return read_color_array(path)
     image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION, data))
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
@@ -154,6 +162,7 @@ def _check_complete(path: Path, data: bytes) -> None:
     """Raise InputError if the file is empty, cut off or damaged, as far as its container tells."""
     if not data:
         raise InputError(f"{path}: is empty", code="file-empty")
+    check_not_pointer(path, data[:64])
     if data.startswith(_PNG):
         fault = _png_fault(data)
     elif data.startswith(_JPEG):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from .images import SUFFIXES
+from .roles import frame_key
 
 
 def natural_key(name: str) -> list[tuple[int, str]]:
@@ -42,8 +43,9 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
     """Match images to frames and return them as a dict frame name -> path.
 
     The stem of an image is its file name without the suffix. If the stem of at least one image is a frame's name, `images` is
-    returned unchanged, including images that belong to no frame. Otherwise the first image belongs to the first frame and so on,
-    if there are as many images as frames; if not, the dict is empty.
+    returned unchanged, including images that belong to no frame. Otherwise names are compared without words such as depth, color
+    and mask (color_0001 belongs to depth_0001), provided that each image so belongs to a frame. Otherwise the first image belongs
+    to the first frame and so on, if there are as many images as frames; if not, the dict is empty.
 
     Parameters
     ----------
@@ -53,6 +55,9 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
         mapping whose keys are the frames' names, in order; its values are ignored.
     """
     if images and not images.keys() & names.keys():
+        keys, files = {frame_key(name): name for name in names}, {frame_key(stem): file for stem, file in images.items()}
+        if len(keys) == len(names) and len(files) == len(images) and files.keys() <= keys.keys():
+            return {name: files[key] for key, name in keys.items() if key in files}
         if len(images) == len(names):
             return dict(zip(names, images.values(), strict=True))
         return {}

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
+from builders.errors import refuses
 from builders.sample_scene import POSE, assert_detected, check, put, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -87,7 +88,9 @@ def test_photographs_and_results_are_no_pairs(make, tmp_path):
     assert open_capture(tmp_path / "photo.png").format == "photos"
     assert open_capture(make(), images_only=True).format == "photos"
     (tmp_path / "cable.yaml").write_text("segment:\n  camera: 1\n")
-    assert open_capture(tmp_path).format == "photos"
+    with refuses("intrinsics-missing", "--camera FILE", "-c image"):  # cable.png has 16 bits
+        open_capture(tmp_path)
+    assert open_capture(tmp_path, images_only=True).format == "photos"
 
 
 # --- what cannot be read -----------------------------------------------------------------------------------------------

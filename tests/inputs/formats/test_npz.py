@@ -72,13 +72,13 @@ def test_frames_load_in_any_order_and_in_another_process(tmp_path, compressed):
 def test_only_one_frame_is_in_memory(tmp_path, monkeypatch):
     """No single read from the file is larger than one frame's part."""
     path = save(tmp_path / "a.npz", **numbered(30))
-    read, largest = arrays._Stack._read, []
+    read, largest = arrays.ArrayStack._read, []
 
     def counting(self, length):
         largest.append(length)
         return read(self, length)
 
-    monkeypatch.setattr(arrays._Stack, "_read", counting)
+    monkeypatch.setattr(arrays.ArrayStack, "_read", counting)
     loaded_frames = [frame_ref.load() for frame_ref in open_capture(path).frames]
     assert len(loaded_frames) == 30
     assert max(largest) == 40 * 50 * 4
@@ -135,7 +135,7 @@ def test_npz_of_points_is_a_cloud(tmp_path):
         ({"depth": np.asfortranarray(np.ones((2, 40, 50)))}, "array-order", "depth"),
         ({"color": np.zeros((2, 480, 640, 3), np.uint8)}, "frame-count", "color"),
         ({"depth": np.ones((2, 480, 640))}, "frame-count", "(480, 640, 3)"),
-        ({"K": np.eye(2).ravel()}, "array-shape", "(4,)"),
+        ({"K": np.ones(5)}, "array-shape", "(5,)"),
         ({"K": np.full((3, 3), "x")}, "array-type", "<U1"),
         ({"timestamps": np.array([1.0, 2.0])}, "frame-count", "timestamps"),
         ({"timestamps": np.array(np.nan)}, "times-not-rising", "timestamps"),

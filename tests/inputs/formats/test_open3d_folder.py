@@ -189,7 +189,7 @@ def test_invalid_json_of_intrinsics(capture, text):
         ({"intrinsic_matrix": [float("nan"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
         ({"intrinsic_matrix": [float("inf"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
         ({"intrinsic_matrix": [0, 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "fx=0"),
-        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
+        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 2]}, "intrinsics-invalid", "intrinsic_matrix"),
         ({"width": 0}, "intrinsics-invalid", "width"),
         ({"width": "wide"}, "intrinsics-invalid", "wide"),
         ({"height": None}, "intrinsics-invalid", "height"),
@@ -209,14 +209,23 @@ def test_intrinsics_with_a_wrong_value(capture, values, code, part):
         open_capture(folder)
 
 
-@pytest.mark.parametrize("key", ["width", "height", "intrinsic_matrix"])
-def test_intrinsics_without_a_key(capture, key):
+def test_intrinsics_without_the_matrix(capture):
     folder = capture()
-    values = json.loads((folder / "camera_intrinsic.json").read_text())
-    del values[key]
-    write_json(folder, json.dumps(values))
-    with refuses("intrinsics-missing", "camera_intrinsic.json", key):
+    write_json(folder, json.dumps({"width": 320, "height": 240}))
+    with refuses("intrinsics-missing", "camera_intrinsic.json", "intrinsic_matrix"):
         open_capture(folder)
+
+
+def test_intrinsics_without_the_size_are_for_images_of_any(capture):
+    folder = capture()
+    write_json(folder, json.dumps({"intrinsic_matrix": [410, 0, 0, 0, 420, 0, 150, 110, 1]}))
+    camera = frame_of(folder).camera
+    assert (camera.fx, camera.width, camera.height) == (410, 320, 240)
+
+
+def test_the_matrix_row_by_row(capture):
+    camera = frame_of(capture(intrinsics={"intrinsic_matrix": [410, 0, 150, 0, 420, 110, 0, 0, 1]})).camera
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
 
 
 def test_folder_without_frames(capture):

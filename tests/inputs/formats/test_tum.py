@@ -54,8 +54,10 @@ def test_depth_colour_camera_and_pose(sequence):
 
 
 def test_default_camera_of_the_benchmark(sequence):
+    sequence = sequence.rename(sequence.with_name("cable"))
     camera = open_capture(sequence).frames[0].load().data.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525, 525, 319.5, 239.5)
+    assert ["default" in note for note in open_capture(sequence).notes] == [True]
     assert open_capture(sequence, options=ReadOptions(depth_scale=2500)).frames[0].load().data.depth.max() == pytest.approx(
         1.478, abs=1e-3
     )
@@ -118,9 +120,29 @@ def test_missing_list_of_depth(sequence):
 
 
 @pytest.mark.parametrize("name", ["depth.txt", "rgb.txt"])
-def test_decreasing_times(sequence, name):
-    listed(sequence / name, ["100.1", "100.0"], name[:-4])
-    refused(sequence, "times-not-rising", f"{name}: line 5", "100.0")
+def test_lists_that_are_not_sorted(sequence, name):
+    before = [frame_ref.name for frame_ref in open_capture(sequence).frames]
+    lines = (sequence / name).read_text().splitlines()
+    (sequence / name).write_text("\n".join([*lines[:3], lines[-1], *lines[3:]]))  # the last comes first, and is double
+    opened = open_capture(sequence)
+    assert [frame_ref.name for frame_ref in opened.frames] == before
+    assert f"lines of {name} are not in order of time (line 5" in opened.notes[0]
+    assert f"1 lines of {name} have the time" in opened.notes[1]
+
+
+def test_the_calibrations_of_freiburg_by_name(sequence):
+    for name, fx in (("freiburg1", 517.3), ("freiburg2", 520.9), ("freiburg3", 535.4)):
+        sequence = sequence.rename(sequence.with_name(f"rgbd_dataset_{name}_cable"))
+        opened = open_capture(sequence)
+        assert opened.frames[0].load().data.camera.fx == fx
+        assert opened.notes == [f"the camera is the benchmark's calibration of {name}"]
+
+
+def test_a_camera_file_beside_the_lists(sequence):
+    (sequence / "camera.yaml").write_text("fx: 610\nfy: 611\ncx: 320\ncy: 240\ndepth_scale: 0.0002\n")
+    opened = open_capture(sequence)
+    check(opened.frames[0].load(), 1 / 5000, (610, 611, 320, 240))
+    assert opened.notes == ["the camera is read from camera.yaml"]
 
 
 def test_broken_lists(sequence):

@@ -1,0 +1,98 @@
+"""Depth and color as NumPy arrays, one image in a file that numpy.save wrote (.npy)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import InputError, unread_code
+from ...types import Array
+from .git_lfs import check_not_pointer
+
+MAX_ARRAY_BYTES = 1 << 28  # of one image
+_HEAD_BYTES = 64
+_MAX_FLOAT_M = 100.0  # a median of floats above is no depth in metres
+
+
+def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Array:
+    """Read a depth image from a .npy file as metres along the optical axis, (H, W) float32; 0 or NaN = no measurement.
+
+    Parameters
+    ----------
+    path
+        file with an array (H, W) or (H, W, 1) of integers of 16 bits or more, or of floats.
+    scale
+        units per metre of integers, such as 1000 for millimetres.
+    float_scale
+        units per metre of floats.
+
+    Raises
+    ------
+    InputError : the file is missing or damaged, the array has another shape or type, or floats seem to be no metres.
+    """
+    array = _read(path)
+    array = array[..., 0] if array.ndim == 3 and array.shape[2] == 1 else array
+    if array.ndim != 2:
+        raise InputError(
+            f"{path}: has shape {array.shape}, expected one depth image (H, W): save several frames as one NPZ, with "
+            "numpy.savez(file, depth=depth, K=K)",
+            code="depth-shape",
+        )
+    if array.dtype.kind in "ui" and array.dtype.itemsize > 1:
+        return np.asarray(array / np.float32(scale), dtype=np.float32)
+    if array.dtype.kind != "f":
+        raise InputError(f"{path}: has type {array.dtype}, expected integers of 16 bits or more, or floats", code="depth-type")
+    with np.errstate(all="ignore"):
+        metres = np.asarray(array / float_scale, dtype=np.float32)
+        measured = metres[np.isfinite(metres) & (metres > 0)]
+        median = float(np.median(measured)) if measured.size else 0.0
+    if median > _MAX_FLOAT_M:
+        raise InputError(
+            f"{path}: its median is {median:.4g}, but floats are metres: if they are millimetres, give --input-option "
+            "depth_scale=1000",
+            code="depth-unit",
+        )
+    return metres
+
+
+def read_color_array(path: Path) -> Array:
+    """Read a color image from a .npy file as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+
+    Raises
+    ------
+    InputError : the file is missing or damaged, or is no array (H, W), (H, W, 3) or (H, W, 4) of uint8.
+    """
+    array = _read(path)
+    if array.dtype != np.uint8:
+        raise InputError(f"{path}: has type {array.dtype}, expected uint8", code="color-type")
+    if array.ndim == 2:
+        return np.dstack([array] * 3)
+    if array.ndim != 3 or array.shape[2] not in (3, 4):
+        raise InputError(f"{path}: has shape {array.shape}, expected (H, W, 3)", code="color-shape")
+    return np.ascontiguousarray(array[..., :3])
+
+
+def _read(path: Path) -> Array:
+    """Read the array of a .npy file; its announced size is checked before."""
+    try:
+        with path.open("rb") as file:
+            check_not_pointer(path, file.read(_HEAD_BYTES))
+            file.seek(0)
+            version = np.lib.format.read_magic(file)
+            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+            shape, _, dtype = read(file)
+            announced = math.prod(shape) * dtype.itemsize
+            if dtype.hasobject or dtype.names:
+                raise InputError(f"{path}: holds Python objects, expected an array of numbers", code="array-type")
+            if announced > MAX_ARRAY_BYTES:
+                raise InputError(f"{path}: has shape {shape}, too large for one image", code="array-too-large")
+            if path.stat().st_size - file.tell() < announced:
+                raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
+            file.seek(0)
+            return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+    except (ValueError, EOFError, OverflowError, TypeError, SyntaxError) as error:
+        raise InputError(f"{path}: is damaged or no array that numpy.save wrote ({error})", code="file-damaged") from None

@@ -1,0 +1,246 @@
+"""A calibrated camera, and how it is found in the nested objects of a JSON or YAML file."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...errors import InputError
+
+Pinhole = tuple[float, float, float, float]
+"""fx, fy, cx, cy in px."""
+_MAX_DEPTH = 6  # nested objects that are searched
+_MAX_VALUES = 64  # numbers that are read of one matrix
+_MIN_UNITS_PER_M = 50.0  # a depth scale above is units per metre (1000: mm, 5000), one below
+_MAX_M_PER_UNIT = 0.02  # is metres per unit (0.001: mm, 0.01: cm), and one in between
+_MM_PER_M = 1000.0  # is millimetres per unit, as in BOP's camera.json
+_MATRIX_KEYS = ("intrinsicmatrix", "cameramatrix", "camk", "k", "kmatrix", "intrinsics", "intrinsic", "cameraintrinsics")
+_SCALE_KEYS = ("depthscale", "depthmapfactor", "depthfactor", "factordepth", "depthunits")
+_DISTORTION_KEYS = ("d", "distortioncoefficients", "distortion", "distcoeffs", "dist", "coeffs", "k1", "k2", "p1", "p2", "k3")
+_ALIASES = {"ppx": "cx", "ppy": "cy", "flx": "fx", "fly": "fy", "w": "width", "h": "height"}
+_ALIASES |= {"imagewidth": "width", "imageheight": "height"}
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
+
+class Calibration(NamedTuple):
+    """The intrinsics of one camera, read from a file.
+
+    Attributes
+    ----------
+    pinhole
+        the tuple (fx, fy, cx, cy) in px.
+    size
+        (width, height) in px of the images that it is for; None if the file does not say.
+    scale
+        units of the depth images per metre; None if the file does not say.
+    label
+        file name and names of the objects in the file around the camera, to tell the depth camera from the color camera.
+    file
+        the file that it was read from.
+    distorted
+        whether the file has lens distortion, which is not removed.
+    """
+
+    pinhole: Pinhole
+    size: tuple[int, int] | None = None
+    scale: float | None = None
+    label: str = ""
+    file: Path = Path()
+    distorted: bool = False
+
+
+def cameras_in(values: Any, path: Path, label: str, depth: int = 0) -> Iterator[Calibration]:
+    """Yield the camera that an object is, or else the cameras in the objects within it.
+
+    Parameters
+    ----------
+    values
+        the parsed content of a JSON or YAML file.
+    path
+        the file, named in errors.
+    label
+        label of the camera; the keys of the objects around a camera are added.
+    depth
+        number of objects around `values`.
+
+    Raises
+    ------
+    InputError : a value is impossible.
+    """
+    if depth > _MAX_DEPTH:
+        return
+    if isinstance(values, list):
+        for i, value in enumerate(values[:_MAX_VALUES]):
+            if isinstance(value, dict):
+                yield from cameras_in(value, path, f"{label} {i}", depth + 1)
+    if not isinstance(values, dict):
+        return
+    camera = camera_of(values, path, label)
+    if camera is not None:
+        yield camera
+        return
+    scale = _scale_in(_normalized(values), path)
+    for key, value in list(values.items())[:_MAX_VALUES]:
+        if isinstance(value, dict | list):
+            for camera in cameras_in(value, path, f"{label} {key}", depth + 1):
+                yield camera if camera.scale is not None else camera._replace(scale=scale)
+
+
+def camera_of(values: Mapping[Any, Any], path: Path, label: str) -> Calibration | None:
+    """Return the camera that the values of an object describe, without those of objects within it; None if they describe none.
+
+    `label` is the camera's label. Raises InputError, which names the file `path`, if a value is impossible.
+    """
+    keys = _normalized(values)
+    pinhole = _pinhole_in(keys, path)
+    if pinhole is None:
+        return None
+    return Calibration(pinhole, _size_in(keys, path), _scale_in(keys, path), label, path, _is_distorted(keys))
+
+
+def _normalized(values: Mapping[Any, Any]) -> dict[str, Any]:
+    return {_normal(key): value for key, value in values.items() if isinstance(key, str)}
+
+
+def _normal(key: str) -> str:
+    """Return a key in lower case without separators and without the words before a dot: Camera.fx and FX become fx."""
+    short = re.sub(r"[^a-z0-9]", "", key.rpartition(".")[2].lower())
+    return _ALIASES.get(short, short)
+
+
+def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
+    if all(key in keys for key in ("fx", "fy", "cx", "cy")):
+        return check_pinhole(_flat([keys[key] for key in ("fx", "fy", "cx", "cy")]), path, "fx, fy, cx, cy")
+    focal = keys.get("focallength", keys.get("focal"))
+    center = keys.get("principalpoint")
+    if focal is not None and isinstance(center, list):
+        pair = focal if isinstance(focal, list) else [focal, focal]
+        return check_pinhole(_flat([*pair, *center]), path, "focal_length, principal_point")
+    for key in _MATRIX_KEYS:
+        value = keys.get(key)
+        if isinstance(value, dict):
+            value = value.get("data")
+        if isinstance(value, list | str) and not _holds_objects(value):
+            shown = "intrinsic_matrix" if key == "intrinsicmatrix" else key
+            numbers = _flat(value)
+            nested = isinstance(value, list) and any(isinstance(row, list) for row in value)
+            return check_pinhole(numbers if len(numbers) != 4 or not nested else numbers[:3], path, shown)
+    return None
+
+
+def _holds_objects(value: Any) -> bool:
+    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
+
+
+def _flat(values: Any) -> list[float]:
+    """Return the numbers in nested lists, row by row; NaN for anything that is no number. Ends after some more than a matrix."""
+    numbers: list[float] = []
+    pending = [values]
+    while pending and len(numbers) < _MAX_VALUES and len(pending) < 2 * _MAX_VALUES:
+        value = pending.pop()
+        if isinstance(value, list | tuple):
+            pending.extend(reversed(value[:_MAX_VALUES]))
+        else:
+            numbers.append(_number(value))
+    return numbers
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return math.nan
+    try:
+        return float(value)  # YAML reads 1e3 as text
+    except (ValueError, OverflowError):
+        return math.nan
+
+
+def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
+    """Check the numbers of a camera and return its fx, fy, cx, cy in px.
+
+    Parameters
+    ----------
+    numbers
+        these 4 numbers, or a matrix of 9 (3x3), 12 (3x4) or 16 (4x4), row by row; one of 9 also column by column.
+    path
+        the file, named in the error.
+    name
+        name of the matrix in the file.
+
+    Raises
+    ------
+    InputError : another number of values, a value that is not finite, a matrix of another form, a focal length not above zero.
+    """
+    count, shown = len(numbers), ", ".join(f"{value:g}" for value in numbers[:9])
+    form = "9 numbers of a camera matrix (fx, 0, cx, 0, fy, cy, 0, 0, 1) or 4 (fx, fy, cx, cy)"
+    if count not in (4, 9, 12, 16) or not all(map(math.isfinite, numbers)):
+        raise InputError(f"{path}: {name}: expected {form}, got {count}: {shown}", code="intrinsics-invalid")
+    if count == 4:
+        fx, fy, cx, cy = numbers
+    else:
+        width = {9: 3, 12: 4, 16: 4}[count]
+        rows = [numbers[i * width : i * width + 3] for i in range(3)]
+        if rows[2] != [0, 0, 1]:
+            rows = [list(column) for column in zip(*rows, strict=True)]  # Open3D's is column by column
+        if rows[2] != [0, 0, 1] or rows[1][0]:
+            raise InputError(f"{path}: {name} is {shown}: expected {form}", code="intrinsics-invalid")
+        fx, fy, cx, cy = rows[0][0], rows[1][1], rows[0][2], rows[1][2]
+    if fx <= 0 or fy <= 0:
+        raise InputError(
+            f"{path}: intrinsics fx={fx:g} fy={fy:g} cx={cx:g} cy={cy:g}: expected focal lengths above zero, in pixels",
+            code="intrinsics-invalid",
+        )
+    return fx, fy, cx, cy
+
+
+def _size_in(keys: Mapping[str, Any], path: Path) -> tuple[int, int] | None:
+    if "width" in keys and "height" in keys:
+        given = [keys["width"], keys["height"]]
+    else:
+        pair = next((keys[key] for key in ("resolution", "imagesize", "size") if isinstance(keys.get(key), list)), None)
+        if pair is None or len(pair) != 2:
+            return None
+        given = pair
+    for key, value in zip(("width", "height"), given, strict=True):
+        number = _number(value)
+        if not math.isfinite(number) or not 0 <= number < 2**31 or number != int(number):
+            raise InputError(
+                f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid"
+            )
+    width, height = (int(_number(value)) for value in given)
+    if not width or not height:
+        if "d" in keys and not width and not height:  # a CameraInfo without size
+            return None
+        raise InputError(
+            f"{path}: {'height' if width else 'width'} is 0, expected a whole number of pixels, at least 1",
+            code="intrinsics-invalid",
+        )
+    return width, height
+
+
+def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
+    """Return the units per metre, whichever way round the file gives them; None if it does not."""
+    key = next((key for key in _SCALE_KEYS if key in keys), None)
+    if key is None:
+        return None
+    value = keys[key]
+    number = math.nan if isinstance(value, str) and not re.fullmatch(NUMBER, value.strip()) else _number(value)
+    if not math.isfinite(number) or number <= 0:
+        raise InputError(
+            f"{path}: depth_scale is {value!r}, expected units per metre above zero (1000 for millimetres)",
+            code="depth-scale-invalid",
+        )
+    if number >= _MIN_UNITS_PER_M:
+        return number
+    return 1 / number if number <= _MAX_M_PER_UNIT else _MM_PER_M / number
+
+
+def _is_distorted(keys: Mapping[str, Any]) -> bool:
+    for key in _DISTORTION_KEYS:
+        value = keys.get(key)
+        value = value.get("data") if isinstance(value, dict) else value
+        if value is not None and any(math.isfinite(number) and number for number in _flat(value)):
+            return True
+    return False

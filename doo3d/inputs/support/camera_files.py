@@ -1,0 +1,116 @@
+"""Camera files: the intrinsics of one or several cameras as JSON, YAML or text, in the forms that tools and devices write."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ...errors import InputError, unread_code
+from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinhole
+from .git_lfs import check_not_pointer
+
+MAX_FILE_BYTES = 1 << 20  # the calibrations of all modes of a device are 50 kB; a longer file is no camera file
+_TEXT_PAIR = re.compile(rf"\b(width|height|ppx|ppy|fx|fy|cx|cy)\b[\"']?\s*[:=,]?\s*({NUMBER})", re.IGNORECASE)
+_COMPACT = re.compile(  # as pyrealsense2 prints intrinsics: [ 640x480  p[322.1 241.0]  f[383.3 383.3]  Brown Conrady [...] ]
+    rf"(\d+)x(\d+)\s+p\[({NUMBER})\s+({NUMBER})\]\s+f\[({NUMBER})\s+({NUMBER})\]"
+)
+_BLOCK = re.compile(r"^\s*Intrinsic of \"?([^\"/]+)\"?.*$", re.MULTILINE)  # as rs-enumerate-devices -c prints
+
+
+def read_camera_file(path: Path) -> list[Calibration]:
+    """Read the cameras in a JSON, YAML or text file; each camera once, at least one.
+
+    A camera is `fx`, `fy`, `cx`, `cy` (also `ppx`, `ppy`), or a matrix `K`, `intrinsic_matrix` or `camera_matrix`: 9 numbers,
+    row by row or column by column, or 4 (fx, fy, cx, cy). Read are thereby Open3D's file, ROS's CameraInfo and calibrations,
+    OpenCV's and Kalibr's YAML, BOP's `camera.json`, ORB-SLAM's settings, and the text of RealSense's tools. A text of 4, 9 or
+    16 numbers alone is a camera, too. The size is `width` and `height`. A `depth_scale` above 50 is taken as units per metre,
+    one below 0.02 as metres per unit, one in between as millimetres per unit.
+
+    Raises
+    ------
+    InputError : the file cannot be read, is damaged, has no camera, or an impossible one.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+    check_not_pointer(path, data)
+    if len(data) > MAX_FILE_BYTES:
+        raise InputError(f"{path}: is too large for the description of a camera", code="size-too-large")
+    suffix = path.suffix.lower()
+    if suffix in (".yaml", ".yml"):
+        found = list(cameras_in(_parse_yaml(path, data), path, path.stem))
+    elif suffix == ".json" or data.lstrip()[:1] == b"{":
+        found = list(cameras_in(_parse_json(path, data), path, path.stem))
+    else:
+        found = list(_text_cameras(data.decode("utf-8-sig", "replace"), path))
+    if not found:
+        raise InputError(
+            f"{path}: holds no camera: expected fx, fy, cx, cy, or a matrix called K, camera_matrix or intrinsic_matrix, "
+            "in pixels of the depth images, with width and height",
+            code="intrinsics-missing",
+        )
+    return list(dict.fromkeys(found))
+
+
+def _parse_json(path: Path, data: bytes) -> Any:
+    try:
+        values = json.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
+    if not isinstance(values, dict) and not (isinstance(values, list) and values and isinstance(values[0], dict | list)):
+        raise InputError(f"{path}: expected a JSON object, got {type(values).__name__}", code="json-invalid")
+    return {"K": values} if isinstance(values, list) and isinstance(values[0], list) else values
+
+
+class _Loader(yaml.SafeLoader):
+    """A loader of plain YAML that reads a tagged object, such as OpenCV's `!!opencv-matrix`, as the object without its tag."""
+
+
+def _untagged(loader: _Loader, suffix: str, node: yaml.Node) -> Any:
+    if isinstance(node, yaml.MappingNode):
+        return loader.construct_mapping(node, deep=True)
+    if isinstance(node, yaml.SequenceNode):
+        return loader.construct_sequence(node, deep=True)
+    return loader.construct_scalar(node) if isinstance(node, yaml.ScalarNode) else None
+
+
+_Loader.add_multi_constructor("", _untagged)
+
+
+def _parse_yaml(path: Path, data: bytes) -> Any:
+    text = re.sub(rb"\A\s*%YAML[^\n]*\n", b"", data.removeprefix(b"\xef\xbb\xbf"))  # OpenCV writes %YAML:1.0, which is no YAML
+    try:
+        documents = [document for document in yaml.load_all(text, _Loader) if document is not None]
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: is not YAML ({next(iter(str(error).splitlines()), '')})", code="yaml-invalid") from None
+    return documents[0] if documents else {}
+
+
+def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:
+    """Yield the cameras in the text of RealSense's tools, or in a text of numbers alone."""
+    starts = list(_BLOCK.finditer(text))
+    ends = [*(start.start() for start in starts[1:]), len(text)][: len(starts)]
+    blocks = [(f"{path.stem} {start[1].strip()}", text[start.end() : end]) for start, end in zip(starts, ends, strict=True)]
+    for label, block in blocks or [(path.stem, text)]:
+        for width, height, cx, cy, fx, fy in _COMPACT.findall(block):
+            yield Calibration(
+                check_pinhole([float(v) for v in (fx, fy, cx, cy)], path, label), (int(width), int(height)), None, label, path
+            )
+        keys: dict[str, Any] = {}
+        for key, value in _TEXT_PAIR.findall(block):
+            keys.setdefault(key.lower(), float(value))
+        coefficients = re.search(r"coeffs\W+([-+\d.eE\s,]+)", block, re.IGNORECASE)
+        if coefficients:
+            keys["coeffs"] = coefficients[1].replace(",", " ").split()
+        if (camera := camera_of(keys, path, label)) is not None:
+            yield camera
+    words = re.sub(r"#.*", "", text).replace(",", " ").replace("[", " ").replace("]", " ").split()
+    if len(words) in (4, 9, 16) and all(re.fullmatch(NUMBER, word) for word in words):
+        yield Calibration(check_pinhole([float(word) for word in words], path, "numbers"), label=path.stem, file=path)

@@ -1,0 +1,169 @@
+"""Layouts of depth, color and mask images in folders: a sub-folder for each, or all side by side, matched by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...errors import InputError
+from .images import DEPTH_SUFFIXES, SUFFIXES
+from .listing import images_in, match_images, natural_key
+from .roles import Role, frame_key, is_depth_content, may_be_depth, role_of
+
+COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
+_MIN_DEPTH_SHARE = 1 / 3  # of the images of a folder, if no name speaks of depth: a color image and a mask may belong to each
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """The image files of one frame.
+
+    Attributes
+    ----------
+    name
+        name of the frame.
+    folder
+        the folder of the capture.
+    depth
+        the depth image; None if it is missing.
+    others
+        "color" and "mask" -> the image, None if other frames have one and this one has not. A part that no frame has is left out.
+    """
+
+    name: str
+    folder: Path
+    depth: Path | None
+    others: Mapping[str, Path | None] = field(default_factory=dict)
+
+
+def is_depth_folder(folder: Path) -> bool:
+    """Return whether a folder has a sub-folder for depth images, or depth images in it by their names or their content."""
+    return _depth_folder(folder) is not None or bool(_side_by_side(folder).get("depth"))
+
+
+def is_depth_file(file: Path) -> bool:
+    """Return whether a file is a depth image: by its content, or an image without depth's opposite in a folder called depth."""
+    return file.suffix.lower() in DEPTH_SUFFIXES and (
+        is_depth_content(file) or ("depth" in (role_of(file.stem), role_of(file.parent.name)) and may_be_depth(file))
+    )
+
+
+def list_frames(path: Path) -> tuple[list[FrameFiles], list[str]]:
+    """Return the frames of a folder, or the one frame of a depth image, in natural order of their names, with notes.
+
+    Raises
+    ------
+    InputError : there are no depth images, or two for one frame.
+    """
+    if path.is_dir():
+        return _list_folder(path)
+    alone = FrameFiles(path.stem, path.parent, path)
+    found = [alone]
+    for root in (path.parent, path.parent.parent):
+        if root == path.parent or _depth_folder(root) == path.parent:
+            try:
+                found += [frame for frame in _list_folder(root)[0] if frame.depth == path]
+            except InputError:  # of other frames
+                continue
+    best = max(found, key=lambda frame: (frame.others.get("color") is not None, frame is not alone))
+    others = {part: file for part, file in best.others.items() if file is not None}
+    return [FrameFiles(best.name, best.folder, path, others)], []
+
+
+def color_folder(folder: Path) -> Path:
+    """Return the sub-folder of a folder that holds the color images; `folder`/color if there is none."""
+    return _role_folder(folder, "color") or folder / COLOR_FOLDERS[0]
+
+
+def _list_folder(path: Path) -> tuple[list[FrameFiles], list[str]]:
+    folder, notes = _depth_folder(path), list[str]()
+    if folder is not None:
+        depth = images_in(folder, DEPTH_SUFFIXES)
+        if not depth:
+            raise InputError(f"{folder}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
+        others: dict[str, dict[str, Path]] = {}
+    else:
+        images = _side_by_side(path)
+        depth = images.pop("depth", {})
+        if not depth:
+            raise InputError(f"{path / 'depth'}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
+        if list(depth) == [""]:  # depth.png with color.png: there is nothing but the word to name the frame
+            name = depth[""].stem
+            images = {part: {name: file} for part, files in images.items() for file in list(files.values())[:1]}
+            depth = {name: depth[""]}
+        others = {part: files for part, files in images.items() if files}
+    for part in ("color", "mask"):
+        if part not in others and (beside := _role_folder(path, part)) is not None and beside != folder:
+            others[part] = match_images(images_in(beside, DEPTH_SUFFIXES), depth)
+    color_alone = folder is None and not set(depth) & set(others.get("color", {}))
+    if color_alone and others.get("color"):
+        notes.append(
+            "no color image has the name of a depth image, so depth is read alone: call them like "
+            f"{next(iter(depth.values())).name}"
+        )
+        del others["color"]
+    names = set(depth) if folder is None else set(depth).union(*others.values())
+    return [
+        FrameFiles(name, path, depth.get(name), {part: files.get(name) for part, files in others.items()})
+        for name in sorted(names, key=natural_key)
+    ], notes
+
+
+def _depth_folder(path: Path) -> Path | None:
+    """Return the sub-folder with the depth images: depth/, else one with depth in its name and a depth image in it."""
+    if (path / "depth").is_dir():
+        return path / "depth"
+    return next((folder for folder in _sub_folders(path, "depth") if _first_is_depth(folder)), None)
+
+
+def _first_is_depth(folder: Path) -> bool:
+    files = (file for file in folder.iterdir() if file.suffix.lower() in DEPTH_SUFFIXES and not file.name.startswith("."))
+    first = next(files, None)
+    return first is not None and may_be_depth(first)
+
+
+def _role_folder(path: Path, role: str) -> Path | None:
+    fixed = COLOR_FOLDERS if role == "color" else (role,)
+    named = next((path / name for name in fixed if (path / name).is_dir()), None)
+    return named or next(iter(_sub_folders(path, role)), None)
+
+
+def _sub_folders(path: Path, role: str) -> list[Path]:
+    """Return the sub-folders with images whose names speak of a role, shortest name first."""
+    folders = [item for item in path.iterdir() if not item.name.startswith(".") and role_of(item.name) == role and item.is_dir()]
+    with_images = [folder for folder in folders if any(file.suffix.lower() in DEPTH_SUFFIXES for file in folder.iterdir())]
+    return sorted(with_images, key=lambda folder: (len(folder.name), folder.name))
+
+
+def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
+    """Return role -> frame -> image of the images in a folder itself; no "depth" if the folder has no depth images."""
+    listed = [file for file in path.iterdir() if file.suffix.lower() in DEPTH_SUFFIXES and not file.name.startswith(".")]
+    files = sorted((file for file in listed if file.is_file()), key=lambda file: natural_key(file.name))
+    roles: dict[Path, Role | None] = {file: role_of(file.stem) for file in files}
+    depth = [file for file in files if roles[file] == "depth" and may_be_depth(file)]
+    if not depth:
+        depth = [file for file in files if roles[file] is None and is_depth_content(file)]
+        if len(depth) < _MIN_DEPTH_SHARE * len(files):
+            return {}
+    rest = {file: role for file, role in roles.items() if file not in set(depth) and file.suffix.lower() in (*SUFFIXES, ".npy")}
+    colors = [file for file, role in rest.items() if role == "color"]
+    if not colors:  # 000.jpg beside 000.png of 16 bits
+        colors = [file for file, role in rest.items() if role is None and file.suffix.lower() != ".npy"]
+        keys = {frame_key(file.stem) for file in depth}
+        colors = [file for file in colors if frame_key(file.stem) in keys]
+    masks = [file for file, role in rest.items() if role == "mask"]
+    return {"depth": _by_frame(path, depth), "color": _by_frame(path, colors), "mask": _by_frame(path, masks)}
+
+
+def _by_frame(folder: Path, files: list[Path]) -> dict[str, Path]:
+    by_frame: dict[str, Path] = {}
+    for file in files:
+        if (key := frame_key(file.stem)) in by_frame:
+            raise InputError(
+                f"{folder}: {by_frame[key].name} and {file.name} are two images of one kind for frame {key or file.stem}: "
+                "remove one",
+                code="names-clash",
+            )
+        by_frame[key] = file
+    return by_frame
