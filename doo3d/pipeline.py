@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -168,6 +168,8 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     grid = voxelize(foreground, config.voxelize)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
     context = FrameContext(foreground, grid, visibility, config.fit.segment_length)
+    if foreground.sampling is not None and foreground.sampling.is_sparse:
+        context = replace(context, segment_length=foreground.sampling.spacing / 2)
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
@@ -186,6 +188,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("extend_ends")
     samples = estimate_centerline(extended, context, config.refine)
     clock("estimate_centerline")
+    context = replace(context, segment_length=config.fit.segment_length)
     chains = lay_chains(samples, extended, context, config.refine)
     clock("lay_chains")
     crossings = find_crossings(chains, context, config.crossings)

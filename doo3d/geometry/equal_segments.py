@@ -11,6 +11,9 @@ from .polyline import arc_length, resample, steps, unit
 MAX_ITERATIONS = 50
 """Iterations of Newton's method at most; a handful is usual."""
 
+MAX_SAMPLES_PER_CHORD = 100
+"""Points of a curve per chord up to which bends are taken from points side by side."""
+
 
 def extrapolated(axis: Floats, shift: float) -> Floats:
     """Return a polyline lengthened or shortened at its last point.
@@ -53,11 +56,16 @@ def sagitta_compensated(points: Floats, length: float) -> Floats:
 
     Notes
     -----
-    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R.
+    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R. Where the points are over
+    a hundred times as dense as chords, the bend is taken from points a quarter of a chord apart, since their noise would be
+    multiplied by the square of that ratio.
     """
     spacing = float(np.median(steps(points)))
+    apart = 1 if length <= MAX_SAMPLES_PER_CHORD * spacing else min(round(length / spacing / 4), (len(points) - 1) // 2)
     bend = np.zeros_like(points)
-    bend[1:-1] = (points[2:] - 2 * points[1:-1] + points[:-2]) / spacing**2
+    bend[apart:-apart] = (points[2 * apart :] - 2 * points[apart:-apart] + points[: -2 * apart]) / (apart * spacing) ** 2
+    bend[:apart], bend[-apart:] = bend[apart], bend[-apart - 1]
+    bend[[0, -1]] = 0
     curvature = np.linalg.norm(bend, axis=1, keepdims=True)
     return np.asarray(points - length**2 / 12 * bend / np.maximum(1.0, 2 * length * curvature))
 

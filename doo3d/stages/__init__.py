@@ -6,11 +6,20 @@ import each other; a stage that drops or decides something returns a record of i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from ..geometry.gap_path import GapPath
 from ..types import Floats, Foreground, VoxelGrid
 from ..visibility import Visibility
+
+
+GAP_SPACING = 0.002
+"""m; spacing of the points of a cloud for which the lengths and costs of gaps in the settings of merging hold."""
+
+
+SPARSE_MAX_TURN = math.pi / 2
+"""Radians; turn across a gap between sparse points at most."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,35 @@ class FrameContext:
     def voxel(self) -> float:
         """The edge of a voxel, m (1 px in 2-D)."""
         return self.grid.size
+
+    @property
+    def point_gap(self) -> float:
+        """The distance between neighboring surface points, m (px in 2-D), up to which there is no gap between them."""
+        sampling = self.foreground.sampling
+        return max(self.voxel, sampling.spacing) if sampling is not None and sampling.is_sparse else self.voxel
+
+    @property
+    def gap_unit(self) -> float:
+        """The factor by which gaps may be longer and cost less than the settings of merging say; 1 except for some clouds.
+
+        Gaps in a cloud are counted in spacings of its points, of which GAP_SPACING (2 mm) is the one that the settings suit.
+        Where points show surfaces, only spacings over twice that change gaps.
+        """
+        sampling = self.foreground.sampling
+        if sampling is None:
+            return 1.0
+        if sampling.scatter is not None:
+            return max(sampling.spacing, 2 * sampling.scatter) / GAP_SPACING
+        return max(1.0, sampling.spacing / (2 * GAP_SPACING))
+
+    @property
+    def max_turn(self) -> float:
+        """The angle in radians by which an object may turn across a gap: half a turn, less in a cloud of sparse points.
+
+        There the strand itself is seen up to the gap as a line, and the ends of wires beside each other are no turn of one wire.
+        """
+        sampling = self.foreground.sampling
+        return math.pi if sampling is None or not sampling.is_sparse else SPARSE_MAX_TURN
 
     def seen_from(self, foreground: Foreground) -> FrameContext:
         """Return a copy of the context with `foreground` in place of the present one."""

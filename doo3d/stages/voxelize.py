@@ -22,6 +22,9 @@ SIZE_OVER_RADIUS = 0.5
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
 
+SPARSE_RADIUS_OVER_SPACING = 0.5
+"""Least radius in spacings along the strands of a cloud of sparse points, which bridges join: it sets the scale of all stages."""
+
 MIDDLE_RADII = 0.25
 """Radii; where strands touch, the core of each is its middle line and what is nearer to it than this."""
 
@@ -85,6 +88,11 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
     size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing)
+    sampling = foreground.sampling
+    if sampling is not None and sampling.scatter is not None:
+        spacing = sampling.spacing
+        radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
+        size = config.size or SIZE_OVER_RADIUS * radius
     kept, between = _points_to_voxelize(foreground, config, radius, radius / spacing)
     grid = _closed_grid(kept, size, radius, foreground, between)
     fineness = min(1.0, SIZE_OVER_RADIUS * radius / size)
@@ -201,7 +209,7 @@ def _points_to_voxelize(
         points = foreground.filtered
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
-        return points, None
+        return points if foreground.bridges is None else np.concatenate((points, foreground.bridges)), None
     if config.split_at_depth_step:
         mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
     in_core = core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)

@@ -3,7 +3,7 @@
 from .arrays import Array, Bools, Floats, Ints, check_mask
 from .data import Camera, CameraView, Cloud, Frame, Image
 from .pose import Plane, as_pose
-from .products import Foreground, Path, Skeleton, VoxelGrid
+from .products import CloudSampling, Foreground, Path, Skeleton, VoxelGrid
 from .results import (
     COORDINATES,
     DEPTH_WORDS,
@@ -27,6 +27,7 @@ __all__ = [
     "CameraView",
     "Chain",
     "Cloud",
+    "CloudSampling",
     "Connection",
     "Crossing",
     "Detection",

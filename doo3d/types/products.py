@@ -9,6 +9,28 @@ from .data import Camera, CameraView
 
 
 @dataclass(frozen=True)
+class CloudSampling:
+    """How the points of a cloud lie on its strands, as segmentation measured it once for all stages.
+
+    Attributes
+    ----------
+    spacing
+        m, typical distance between neighboring points: along the strand where points are sparse, on the surface otherwise.
+    scatter
+        m, root mean square distance of sparse points from the line along their strand, which is the radius of the strand or the
+        noise of the scanner; None if there are so many points that they show surfaces.
+    """
+
+    spacing: float
+    scatter: float | None = None
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether the points lie one behind the other along the strands, and show no surface."""
+        return self.scatter is not None
+
+
+@dataclass(frozen=True)
 class Foreground:
     """The pixels or points that segmentation takes for the object, with the image they come from.
 
@@ -23,7 +45,7 @@ class Foreground:
         (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
     bridges
         (K, 3) m, points between neighboring pixels of a strand that runs away so steeply that the pixels' own points lie
-        far apart; None if there are none.
+        far apart, or between neighbors along the strands of a cloud of sparse points; None if there are none.
     pixels
         (N, 2) int, the pixel (u, v) = (column, row) of each point; None for clouds.
     mask
@@ -41,6 +63,8 @@ class Foreground:
     side_by_side
         (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; None without
         such strands.
+    sampling
+        how the points of a cloud lie on its strands; None for a frame or an image, and for a cloud that was not measured.
     notes
         messages of the segmentation to the user, one sentence each.
     views
@@ -58,6 +82,7 @@ class Foreground:
     viewpoint: Floats | None = None
     mask_radius: float | None = None
     side_by_side: Bools | None = None
+    sampling: CloudSampling | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
 

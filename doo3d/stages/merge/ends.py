@@ -63,20 +63,26 @@ class ChainEnds:
         length is 1 / radius of the bend, 0 for a straight chain.
     closed
         (E,) bool, True if the end's chain is already a ring.
+    gap_unit
+        factor by which gaps may be longer and cost less, from the spacing of a cloud's points; 1 for a frame or an image.
+    max_turn
+        radians, angle by which an object may turn across a gap.
     """
 
     points: Floats
     tangents: Floats
     curvatures: Floats
     closed: Bools
+    gap_unit: float = 1.0
+    max_turn: float = np.pi
 
     @property
     def unit_cost(self) -> float:
-        """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm; 1 per px in 2-D."""
-        return 1000.0 if self.points.shape[1] == 3 else 1.0
+        """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
+        return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
 
 
-def measure_ends(chains: list[Chain], window: float) -> ChainEnds:
+def measure_ends(chains: list[Chain], window: float, gap_unit: float = 1.0, max_turn: float = np.pi) -> ChainEnds:
     """Measure position, outward tangent and curvature of both ends of each chain.
 
     Parameters
@@ -85,6 +91,10 @@ def measure_ends(chains: list[Chain], window: float) -> ChainEnds:
         the chains, at least one.
     window
         m (px in 2-D), length of chain at the end to which a parabola is fitted; at least the last segment is used.
+    gap_unit
+        factor by which gaps may be longer and cost less than the settings say.
+    max_turn
+        radians, angle by which an object may turn across a gap.
 
     Returns
     -------
@@ -94,4 +104,4 @@ def measure_ends(chains: list[Chain], window: float) -> ChainEnds:
     joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
     tangents, curvatures = end_tangents(joints, bounds, float(window))
     points = joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()]
-    return ChainEnds(points, tangents, curvatures, np.repeat([chain.closed for chain in chains], 2))
+    return ChainEnds(points, tangents, curvatures, np.repeat([chain.closed for chain in chains], 2), gap_unit, max_turn)

@@ -53,7 +53,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     radius, visibility = context.radius, context.visibility
     if visibility is not None and config.free_space_weight:
         visibility = visibility.with_bare_surface([chain.joints for chain in chains], radius, context.foreground)
-    ends = measure_ends(chains, config.tangent_window_radii * radius)
+    ends = measure_ends(chains, config.tangent_window_radii * radius, context.gap_unit, context.max_turn)
     terms = cost_terms(ends, radius, visibility, config)
     cost = pair_costs(ends, terms, radius, visibility, config)
     gap_paths = GapPaths(ends, radius, visibility, config)

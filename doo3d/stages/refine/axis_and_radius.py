@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.mask import mask_pixels
 from ...geometry.polyline import steps, whittaker_smooth
-from ...kernels import window_sum
+from ...kernels import nearest, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     MIN_POINTS,
@@ -83,7 +83,8 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     samples
         samples along the paths on the seen surface, m.
     """
-    if foreground.viewpoint is not None or foreground.points.shape[1] == 2:
+    sparse = foreground.sampling is not None and foreground.sampling.is_sparse
+    if sparse or foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
     axes = section_axes(samples.positions, samples.tangents(), None)
     reach = MAX_SURFACE_DISTANCE * samples.radius
@@ -111,6 +112,8 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
     -------
     As many samples as given, in the same order, with new positions and radii, m (px in 2-D).
     """
+    if foreground.sampling is not None and foreground.sampling.is_sparse:
+        return _smoothed_samples(samples, _from_lines(samples, foreground.points))
     planar = samples.positions.shape[1] == 2
     tangent = samples.tangents()
     axes = planar_axes(tangent) if planar else section_axes(samples.positions, tangent, foreground.viewpoint)
@@ -122,6 +125,11 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
         estimate = _from_half_shell(samples, axes, thinned(foreground.points))
     else:
         estimate = _from_circles(samples, axes, thinned(foreground.points))
+    return _smoothed_samples(samples, estimate)
+
+
+def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
+    """Return samples on the smoothed axes, with the estimated radii."""
     weight = estimate.weight + PATH_WEIGHT * np.eye(samples.positions.shape[1])
     positions = np.empty_like(samples.positions)
     for p, closed in enumerate(samples.closed):
@@ -230,6 +238,20 @@ def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estim
     offset = center[:, :1] * axes.lateral + center[:, 1:] * axes.depth
     target = samples.positions + np.where(weight[:, None] > 0, offset, 0.0)
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
+
+
+def _from_lines(samples: Samples, points: Floats) -> _Estimate:
+    """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
+    distance, near = nearest(thinned(points), samples.positions, MAX_SURFACE_DISTANCE * float(samples.radius.max()), True)
+    there = np.isfinite(distance)
+    radius = samples.radius.copy()
+    for p in range(len(samples.closed)):
+        part = samples.of_path(p)
+        own = distance[there & (near >= part.start) & (near < part.stop)]
+        if len(own):
+            radius[part] = float(np.sqrt(np.mean(own**2)))
+    weight = np.broadcast_to(np.eye(3), (len(radius), 3, 3))
+    return _Estimate(samples.positions, weight, radius, radius)
 
 
 def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:

@@ -49,7 +49,7 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
         return []
     points = context.foreground.points
     samples = sample_paths(paths, context.radius, context.segment_length)
-    extended = extend_to_surface(paths, samples, points, context.voxel)
+    extended = extend_to_surface(paths, samples, points, context.point_gap)
     samples = sample_paths(extended, context.radius, context.segment_length)
     return attach_fragments(extended, samples, points, context.visibility)
 
@@ -149,8 +149,8 @@ def _joints(samples: Samples, p: int, points: Floats, context: FrameContext) -> 
         return equal_ring(axis, length)
     end_of = _strip_end if axis.shape[1] == 2 else _wall_end
     radius = float(samples.radius[part.start])
-    first = end_of(surface_ahead(samples, part.start, 1, points, context.voxel), radius)
-    last = end_of(surface_ahead(samples, part.stop - 1, -1, points, context.voxel), radius)
+    first = end_of(surface_ahead(samples, part.start, 1, points, context.point_gap), radius)
+    last = end_of(surface_ahead(samples, part.stop - 1, -1, points, context.point_gap), radius)
     return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 

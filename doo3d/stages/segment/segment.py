@@ -9,8 +9,9 @@ import numpy as np
 from ...config import SegmentConfig
 from ...errors import InputError
 from ...geometry.mask import mask_pixels, mask_radius
+from ...geometry.sparse_grid import cloud_spacing
 from ...kernels import readings_in_mask
-from ...types import Array, Bools, Cloud, Foreground, Frame, Image, check_mask
+from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
@@ -18,6 +19,7 @@ from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .point_filter import filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
+from .sparse_strands import find_sparse_strands
 from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
 
@@ -171,9 +173,16 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     _check_extent(cloud, config)
     method, selected = _select(cloud, config, mask, seed, (len(cloud.points),))
     points, means, outliers = filter_points(cloud.points[selected])
+    sampling, bridges = CloudSampling(cloud_spacing(points)) if len(points) else None, None
+    sparse = None if cloud.views else find_sparse_strands(points)
+    if sparse is not None:
+        outliers += int(np.count_nonzero(~sparse.kept))
+        points, means, bridges, sampling = points[sparse.kept], sparse.centered, sparse.bridges, sparse.sampling
     foreground = Foreground(
         points=points,
         filtered=means,
+        bridges=bridges,
+        sampling=sampling,
         viewpoint=cloud.viewpoint,
         notes=() if selected.any() else (_nothing_note(method),),
         views=cloud.views,

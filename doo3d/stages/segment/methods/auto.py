@@ -9,6 +9,7 @@ from ....config import SegmentConfig
 from ....geometry.sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 from ....kernels import neighborhood_spreads, occupied_cells
 from ....types import Cloud, Frame, Image
+from ..sparse_strands import is_sparse
 
 MIN_BROAD_FRACTION = 0.5
 """A scene is broad when more than this fraction of it belongs to surfaces wider than `segment.max_width`."""
@@ -55,7 +56,7 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     if not len(occupied):
         return False
     occupancy = occupied * size**2 / (np.pi * config.max_width**2)
-    return float(np.mean(occupancy > MIN_DISC_OCCUPANCY)) > MIN_BROAD_FRACTION
+    return float(np.mean(occupancy > MIN_DISC_OCCUPANCY)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:

@@ -1,0 +1,365 @@
+"""Strands of a cloud sampled so sparsely that points lie behind one another along a strand: lines, in place of surfaces.
+
+A scanner far away, such as one that flies over overhead wires, gives a point every 10 cm along a wire and none across. The
+spacing of such points is that along the strands, and what they scatter across is noise, or the width of a strand. Each point
+is moved to the straight line that fits the points before and behind it, and neighbors along it are joined by points in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...geometry.polyline import perpendicular, unit
+from ...types import Bools, CloudSampling, Floats, Ints
+
+MAX_SEEDS = 60
+"""Points at most at which it is decided whether a cloud is sparse."""
+
+MAX_NEIGHBORS = 96
+"""Nearest neighbors of a point at most among which its line is looked for."""
+
+MIN_LINE_POINTS, MIN_POINTS_AT_SCALE = 7, 4
+"""Points of a line at least: to find the scale of lines, and at a scale that is known."""
+
+MAX_SPREAD_RATIO = 1 / 12
+"""Variance across a line at most, as a fraction of that along it; of points all over a surface a line has a quarter."""
+
+LINE_WIDTH = 0.5
+"""Distance from a line within which points belong to it, as a fraction of its half length."""
+
+MIN_LINE_FRACTION = 0.6
+"""Fraction of the seeds at least that must lie on lines."""
+
+MAX_POINTS_ACROSS = 5.0
+"""Points in a square as wide as the strand; a surface of more is seen well enough to be measured."""
+
+SCALE_STEP = 1.4
+"""Factor from one scale to the next, from `FIRST_SCALE` distances of nearest neighbors on."""
+
+FIRST_SCALE = 2.0
+
+MIN_FILL = 0.4
+"""Points of a line at least, as a fraction of those that its length holds at the usual spacing; up to a strand's end it is half."""
+
+CANDIDATES = 8
+"""Neighbors towards which a line is tried."""
+
+MAX_LINK_SPACINGS = 6.0
+"""Spacings along a strand up to which neighbors are joined; wider gaps are left to merging."""
+
+LINK_SLOPE = 0.15
+"""Lateral offset that a neighbor along a strand may have, as a fraction of how far ahead it lies."""
+
+MIN_ALIGNMENT = 0.7
+"""Cosine at least of the angle between the lines of neighbors that are joined."""
+
+MIN_ARC_LINES, MIN_ARC_FRACTION = 4, 0.3
+"""Lines of a scanner along one strand at least, and fraction of the seeds that must see as many on an arc."""
+
+MIN_ARC, MAX_ARC_GAP = 1.4, 1.3
+"""Radians; the arc that the lines of a scanner on one strand cover at least, and the angle between neighbors at most."""
+
+MAX_ARC_RESIDUAL = 0.15
+"""Radii; root mean square distance of the lines from the arc."""
+
+MIN_SHORT_PIECES, SHORT_PIECE = 6, 6.0
+"""Pieces at least, and their length in distances to the next piece at most, to be lines of a scanner across a strand."""
+
+MIN_PIECE_DISTANCE = 0.8
+"""Distance to the next piece, in lengths of a piece, from which lines across a strand are so sparse that their middles count."""
+
+MIN_PIECE_SPACINGS = 6.0
+"""Spacings of length that a strand must have, or its points are outliers."""
+
+
+@dataclass(frozen=True)
+class SparseStrands:
+    """A cloud of sparse points as lines.
+
+    Attributes
+    ----------
+    kept
+        (N,) bool, the points that lie on a line.
+    centered
+        (K, 3) m, the points kept, each moved to its line.
+    bridges
+        (B, 3) m, points between neighbors along a strand.
+    sampling
+        the spacing of the points along the strands, and their scatter across.
+    """
+
+    kept: Bools
+    centered: Floats
+    bridges: Floats
+    sampling: CloudSampling
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """Straight lines through the neighborhoods of S points.
+
+    found : (S,) bool. center, direction : (S, 3). across : (S,) m, root mean square distance from the line. spacing : (S,) m along
+    the line. scale : (S,) m, half length. count : (S,).
+    """
+
+    found: Bools
+    center: Floats
+    direction: Floats
+    across: Floats
+    spacing: Floats
+    scale: Floats
+    count: Ints
+
+
+def find_sparse_strands(points: Floats) -> SparseStrands | None:
+    """Return the strands of a sparse cloud as lines, or None if its points show surfaces.
+
+    points : (N, 3) m.
+    """
+    if len(points) < 2 * MIN_LINE_POINTS:
+        return None
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+    lines = _seed_lines(tree, points)
+    if lines is None or _is_lined_surface(tree, points, lines):
+        return None
+    return _joined(tree, points, lines)
+
+
+def is_sparse(points: Floats) -> bool:
+    """Tell whether the points (N, 3) m of a cloud lie one behind the other along thin strands."""
+    if len(points) < 2 * MIN_LINE_POINTS:
+        return False
+    return _seed_lines(cKDTree(points, balanced_tree=False, compact_nodes=False), points) is not None
+
+
+def _seed_lines(tree: cKDTree, points: Floats) -> _Lines | None:
+    """Return the lines through some of the points that have one, if most have, and if their points show no surface."""
+    seeds = points[:: max(1, len(points) // MAX_SEEDS)]
+    nearest = float(np.median(tree.query(seeds, k=2)[0][:, 1]))
+    if nearest <= 0:
+        return None
+    scales = nearest * FIRST_SCALE * SCALE_STEP ** np.arange(12)
+    lines = _fit_lines(tree, points, seeds, scales, None, np.full(len(scales), MIN_LINE_POINTS))
+    if np.mean(lines.found) < MIN_LINE_FRACTION:
+        return None
+    lines = _Lines(*(getattr(lines, name)[lines.found] for name in lines.__dataclass_fields__))
+    return lines if 2 * np.median(lines.across) <= MAX_POINTS_ACROSS * np.median(lines.spacing) else None
+
+
+def _is_lined_surface(tree: cKDTree, points: Floats, lines: _Lines) -> bool:
+    """Tell whether lines are those of a scanner along one strand: side by side, at least four, on the arc of a circle."""
+    spacing, scale = float(np.median(lines.spacing)), float(np.median(lines.scale))
+    votes = []
+    for center, direction in zip(lines.center, lines.direction, strict=True):
+        near = points[tree.query_ball_point(center, 8 * scale)] - center
+        axial = near @ direction
+        slab = near[np.abs(axial) <= 2 * spacing] - axial[np.abs(axial) <= 2 * spacing, None] * direction
+        votes.append(_is_arc(slab, direction, scale, float(np.median(lines.across))))
+    return float(np.mean(votes)) > MIN_ARC_FRACTION
+
+
+def _is_arc(slab: Floats, direction: Floats, scale: float, across: float) -> bool:
+    """Tell whether points (K, 3) in a cross-section are four lines or more on an arc of more than a right angle."""
+    side = perpendicular(direction)
+    flat = np.column_stack((slab @ side, slab @ np.cross(direction, side)))
+    if len(flat) < 8:
+        return False
+    pairs = cKDTree(flat).query_pairs(max(4 * across, scale / 4), output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(flat), len(flat)))
+    count, label = connected_components(graph, directed=False)
+    if count < MIN_ARC_LINES:
+        return False
+    spots = np.column_stack([np.bincount(label, weights=column) for column in flat.T]) / np.bincount(label)[:, None]
+    steps = cKDTree(spots).query(spots, k=2)[0][:, 1]
+    linked = cKDTree(spots).query_pairs(2 * float(np.median(steps)), output_type="ndarray")
+    graph = coo_matrix((np.ones(len(linked)), tuple(linked.T)), shape=(count, count))
+    group = connected_components(graph, directed=False)[1]
+    spots = spots[group == group[np.argmin((spots**2).sum(axis=1))]]
+    if len(spots) < MIN_ARC_LINES:
+        return False
+    matrix = np.column_stack((2 * spots, np.ones(len(spots))))
+    a, b, c = np.linalg.lstsq(matrix, (spots**2).sum(axis=1), rcond=None)[0]
+    radius = np.sqrt(max(c + a * a + b * b, 1e-18))
+    off = spots - (a, b)
+    angles = np.sort(np.arctan2(off[:, 1], off[:, 0]))
+    gaps = np.append(np.diff(angles), angles[0] + 2 * np.pi - angles[-1])
+    residual = np.abs(np.linalg.norm(off, axis=1) - radius)
+    covered = 2 * np.pi - gaps.max()
+    return bool(
+        np.sqrt(np.mean(residual**2)) < MAX_ARC_RESIDUAL * radius and covered > MIN_ARC and np.sort(gaps)[-2] < MAX_ARC_GAP
+    )
+
+
+def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | None:
+    """Return the points moved to their lines and joined along them; seeds : the lines of some of the points."""
+    scale, across, spacing = (float(np.median(values)) for values in (seeds.scale, seeds.across, seeds.spacing))
+    width = min(LINE_WIDTH * scale, max(4 * across, scale / 6))
+    scales = scale * np.array([1.0, 1.4, 2.0])
+    lines = _fit_lines(tree, points, points, scales, width, np.maximum(MIN_POINTS_AT_SCALE, MIN_FILL * 2 * scales / spacing))
+    index = np.flatnonzero(lines.found)
+    if len(index) < MIN_LINE_POINTS:
+        return None
+    direction, center = lines.direction[index], lines.center[index]
+    offset = points[index] - center
+    centered = center + np.einsum("ij,ij->i", offset, direction)[:, None] * direction
+    spacing = float(np.median(lines.spacing[index]))
+    tolerance = 2 * across / np.sqrt(np.maximum(lines.count[index], 1)) + 0.1 * spacing
+    first, second = _links(centered, direction, tolerance, MAX_LINK_SPACINGS * spacing)
+    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(index), len(index)))
+    label = connected_components(graph, directed=False)[1]
+    short = _short_pieces(centered, label)
+    if short is not None:
+        return _through_pieces(points, index, label) if short > MIN_PIECE_DISTANCE else None
+    size = np.bincount(label)[label]
+    good = size >= MIN_PIECE_SPACINGS
+    kept = np.zeros(len(points), dtype=bool)
+    kept[index[good]] = True
+    used = good[first]
+    sampling = CloudSampling(spacing, across)
+    step = spacing / 8
+    return SparseStrands(kept, centered[good], _between(centered[first[used]], centered[second[used]], step), sampling)
+
+
+def _through_pieces(points: Floats, index: Ints, label: Ints) -> SparseStrands | None:
+    """Return strands through the middles of pieces, which are lines of a scanner across a strand.
+
+    index : (K,), the points of pieces. label : (K,), the piece of each.
+    """
+    count = np.bincount(label)
+    middles = np.column_stack([np.bincount(label, weights=column) for column in points[index].T]) / count[:, None]
+    whole = np.flatnonzero(count >= MIN_POINTS_AT_SCALE)
+    strands = find_sparse_strands(middles[whole])
+    if strands is None:
+        return None
+    moved = middles.copy()
+    used = np.zeros(len(middles), dtype=bool)
+    used[whole[strands.kept]], moved[whole[strands.kept]] = True, strands.centered
+    kept = np.zeros(len(points), dtype=bool)
+    kept[index[used[label]]] = True
+    own = np.full(len(points), -1)
+    own[index] = label
+    off = points[kept] - moved[own[kept]]
+    scatter = max(strands.sampling.scatter or 0.0, float(np.sqrt(np.mean((off**2).sum(axis=1)))))
+    return SparseStrands(kept, moved[own[kept]], strands.bridges, CloudSampling(strands.sampling.spacing, scatter))
+
+
+def _short_pieces(points: Floats, label: Ints) -> float | None:
+    """Return how far apart pieces are, in lengths of a piece, if most are short: lines of a scanner across a strand.
+
+    None if pieces are longer than a few times the distance to the next piece, or too few.
+    """
+    count = int(label.max()) + 1
+    if count < MIN_SHORT_PIECES:
+        return None
+    order = np.argsort(label, kind="stable")
+    bounds = np.cumsum(np.bincount(label))[:-1]
+    length = np.array([np.linalg.norm(np.ptp(part, axis=0)) for part in np.split(points[order], bounds)])
+    distance, near = cKDTree(points).query(points, k=min(len(points), MAX_NEIGHBORS))
+    other = np.where(label[near] != label[:, None], distance, np.inf).min(axis=1)
+    other = np.where(np.isfinite(other), other, distance[:, -1])
+    apart = float(np.median(other)) / max(float(np.median(length[label])), 1e-12)
+    return apart if apart > 1 / SHORT_PIECE else None
+
+
+def _links(points: Floats, direction: Floats, tolerance: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Return the pairs of neighbors along strands, (L,) and (L,): each point and the next ahead, and the next behind."""
+    tree = cKDTree(points)
+    distance, near = tree.query(points, k=min(len(points), 48), distance_upper_bound=reach)
+    there = np.isfinite(distance)
+    near = np.where(there, near, 0)
+    offset = points[near] - points[:, None]
+    axial = np.einsum("nkj,nj->nk", offset, direction)
+    lateral = np.sqrt(np.maximum(distance**2 - axial**2, 0.0))
+    aligned = np.abs(np.einsum("nkj,nj->nk", direction[near], direction)) > MIN_ALIGNMENT
+    good = there & aligned & (np.where(there, lateral, np.inf) <= tolerance[:, None] + LINK_SLOPE * np.abs(axial))
+    firsts, seconds = [], []
+    for sign in (1, -1):
+        ahead = np.where(good & (sign * axial > 1e-9 * reach), np.abs(axial) + 2 * lateral, np.inf)
+        best = ahead.argmin(axis=1)
+        has = np.isfinite(ahead[np.arange(len(points)), best])
+        firsts.append(np.flatnonzero(has))
+        seconds.append(near[has, best[has]])
+    return np.concatenate(firsts), np.concatenate(seconds)
+
+
+def _between(starts: Floats, ends: Floats, step: float) -> Floats:
+    """Return points on the straight lines from starts to ends (L, 3), at most `step` apart."""
+    count = np.ceil(np.linalg.norm(ends - starts, axis=1) / step).astype(int)
+    count = np.maximum(count, 1)
+    which = np.repeat(np.arange(len(starts)), count)
+    number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    fraction = ((number + 0.5) / count[which])[:, None]
+    return starts[which] * (1 - fraction) + ends[which] * fraction
+
+
+def _fit_lines(tree: cKDTree, points: Floats, at: Floats, scales: Floats, width: float | None, min_points: Floats) -> _Lines:
+    """Fit a line to the neighborhood of each of S points (S, 3), at the least of the scales (K,) m at which there is one.
+
+    width : m from the line within which points belong to it; None for a fraction of the scale. min_points : (K,), for each scale.
+    """
+    size, count = len(at), min(len(points), MAX_NEIGHBORS)
+    lines = _Lines(
+        np.zeros(size, dtype=bool), at.copy(), np.zeros((size, 3)), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size, dtype=np.int64),
+    )  # fmt: skip
+    distance, near = tree.query(at, k=count)
+    offset = points[near] - at[:, None]
+    for scale, least in zip(scales.tolist(), min_points.tolist(), strict=True):
+        todo = np.flatnonzero(~lines.found & ((distance[:, -1] >= scale) | (count == len(points))))
+        if not len(todo):
+            continue
+        used = max(2, int(np.searchsorted(distance[todo].min(axis=0), 1.2 * scale)))
+        fits = _fit_at(offset[todo, :used], distance[todo, :used], scale, LINE_WIDTH * scale if width is None else width)
+        n, center, direction, variance, length, own = fits
+        across = np.maximum(variance[:, 0] + variance[:, 1], 0.0) * n / np.maximum(n - 2, 1)
+        good = (n >= least) & (across <= MAX_SPREAD_RATIO * variance[:, 2]) & (own <= 9 * across + (0.1 * scale) ** 2)
+        done = todo[good]
+        lines.found[done] = True
+        lines.center[done] += center[good]
+        lines.direction[done] = direction[good]
+        lines.across[done] = np.sqrt(across[good])
+        lines.spacing[done] = length[good] / (n[good] - 1)
+        lines.scale[done] = scale
+        lines.count[done] = n[good]
+    return lines
+
+
+def _fit_at(
+    offset: Floats, distance: Floats, scale: float, width: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+    """Fit lines at one scale to the offsets (S, K, 3) of neighbors, of the given distances (S, K).
+
+    Returns of each line the number of points, the center and the direction (S, 3), the variances ascending (S, 3), the length, and
+    the squared distance of the point itself from the line.
+    """
+    size = len(offset)
+    inside = distance <= 1.2 * scale
+    number = inside.sum(axis=1)
+    pick = np.maximum(1, number[:, None] * np.arange(1, CANDIDATES + 1) // (CANDIDATES + 1))
+    pick = np.minimum(pick, offset.shape[1] - 1)
+    tried = unit(offset[np.arange(size)[:, None], pick])
+    axial = offset @ tried.transpose(0, 2, 1)
+    lateral = (distance**2)[:, :, None] - axial**2
+    counted = (np.abs(axial) <= scale) & inside[:, :, None]
+    best = (np.maximum(0.0, 1 - lateral / width**2) * counted).sum(axis=1).argmax(axis=1)
+    direction = tried[np.arange(size), best]
+    center = np.zeros((size, 3))
+    for _ in range(3):
+        moved = offset - center[:, None]
+        axial = (moved @ direction[:, :, None])[:, :, 0]
+        lateral = (moved**2).sum(axis=2) - axial**2
+        member = (lateral <= width**2) & (np.abs((offset @ direction[:, :, None])[:, :, 0]) <= scale)
+        n = np.maximum(member.sum(axis=1), 1)
+        center = (offset * member[:, :, None]).sum(axis=1) / n[:, None]
+        moved = (offset - center[:, None]) * member[:, :, None]
+        variance, vectors = np.linalg.eigh(moved.transpose(0, 2, 1) @ moved / n[:, None, None])
+        direction = vectors[:, :, 2]
+    axial = (moved @ direction[:, :, None])[:, :, 0]
+    length = axial.max(axis=1) - axial.min(axis=1)
+    own = (center**2).sum(axis=1) - (center * direction).sum(axis=1) ** 2
+    return member.sum(axis=1).astype(float), center, direction, variance, length, own
