@@ -135,12 +135,13 @@ def test_cables_whose_ends_lie_side_by_side_are_not_one():
     assert len(doo3d.detect(frame, config(merge__chains=None), mask=mask).chains) == 3
 
 
-@pytest.mark.xfail(strict=True, reason="the width of a cloud's strips is that of two cables together")
-def test_cables_side_by_side_in_a_cloud():
-    """With two radii of air between them."""
-    axes = [line([-0.12, y, 0.5], [0.12, y, 0.5]) for y in (0.0, 4 * RADIUS)]
+@pytest.mark.parametrize("wanted", [2, None])
+@pytest.mark.parametrize("distance", [4, 3])
+def test_cables_side_by_side_in_a_cloud(distance, wanted):
+    """With two radii of air between them, and with one: less than closing of voxels would join."""
+    axes = [line([-0.12, y, 0.5], [0.12, y, 0.5]) for y in (0.0, distance * RADIUS)]
     cloud = doo3d.Cloud(np.concatenate([surface(axis, RADIUS) for axis in axes]))
-    chains = doo3d.detect(cloud, config(merge__chains=2)).chains
+    chains = doo3d.detect(cloud, config(merge__chains=wanted)).chains
     assert len(chains) == 2
     assert all(chain.radius == pytest.approx(RADIUS, rel=0.1) for chain in chains)
 

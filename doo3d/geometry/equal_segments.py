@@ -56,9 +56,9 @@ def sagitta_compensated(points: Floats, length: float) -> Floats:
 
     Notes
     -----
-    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R. Where the points are over
-    a hundred times as dense as chords, the bend is taken from points a quarter of a chord apart, since their noise would be
-    multiplied by the square of that ratio.
+    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R. Where the points
+    are over a hundred times as dense as chords, the bend is taken from points a quarter of a chord apart, since their noise would
+    be multiplied by the square of that ratio.
     """
     spacing = float(np.median(steps(points)))
     apart = 1 if length <= MAX_SAMPLES_PER_CHORD * spacing else min(round(length / spacing / 4), (len(points) - 1) // 2)

@@ -5,11 +5,20 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ..kernels import neighborhood_spreads
-from ..types import Floats, Foreground
+from ..types import Floats, Foreground, Ints
 from .mask import mask_radius
 from .sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
+
+STRAND_SPACINGS = 3.0
+"""Point spacings; parts of a cloud that are farther apart are strands of their own when the first radius is measured."""
+
+MIN_STRAND_FRACTION, MIN_LARGE_FRACTION = 0.05, 0.8
+"""Fraction of the points that a strand has at least, and that all such strands have together, to be looked at one by one."""
 
 
 def point_spacing(foreground: Foreground) -> float:
@@ -43,26 +52,95 @@ def estimate_radius(foreground: Foreground, apart: float) -> float:
         if radius is None:
             radius = mask_radius(foreground.mask, foreground.depth, foreground.camera.fx)
         return max(radius, apart)
-    return max(_cloud_radius(foreground.points, apart), apart)
+    separate = foreground.sampling is not None and foreground.sampling.gap is not None
+    return max(_cloud_radius(foreground.points, apart, separate), apart)
 
 
-def _cloud_radius(points: Floats, apart: float) -> float:
+def _cloud_radius(points: Floats, apart: float, separate: bool) -> float:
     """Return the median half-width in m of a cloud where it looks like a strip.
 
     Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
-    for a whole tube, told apart by the variance in depth.
+    for a whole tube, told apart by the variance in depth. Strands side by side with air between them are looked at one by one,
+    since together they are wider than each, if `separate` is True.
     """
-    sample = np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_POINTS)])
+    sample = _sample(points)
     seeds = np.ascontiguousarray(sample[:: max(1, len(sample) // SAMPLE_SEEDS)])
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     radii: list[float] = []
-    reach = 3 * apart * math.sqrt(len(points) / len(sample))
-    while len(seeds) and reach < extent:
-        counts, _, covariances = neighborhood_spreads(sample, seeds, reach)
-        thin, wide, length = np.linalg.eigvalsh(covariances.reshape(-1, 3, 3)).T
-        long = (counts > 8) & (wide < length / 9)
-        radii += np.sqrt(np.maximum(wide, 1e-18) * (3 - np.minimum(1.0, thin / np.maximum(wide, 1e-18))))[long].tolist()
-        seeds = np.ascontiguousarray(seeds[~long])
-        reach *= 1.3
+    sample_apart = apart * math.sqrt(len(points) / len(sample))
+    strands = [(sample, seeds)]
+    if separate:
+        large, label = _parts(sample, STRAND_SPACINGS * sample_apart)
+        own = label[:: max(1, len(sample) // SAMPLE_SEEDS)]
+        strands = [(np.ascontiguousarray(sample[label == part]), seeds[own == part]) for part in large.tolist()]
+    for strand, own_seeds in strands:
+        reach, seeds = 3 * sample_apart, np.ascontiguousarray(own_seeds)
+        while len(seeds) and reach < extent:
+            counts, _, covariances = neighborhood_spreads(strand, seeds, reach)
+            thin, wide, length = np.linalg.eigvalsh(covariances.reshape(-1, 3, 3)).T
+            long = (counts > 8) & (wide < length / 9)
+            radii += np.sqrt(np.maximum(wide, 1e-18) * (3 - np.minimum(1.0, thin / np.maximum(wide, 1e-18))))[long].tolist()
+            seeds = np.ascontiguousarray(seeds[~long])
+            reach *= 1.3
     return float(np.median(radii)) if radii else extent / 6
+
+
+def strand_gap(points: Floats, apart: float) -> float | None:
+    """Return the least distance in m between strands of a cloud that do not touch; None if all are connected.
+
+    Parameters
+    ----------
+    points
+        (N, 3) m.
+    apart
+        m, typical distance between neighboring surface points.
+    """
+    sample = _sample(points)
+    large, label = _parts(sample, STRAND_SPACINGS * apart * math.sqrt(len(points) / len(sample)))
+    if not len(large):
+        return None
+    return min(
+        float(cKDTree(sample[(label != part) & np.isin(label, large)]).query(sample[label == part])[0].min())
+        for part in large[1:].tolist()
+    )
+
+
+def strand_of_points(points: Floats, apart: float) -> Ints:
+    """Return the number of the strand that each point of a cloud belongs to, (N,) from 0, where strands that touch are one.
+
+    Points of small parts, and all points where there are no such strands, have the number 0 or that of the nearest strand.
+
+    Parameters
+    ----------
+    points
+        (N, 3) m.
+    apart
+        m, typical distance between neighboring surface points.
+    """
+    sample = _sample(points)
+    large, label = _parts(sample, STRAND_SPACINGS * apart * math.sqrt(len(points) / len(sample)))
+    if not len(large):
+        return np.zeros(len(points), dtype=np.int64)
+    in_large = np.isin(label, large)
+    near = cKDTree(sample[in_large]).query(points)[1]
+    return np.asarray(np.searchsorted(large, label[in_large][near]))
+
+
+def _sample(points: Floats) -> Floats:
+    return np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_POINTS)])
+
+
+def _parts(sample: Floats, apart: float) -> tuple[Ints, Ints]:
+    """Return the large parts of a cloud that lie farther than `apart` m from each other, and the part of each point, (N,).
+
+    No parts if there is one only, or if many points are in small ones.
+    """
+    pairs = cKDTree(sample).query_pairs(apart, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(sample), len(sample)))
+    label = connected_components(graph, directed=False)[1]
+    size = np.bincount(label)
+    large = np.flatnonzero(size >= MIN_STRAND_FRACTION * len(sample))
+    if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(sample):
+        large = large[:0]
+    return large, label

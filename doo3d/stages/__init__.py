@@ -13,13 +13,12 @@ from ..geometry.gap_path import GapPath
 from ..types import Floats, Foreground, VoxelGrid
 from ..visibility import Visibility
 
+SPARSE_GAP_SPACING, SURFACE_GAP_SPACING = 0.001, 0.004
+"""m; spacing of points along strands, and on surfaces, for which the settings of gaps in the section `merge` hold."""
 
-GAP_SPACING = 0.002
-"""m; spacing of the points of a cloud for which the lengths and costs of gaps in the settings of merging hold."""
 
-
-SPARSE_MAX_TURN = math.pi / 2
-"""Radians; turn across a gap between sparse points at most."""
+SPARSE_MAX_TURN, CLOUD_MAX_TURN = math.pi / 2, 0.9 * math.pi
+"""Radians; turn across a gap at most, between sparse points and in any other cloud."""
 
 
 @dataclass(frozen=True)
@@ -64,24 +63,27 @@ class FrameContext:
     def gap_unit(self) -> float:
         """The factor by which gaps may be longer and cost less than the settings of merging say; 1 except for some clouds.
 
-        Gaps in a cloud are counted in spacings of its points, of which GAP_SPACING (2 mm) is the one that the settings suit.
-        Where points show surfaces, only spacings over twice that change gaps.
+        Gaps in a cloud are counted in spacings of its points. The settings suit points 1 mm apart along strands; where points
+        show surfaces, they suit all spacings up to 4 mm.
         """
         sampling = self.foreground.sampling
         if sampling is None:
             return 1.0
         if sampling.scatter is not None:
-            return max(sampling.spacing, 2 * sampling.scatter) / GAP_SPACING
-        return max(1.0, sampling.spacing / (2 * GAP_SPACING))
+            return max(sampling.spacing, 2 * sampling.scatter) / SPARSE_GAP_SPACING
+        return max(1.0, sampling.spacing / SURFACE_GAP_SPACING)
 
     @property
     def max_turn(self) -> float:
-        """The angle in radians by which an object may turn across a gap: half a turn, less in a cloud of sparse points.
+        """The angle in radians by which an object may turn across a gap, unless the number of chains is set.
 
-        There the strand itself is seen up to the gap as a line, and the ends of wires beside each other are no turn of one wire.
+        Half a turn, but less in a cloud: no camera tells there whether a turn is hidden, and the ends of strands beside each
+        other are no turn of one strand.
         """
         sampling = self.foreground.sampling
-        return math.pi if sampling is None or not sampling.is_sparse else SPARSE_MAX_TURN
+        if sampling is None or self.visibility is not None:
+            return math.pi
+        return SPARSE_MAX_TURN if sampling.is_sparse else CLOUD_MAX_TURN
 
     def seen_from(self, foreground: Foreground) -> FrameContext:
         """Return a copy of the context with `foreground` in place of the present one."""

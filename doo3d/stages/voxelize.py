@@ -10,9 +10,9 @@ import numpy as np
 from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..geometry.closing import close_cells
-from ..geometry.initial_radius import estimate_radius, point_spacing
+from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.mask import bounding_box, mask_radius
-from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys, voxelize_points
+from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
 from ..kernels import connected_components, neighbor_table, thin_pixels
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
@@ -21,6 +21,9 @@ SIZE_OVER_RADIUS = 0.5
 
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
+
+MAX_CLOSED_GAP = 4.0
+"""Voxels; strands of a cloud nearer to each other than this are closed one by one, since closing joins what lies two apart."""
 
 SPARSE_RADIUS_OVER_SPACING = 0.5
 """Least radius in spacings along the strands of a cloud of sparse points, which bridges join: it sets the scale of all stages."""
@@ -249,7 +252,16 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         raise _too_large(cells, KEY_LIMIT, size)
     if len(cells.keys) > MAX_VOXELS:
         raise _too_large(len(cells.keys), MAX_VOXELS, size)
-    keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    sampling = foreground.sampling
+    if sampling is not None and sampling.gap is not None and sampling.gap < MAX_CLOSED_GAP * size:
+        part = strand_of_points(points, sampling.spacing)
+        closed = [
+            close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
+            for number in range(int(part.max()) + 1)
+        ]
+        keys = sorted_unique(np.concatenate(closed))
+    else:
+        keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
     if between is not None:
         centers = origin + (unpack_keys(keys, cells.shape) + 0.5) * size
         keys = keys[np.isin(keys, cells.keys) | ~_is_seen_at(centers, foreground, between)]

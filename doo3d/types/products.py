@@ -19,10 +19,13 @@ class CloudSampling:
     scatter
         m, root mean square distance of sparse points from the line along their strand, which is the radius of the strand or the
         noise of the scanner; None if there are so many points that they show surfaces.
+    gap
+        m, least distance between strands that do not touch; None if all touch, and where points are sparse.
     """
 
     spacing: float
     scatter: float | None = None
+    gap: float | None = None
 
     @property
     def is_sparse(self) -> bool:

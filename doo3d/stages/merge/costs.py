@@ -215,7 +215,7 @@ def pair_costs(
             total += term
     limit = config.max_cost * (1 if config.chains is None else FORCED_COST_FACTOR)
     total[(euclidean(ends.points) > config.max_gap * ends.gap_unit) | (total > limit)] = np.inf
-    if ends.max_turn < np.pi:
+    if ends.max_turn < np.pi and config.chains is None:
         total[direction(ends.tangents) > ends.max_turn] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf
     total[ends.closed] = np.inf

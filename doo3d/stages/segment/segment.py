@@ -8,6 +8,7 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
+from ...geometry.initial_radius import strand_gap
 from ...geometry.mask import mask_pixels, mask_radius
 from ...geometry.sparse_grid import cloud_spacing
 from ...kernels import readings_in_mask
@@ -173,9 +174,12 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     _check_extent(cloud, config)
     method, selected = _select(cloud, config, mask, seed, (len(cloud.points),))
     points, means, outliers = filter_points(cloud.points[selected])
-    sampling, bridges = CloudSampling(cloud_spacing(points)) if len(points) else None, None
+    sampling, bridges = None, None
     sparse = None if cloud.views else find_sparse_strands(points)
-    if sparse is not None:
+    if sparse is None and len(points):
+        spacing = cloud_spacing(points)
+        sampling = CloudSampling(spacing, gap=strand_gap(points, spacing))
+    elif sparse is not None:
         outliers += int(np.count_nonzero(~sparse.kept))
         points, means, bridges, sampling = points[sparse.kept], sparse.centered, sparse.bridges, sparse.sampling
     foreground = Foreground(

@@ -44,7 +44,7 @@ SCALE_STEP = 1.4
 FIRST_SCALE = 2.0
 
 MIN_FILL = 0.4
-"""Points of a line at least, as a fraction of those that its length holds at the usual spacing; up to a strand's end it is half."""
+"""Points of a line at least, as a fraction of those that its length holds at the usual spacing; at an end there are half."""
 
 CANDIDATES = 8
 """Neighbors towards which a line is tried."""
@@ -58,13 +58,13 @@ LINK_SLOPE = 0.15
 MIN_ALIGNMENT = 0.7
 """Cosine at least of the angle between the lines of neighbors that are joined."""
 
-MIN_ARC_LINES, MIN_ARC_FRACTION = 4, 0.3
+MIN_ARC_LINES, MIN_ARC_FRACTION = 4, 0.5
 """Lines of a scanner along one strand at least, and fraction of the seeds that must see as many on an arc."""
 
 MIN_ARC, MAX_ARC_GAP = 1.4, 1.3
 """Radians; the arc that the lines of a scanner on one strand cover at least, and the angle between neighbors at most."""
 
-MAX_ARC_RESIDUAL = 0.15
+MAX_ARC_RESIDUAL = 0.1
 """Radii; root mean square distance of the lines from the arc."""
 
 MIN_SHORT_PIECES, SHORT_PIECE = 6, 6.0
@@ -72,6 +72,9 @@ MIN_SHORT_PIECES, SHORT_PIECE = 6, 6.0
 
 MIN_PIECE_DISTANCE = 0.8
 """Distance to the next piece, in lengths of a piece, from which lines across a strand are so sparse that their middles count."""
+
+MIN_KEPT = 0.85
+"""Fraction of the points at least that must lie on strands of lines, or they show a surface."""
 
 MIN_PIECE_SPACINGS = 6.0
 """Spacings of length that a strand must have, or its points are outliers."""
@@ -103,8 +106,8 @@ class SparseStrands:
 class _Lines:
     """Straight lines through the neighborhoods of S points.
 
-    found : (S,) bool. center, direction : (S, 3). across : (S,) m, root mean square distance from the line. spacing : (S,) m along
-    the line. scale : (S,) m, half length. count : (S,).
+    found : (S,) bool. center, direction : (S, 3). across : (S,) m, root mean square distance from the line. spacing : (S,) m
+    along the line. scale : (S,) m, half length. count : (S,).
     """
 
     found: Bools
@@ -220,6 +223,8 @@ def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | Non
     kept = np.zeros(len(points), dtype=bool)
     kept[index[good]] = True
     used = good[first]
+    if np.mean(kept) < MIN_KEPT:
+        return None
     sampling = CloudSampling(spacing, across)
     step = spacing / 8
     return SparseStrands(kept, centered[good], _between(centered[first[used]], centered[second[used]], step), sampling)
@@ -294,7 +299,7 @@ def _between(starts: Floats, ends: Floats, step: float) -> Floats:
     which = np.repeat(np.arange(len(starts)), count)
     number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     fraction = ((number + 0.5) / count[which])[:, None]
-    return starts[which] * (1 - fraction) + ends[which] * fraction
+    return np.asarray(starts[which] * (1 - fraction) + ends[which] * fraction)
 
 
 def _fit_lines(tree: cKDTree, points: Floats, at: Floats, scales: Floats, width: float | None, min_points: Floats) -> _Lines:
@@ -334,8 +339,8 @@ def _fit_at(
 ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     """Fit lines at one scale to the offsets (S, K, 3) of neighbors, of the given distances (S, K).
 
-    Returns of each line the number of points, the center and the direction (S, 3), the variances ascending (S, 3), the length, and
-    the squared distance of the point itself from the line.
+    Returns of each line the number of points, the center and the direction (S, 3), the variances ascending (S, 3), the length,
+    and the squared distance of the point itself from the line.
     """
     size = len(offset)
     inside = distance <= 1.2 * scale
