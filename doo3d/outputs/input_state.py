@@ -49,6 +49,8 @@ class InputState:
         """
         last = {line["name"]: line for line in lines}
         failed = {name for name, line in last.items() if line["status"] == "failed" and self.has_changed(line)}
+        if not failed:
+            return self.digest()
         shared = {path for name, paths in self.by_frame.items() if name not in failed for path in paths}
         before: dict[str, str | None] = {}
         for name in failed:

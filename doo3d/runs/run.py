@@ -19,7 +19,7 @@ import numpy as np
 from ..config import Config
 from ..errors import InputError
 from ..inputs import IMAGE_FORMATS, Capture, ReadOptions
-from ..inputs.support.fingerprint import file_states, frame_paths
+from ..inputs.support.fingerprint import FramePaths, file_states
 from ..outputs import SUFFIXES
 from ..outputs.folder_checks import check_names
 from ..outputs.input_state import InputState
@@ -201,7 +201,7 @@ def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> In
     paths += getattr(capture, "extra_files", [])
     if options is not None:
         paths += [file for file in (options.trajectory, options.camera_file, options.color) if file]
-    return InputState(file_states(paths, out), {frame.name: frame_paths(frame) for frame in capture.frames})
+    return InputState(file_states(paths, out), FramePaths(capture.frames))
 
 
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,29 @@ from ..capture import FrameRef
 _RESULT_FILES = ("manifest.json", "config.yaml")  # mark a folder of results, which may lie inside the input
 _OWN_PREFIX = ".doo3d-"  # of temporary files and locks of runs
 _MAX_DEPTH = 8  # of a loader's arguments: wrappers around loaders, with tuples of files
+_MAX_ITEMS = 64  # longer lists hold numbers or messages
+
+
+class FramePaths(Mapping[str, list[str]]):
+    """The files that each frame of a capture is read from: frame name -> absolute paths, found when they are asked for.
+
+    frames : the frames of the capture.
+    """
+
+    def __init__(self, frames: Iterable[FrameRef]) -> None:
+        self._frames = {frame.name: frame for frame in frames}
+
+    def __getitem__(self, name: str) -> list[str]:
+        """Return the paths of a frame."""
+        return frame_paths(self._frames[name])
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the frames, in the capture's order."""
+        return iter(self._frames)
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self._frames)
 
 
 def file_states(paths: Iterable[Path], without: Path) -> dict[str, str]:
@@ -45,11 +68,8 @@ def _paths_in(value: Any, depth: int) -> Iterator[Path]:
     elif isinstance(value, partial):
         for item in (*value.args, *value.keywords.values()):
             yield from _paths_in(item, depth - 1)
-    elif isinstance(value, dict):
-        for item in value.values():
-            yield from _paths_in(item, depth - 1)
-    elif isinstance(value, tuple | list):
-        for item in value:
+    elif isinstance(value, dict | tuple | list) and len(value) <= _MAX_ITEMS:
+        for item in value.values() if isinstance(value, dict) else value:
             yield from _paths_in(item, depth - 1)
     elif is_dataclass(value) and not isinstance(value, type):
         for each in fields(value):
