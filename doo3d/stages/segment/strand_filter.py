@@ -65,10 +65,13 @@ SURFACE_SMOOTHING_PX = 60.0
 SEEN_HEIGHT_RADII = 1.6
 """Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
 
+LYING_SPREAD_RADII = 0.35
+"""Radii; standard deviation of the height at which a lying strand is seen (0.65 to 0.85 of its thickness), and of the surface."""
+
 LYING_DEVIATIONS = 2.5
 """Deviations of the depth from that height at which a strand is held to lie on the surface with half the weight."""
 
-MIN_LYING_NOISE_RADII = 0.5
+MIN_LYING_NOISE_RADII = 0.35
 """Radii of noise from which on the surface beside a strand tells its depth better than the readings on it."""
 
 MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
@@ -197,13 +200,13 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
     filled = np.interp(np.arange(len(value)), at, value[at])
     radius_px = radius * frame.camera.fx * float(np.median(value[at]))
     half = max(2, round(MEDIAN_RADII * radius_px))
-    first = median_filter(filled, 2 * min(half, len(value) // 4) + 1, mode="nearest")
-    smooth = first
+    first = _running_median(filled, min(half, len(value) // 4))
     per_meter = float(np.median(first)) ** 2  # of depth, in inverse depth
+    smooth, cut, deviation = first, np.full(len(value), np.inf), np.inf
     for _ in range(SMOOTHINGS):
         residual = filled - smooth
-        deviation = _deviation(residual[at])
-        cut = max(OUTLIER_DEVIATIONS * deviation, TORN_RADII * radius * per_meter)
+        deviation = min(deviation, _deviation(residual[at]))  # never more than before: what is smoothed too much looks noisy
+        cut = np.maximum(OUTLIER_DEVIATIONS * deviation, TORN_RADII * radius * smooth**2)
         inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
         noise = max(deviation / per_meter / radius, SMOOTHING_NOISE_RADII)
         length = SMOOTHING_RADII * radius_px * np.sqrt(noise / SMOOTHING_NOISE_RADII)
@@ -214,11 +217,23 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
     behind = 1 / filled - depth
     behind[~measured] = 0.0
     noise = _waves(behind, radius_px)
-    if np.mean(behind < -TORN_RADII * radius) > MAX_IN_FRONT_SHARE:
+    if np.mean((filled - smooth > cut) & measured) > MAX_IN_FRONT_SHARE:
         return np.zeros(len(value))
     if noise <= MAX_WAVES_RADII * radius and np.mean(behind > TORN_RADII * radius) <= MAX_TORN_SHARE:
         return np.zeros(len(value))
     return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MIN_LYING_NOISE_RADII * radius else depth
+
+
+def _running_median(values: Floats, half: int) -> Floats:
+    """Return the median (S,) of so many values on either side; beyond both ends the values go on straight."""
+    third = max(1, half // 3)
+    padded = [values]
+    for end in (values[:half], values[::-1][:half]):
+        near, far = float(np.median(end[:third])), float(np.median(end[-third:]))
+        slope = (far - near) / max(1, len(end) - third)
+        padded.append(near - slope * (np.arange(1, half + 1) + (third - 1) / 2))
+    before, after = padded[1][::-1], padded[2]
+    return np.asarray(median_filter(np.concatenate((before, values, after)), 2 * half + 1)[half : half + len(values)])
 
 
 def _waves(residual: Floats, radius_px: float) -> float:
@@ -239,7 +254,7 @@ def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radi
     if surface is None:
         return depth
     height = surface - depth - SEEN_HEIGHT_RADII * radius
-    pull = noise**2 / (noise**2 + radius**2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
+    pull = noise**2 / (noise**2 + (LYING_SPREAD_RADII * radius) ** 2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
     return np.asarray(depth + uniform_filter1d(pull, 15, mode="nearest") * height)
 
 

@@ -12,6 +12,7 @@ from doo3d import Frame, load_config
 from doo3d.config import SegmentConfig
 from doo3d.pipeline import detect
 from doo3d.stages.segment import segment
+from doo3d.stages.segment.strand_filter import _running_median
 
 AXIS = wave()
 TABLE = 0.6
@@ -76,6 +77,29 @@ def test_a_noisy_strand_on_a_table_is_drawn_to_it():
     top = TABLE - 1.6 * RADIUS
     before = np.abs(noisy[mask] - top).mean()
     assert np.abs(record.foreground.filtered[:, 2] - top).mean() < 0.6 * before
+
+
+def test_a_running_median_of_a_straight_line_is_the_line_up_to_its_ends():
+    values = 1 / np.linspace(1.3, 0.5, 200)
+    median = _running_median(values, 40)
+    np.testing.assert_allclose(median, values, rtol=0.01)
+    straight = np.linspace(2.0, 0.8, 200)
+    np.testing.assert_allclose(_running_median(straight, 40), straight, atol=1e-12)
+
+
+def test_noise_that_grows_with_depth_is_smoothed_up_to_the_far_end():
+    """A strand runs away from 0.5 to 1.3 m; stereo noise is even in inverse depth, 14 mm at the far end."""
+    axis = line([-0.16, 0.02, 0.5], [0.45, 0.1, 1.3])
+    depth, which = depth_of([axis], [0.004], CAMERA)
+    mask = which >= 0
+    noisy = np.where(mask, 1 / (1 / np.where(mask, depth, 1.0) + noise_in_blocks(3, 0.008, size=8)), 3.0)
+    record = segment(Frame(None, noisy.astype(np.float32), CAMERA), SegmentConfig(), mask)
+    assert record.smoothed > 0.9 * mask.sum()
+    away = cKDTree(axis).query(record.foreground.filtered)[0]
+    assert np.percentile(away, 90) < 0.008
+    chains = detect(Frame(None, noisy.astype(np.float32), CAMERA), load_config("default"), mask).chains
+    assert len(chains) == 1
+    assert chains[0].length > 0.95 * np.linalg.norm(axis[-1] - axis[0])
 
 
 def test_a_strand_that_runs_away_is_bridged_and_whole():
