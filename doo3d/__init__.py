@@ -10,24 +10,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .config import Config, load_config
-    from .errors import ConfigError, DooError, InputError, MissingDependency
+    from .errors import ArgumentError, ConfigError, DooError, InputError, MissingDependency
     from .exports import export
     from .inputs import open_capture
     from .inspection.explain import explain
     from .pipeline import detect
+    from .sequence.detector import Detector
     from .sequence.fusion import fuse
     from .sequence.tracking import Tracker
     from .types import Camera, Chain, Cloud, Detection, Frame, Image
+    from .viz import draw
 
 __version__ = "0.1.0"
 
 _MODULE_OF = {
+    "ArgumentError": "errors",
     "Camera": "types",
     "Chain": "types",
     "Cloud": "types",
     "Config": "config",
     "ConfigError": "errors",
     "Detection": "types",
+    "Detector": "sequence.detector",
     "DooError": "errors",
     "Frame": "types",
     "Image": "types",
@@ -35,6 +39,7 @@ _MODULE_OF = {
     "MissingDependency": "errors",
     "Tracker": "sequence.tracking",
     "detect": "pipeline",
+    "draw": "viz",
     "explain": "inspection.explain",
     "export": "exports",
     "fuse": "sequence.fusion",
@@ -43,12 +48,14 @@ _MODULE_OF = {
 }
 
 __all__ = [
+    "ArgumentError",
     "Camera",
     "Chain",
     "Cloud",
     "Config",
     "ConfigError",
     "Detection",
+    "Detector",
     "DooError",
     "Frame",
     "Image",
@@ -56,6 +63,7 @@ __all__ = [
     "MissingDependency",
     "Tracker",
     "detect",
+    "draw",
     "explain",
     "export",
     "fuse",

@@ -35,6 +35,10 @@ class InputError(DooError):
     """Error of data that cannot be used, such as a file, an array or a unit; the message names cause, place and remedy."""
 
 
+class ArgumentError(InputError, TypeError):
+    """Error of an argument of the wrong type, such as a path where data is expected; the message names the expected types."""
+
+
 class ConfigError(DooError):
     """Error of a configuration that cannot be used: an unknown key, a value out of bounds, a missing preset."""
 

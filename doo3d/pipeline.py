@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .config import Config
-from .errors import InputError
+from .config import Config, ConfigLike, as_config
+from .errors import ArgumentError, InputError
 from .stages import FrameContext
 from .stages.confidence import Evidence, with_confidence
 from .stages.crossings import find_crossings
@@ -212,7 +213,10 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
 
 
 def detect(
-    data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None, pose: ArrayLike | None = None
+    data: Frame | Cloud | Image | Array,
+    config: ConfigLike | None = None,
+    mask: Array | None = None,
+    pose: ArrayLike | None = None,
 ) -> Detection:
     """Return the deformable linear objects in one frame, cloud or image as chains.
 
@@ -221,7 +225,8 @@ def detect(
     data
         a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
     config
-        the settings; None for the preset "default".
+        the settings: a Config, the name of a preset, the path of a YAML file, or settings by dotted key over the defaults, such
+        as {"merge.chains": 1}; None for the preset "default".
     mask
         the caller's own segmentation, True on the object, instead of the config's: (H, W) bool for a Frame or an image, (N,)
         bool for a Cloud made of N points, counting those with NaN. None segments as the config says.
@@ -238,8 +243,10 @@ def detect(
     Raises
     ------
     InputError : the data cannot be used; the message says what is wrong, where, and what to do.
+    ArgumentError (a TypeError) : an argument is of the wrong type.
+    ConfigError : the settings cannot be used.
     """
-    config = config or Config()
+    config = as_config(config)
     base_pose = None if pose is None else as_pose(pose)
     data, stages = run_with_stages(data, config, mask)
     detection = Detection(
@@ -308,9 +315,9 @@ def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame |
     InputError : the data and the mode do not fit: no color image in 2-D, no depth in 3-D, or another type.
     """
     if isinstance(data, np.ndarray):
-        data = Image(data)
+        data = _as_image(data)
     if not isinstance(data, (Frame, Cloud, Image)):
-        raise InputError(f"a {type(data).__name__} is no doo3d.Frame, doo3d.Cloud or image", code="data-type")
+        raise _wrong_type(data)
     if config.mode == "2d":
         if isinstance(data, Image):
             return data
@@ -325,6 +332,35 @@ def as_mode_data(data: Frame | Cloud | Image | Array, config: Config) -> Frame |
             "an image has no depth: use a 2-D config, such as the presets image and paper_2d (-c image)", code="mode-needs-depth"
         )
     return data
+
+
+def _as_image(array: Array) -> Image:
+    """Return an array as an Image, unless its shape is that of points or of depth."""
+    if array.ndim == 2 and array.shape[1] == 3 and np.issubdtype(array.dtype, np.number):
+        raise ArgumentError(
+            f"an array of shape {array.shape} looks like {len(array)} points: give doo3d.Cloud(points), in metres",
+            code="data-type",
+        )
+    if array.ndim == 2 and array.dtype != np.uint8:
+        raise ArgumentError(
+            f"an array of shape {array.shape} and type {array.dtype} looks like depth: give "
+            "doo3d.Frame(color, depth, camera), with depth in metres",
+            code="data-type",
+        )
+    return Image(array)
+
+
+def _wrong_type(data: object) -> ArgumentError:
+    """Return the error for an argument that is no data, with the remedy where the type tells what was meant."""
+    if isinstance(data, str | os.PathLike):
+        remedy = f": read a frame of it first: doo3d.open_capture({os.fspath(data)!r}).frames[0].load().data"
+    elif hasattr(data, "data") and hasattr(data, "mask_for"):
+        remedy = ": give its data: loaded.data"
+    elif hasattr(data, "load") or hasattr(data, "frames"):
+        remedy = ": load one frame first: capture.frames[0].load().data"
+    else:
+        remedy = ", expected a doo3d.Frame, a doo3d.Cloud, a doo3d.Image or an array (H, W, 3) uint8 RGB"
+    return ArgumentError(f"detect was given a {type(data).__name__}{remedy}", code="data-type")
 
 
 def _segment(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> Segmentation:

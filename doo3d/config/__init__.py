@@ -1,6 +1,6 @@
 """The configuration: models of every section, how a file and overrides become a Config, and its documentation."""
 
-from .loading import known_keys, load_config, parse_overrides, preset_folder, preset_names
+from .loading import ConfigLike, as_config, known_keys, load_config, parse_overrides, preset_folder, preset_names
 from .merge import MergeConfig
 from .models import Config
 from .section import Section
@@ -20,6 +20,7 @@ from .segment import HsvRange, SegmentConfig
 
 __all__ = [
     "Config",
+    "ConfigLike",
     "CrossingsConfig",
     "ExtendMaskConfig",
     "FitConfig",
@@ -34,6 +35,7 @@ __all__ = [
     "TraverseConfig",
     "VisibilityConfig",
     "VoxelizeConfig",
+    "as_config",
     "known_keys",
     "load_config",
     "parse_overrides",

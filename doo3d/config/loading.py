@@ -10,9 +10,12 @@ from typing import Any, NamedTuple
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from ..errors import ConfigError, invalid_code, unread_code
+from ..errors import ArgumentError, ConfigError, invalid_code, unread_code
 from .former import FIXED, FORMER, FORMER_VALUES
 from .models import Config
+
+ConfigLike = Config | Mapping[str, Any] | str | Path
+"""A Config, settings by dotted key, the name of a preset, or the path of a YAML file; `as_config` makes a Config of it."""
 
 
 class Refusal(NamedTuple):
@@ -68,6 +71,32 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
         raise ConfigError(
             f"config {name}: " + "; ".join(refusal.sentence for refusal in refusals), code=refusals[0].code
         ) from None
+
+
+def as_config(config: ConfigLike | None) -> Config:
+    """Return the settings that an argument stands for.
+
+    config : a Config; the name of a preset or the path of a YAML file; dotted keys -> values, such as {"merge.chains": 1}, over
+    the preset "default"; or None for that preset.
+
+    Raises
+    ------
+    ArgumentError : the argument is of another type.
+    ConfigError : as of `load_config`.
+    """
+    if config is None:
+        return Config()
+    if isinstance(config, Config):
+        return config
+    if isinstance(config, str | Path):
+        return load_config(config)
+    if isinstance(config, Mapping):
+        return load_config("default", config)
+    raise ArgumentError(
+        f"config is a {type(config).__name__}, expected a doo3d.Config, the name of a preset ({', '.join(preset_names())}), "
+        'the path of a YAML file, or settings such as {"merge.chains": 1}',
+        code="config-type",
+    )
 
 
 def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:

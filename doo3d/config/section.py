@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -36,3 +37,17 @@ class Section(BaseModel):
     """Base class of the configuration's sections: values cannot be changed, and unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=True)
+
+    def __repr__(self) -> str:
+        """Return the settings that differ from their defaults, by dotted key, such as "Config(merge.chains=1)"."""
+        return f"{type(self).__name__}({', '.join(f'{key}={value!r}' for key, value in self._changes())})"
+
+    __str__ = __repr__
+
+    def _changes(self, prefix: str = "") -> Iterator[tuple[str, Any]]:
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if isinstance(value, Section) and isinstance(field.default, Section):
+                yield from value._changes(f"{prefix}{name}.")
+            elif value != field.get_default(call_default_factory=True) or field.is_required():
+                yield prefix + name, value

@@ -12,8 +12,11 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ..errors import InputError
 from ..types import Chain, Detection, Floats
-from ..viz.palette import Rgb, chain_color
+from ..viz.palette import Rgb, chain_color, chain_numbers
 from .resampling import resampled
+
+labels = chain_numbers
+"""The number of each chain in exported files, such as that of "chain0"."""
 
 
 class Export(BaseModel):
@@ -144,16 +147,6 @@ class BodyExport(RadiusExport):
             mass = self.density * math.pi * self.radius_of(detected) ** 2 * detected.length / len(chain.occluded)
             bodies.append(ChainBodies(f"chain{label}", label, chain, mass))
         return bodies
-
-
-def labels(detection: Detection) -> list[int]:
-    """Return the number of each chain, in the order of `detection.chains`, for names in exported files such as "chain0".
-
-    The numbers are the chains' ids, which tracking keeps from frame to frame. If any id is missing or occurs twice, the numbers
-    are 0, 1, 2, ... instead.
-    """
-    ids = [chain.id for chain in detection.chains if chain.id is not None]
-    return ids if len(set(ids)) == len(detection.chains) else list(range(len(detection.chains)))
 
 
 def colors(label: int) -> tuple[Rgb, Rgb]:

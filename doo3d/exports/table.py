@@ -11,6 +11,7 @@ from ..types import Detection
 from .base import Export
 
 COLUMNS = ["frame", "timestamp", "chain", "id", "closed", "segment_length", "chain_radius", "joint"]
+FLAGS = ("closed", "occluded")
 
 
 class Csv(Export):
@@ -31,24 +32,16 @@ class Csv(Export):
         last joint of a chain.
         """
         planar = bool(frames) and all(frame.mode == "2d" for frame in frames)
+        columns = [*COLUMNS, *("xy" if planar else "xyz"), "radius", "occluded", *([] if planar else ["depth"])]
         with path.open("x", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
-            table.writerow([*COLUMNS, *("xy" if planar else "xyz"), "radius", "occluded", *(() if planar else ("depth",))])
+            table.writerow(columns)
             for frame in frames:
-                table.writerows(_rows(frame))
+                joints = frame.table("joints")
+                empty = [None] * len(joints["frame"])
+                values = [_as_digits(joints[name]) if name in FLAGS else joints.get(name, empty) for name in columns]
+                table.writerows(zip(*values, strict=True))
 
 
-def _rows(frame: Detection) -> list[list[Any]]:
-    """Return a row per joint; `occluded` and `depth` are of the segment that starts there, empty at the last joint."""
-    rows: list[list[Any]] = []
-    stamp = None if frame.timestamp is None else float(frame.timestamp)
-    for number, chain in enumerate(frame.chains):
-        sizes = [float(chain.segment_length), float(chain.radius)]
-        head = [frame.frame, stamp, number, chain.id, int(chain.closed), *sizes]
-        occluded = [*map(int, chain.occluded), None]
-        depth = [[word] for word in (*chain.depth, None)] if chain.depth else [[]] * len(chain.joints)
-        for joint, (at, radius, is_occluded, word) in enumerate(
-            zip(chain.joints.tolist(), chain.radii.tolist(), occluded, depth, strict=True)
-        ):
-            rows.append([*head, joint, *at, radius, is_occluded, *word])
-    return rows
+def _as_digits(flags: list[bool | None]) -> list[int | None]:
+    return [None if flag is None else int(flag) for flag in flags]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..config import Config
+from ..config import Config, ConfigLike, as_config
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages, run_with_stages
@@ -157,7 +157,7 @@ class Explanation:
         }
 
 
-def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, mask: Array | None = None) -> Explanation:
+def explain(data: Frame | Cloud | Image | Array, config: ConfigLike | None = None, mask: Array | None = None) -> Explanation:
     """Detect in one frame, and return what each stage made and dropped, and what each connection of two chain ends cost.
 
     Parameters
@@ -165,7 +165,7 @@ def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, m
     data
         a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
     config
-        configuration of the detection; None for the preset "default".
+        settings of the detection, as `doo3d.detect` takes them; None for the preset "default".
     mask
         the caller's own segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud made of N
         points, counting those with NaN. None segments as the config says.
@@ -179,7 +179,7 @@ def explain(data: Frame | Cloud | Image | Array, config: Config | None = None, m
     ------
     InputError : the data cannot be used.
     """
-    config = config or Config()
+    config = as_config(config)
     return explain_stages(run_with_stages(data, config, mask)[1], config)
 
 

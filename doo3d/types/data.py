@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from .arrays import Array, Bools, Floats, set_sealed
+from .display import Displayed
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,8 @@ class Camera:
         return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
 
 
-@dataclass(frozen=True)
-class Frame:
+@dataclass(frozen=True, repr=False)
+class Frame(Displayed):
     """One RGB-D frame: a depth image, the color image registered to it, and the camera.
 
     Attributes
@@ -142,9 +143,16 @@ class Frame:
             good = np.isfinite(depth) & (depth > 0)
         set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32))
 
+    def summary(self) -> str:
+        """Return the facts of the frame in one short line, such as "'000000', 640x480, color, depth 0.52 to 0.71 m"."""
+        height, width = self.depth.shape
+        read = self.depth[self.depth > 0]
+        depth = f"depth {read.min():.2f} to {read.max():.2f} m" if len(read) else "no depth reading"
+        return f"{self.name!r}, {width}x{height}, {'no color' if self.color is None else 'color'}, {depth}"
 
-@dataclass(frozen=True)
-class Image:
+
+@dataclass(frozen=True, repr=False)
+class Image(Displayed):
     """One color photograph without depth, for the 2-D mode, in which all lengths are pixels.
 
     Attributes
@@ -175,9 +183,13 @@ class Image:
             )
         set_sealed(self, color=color)
 
+    def summary(self) -> str:
+        """Return name and size of the image in one short line, such as "'photo', 1280x720"."""
+        return f"{self.name!r}, {self.color.shape[1]}x{self.color.shape[0]}"
 
-@dataclass(frozen=True)
-class CameraView:
+
+@dataclass(frozen=True, repr=False)
+class CameraView(Displayed):
     """One of the camera views that a point cloud was fused from: where the camera was, and what it saw of the object.
 
     Attributes
@@ -201,9 +213,15 @@ class CameraView:
     def __post_init__(self) -> None:
         set_sealed(self, pose=np.asarray(self.pose, dtype=float), mask=self.mask, depth=self.depth)
 
+    def summary(self) -> str:
+        """Return size of the view, object's share of its pixels and place of the camera in one short line."""
+        x, y, z = self.pose[:3, 3]
+        size = f"{self.camera.width}x{self.camera.height}"
+        return f"{size}, object {self.mask.mean():.1%} of the pixels, camera at ({x:.2f}, {y:.2f}, {z:.2f}) m"
 
-@dataclass(frozen=True)
-class Cloud:
+
+@dataclass(frozen=True, repr=False)
+class Cloud(Displayed):
     """One point cloud.
 
     Attributes
@@ -269,3 +287,11 @@ class Cloud:
             if viewpoint.shape != (3,) or not np.isfinite(viewpoint).all():
                 raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres", code="viewpoint-invalid")
         set_sealed(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)
+
+    def summary(self) -> str:
+        """Return the facts of the cloud in one short line, such as "'helix', 5210 points, 0.41 x 0.20 x 0.33 m, color"."""
+        sides = np.ptp(self.points, axis=0) if len(self.points) else np.zeros(3)
+        extent = " x ".join(f"{side:.2f}" for side in sides)
+        views = f", fused from {len(self.views)} views" if self.views else ""
+        color = "no color" if self.colors is None else "color"
+        return f"{self.name!r}, {len(self.points)} points, {extent} m, {color}{views}"

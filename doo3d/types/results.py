@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from . import tables
 from .arrays import Bools, Floats, set_sealed
+from .display import Drawn, Rows, counted, length_text, radius_text
 from .pose import Plane
 
 SCHEMA = "doo3d/detection/2"
@@ -43,8 +45,8 @@ class Connection(NamedTuple):
     confidence: float
 
 
-@dataclass(frozen=True)
-class Chain:
+@dataclass(frozen=True, repr=False)
+class Chain(Drawn):
     """One object as a chain: N cylinders of equal length (the segments), joined end to end by ball joints.
 
     Attributes
@@ -123,6 +125,20 @@ class Chain:
     def depth(self) -> tuple[str, ...]:
         """Whether the depth of each segment was measured: N words, "seen" or "filled"; see `depth_filled`. Empty in 2-D."""
         return tuple(DEPTH_WORDS[int(filled)] for filled in self.depth_filled) if self.joints.shape[1] == 3 else ()
+
+    def summary(self) -> str:
+        """Return the facts of the chain in one short line, such as "108 segments, 1.080 m, radius 3.9 mm, confidence 0.97"."""
+        planar = self.joints.shape[1] == 2
+        facts = [
+            *([] if self.id is None else [f"id {self.id}"]),
+            counted(len(self.occluded), "segment"),
+            length_text(self.length, planar),
+            f"radius {radius_text(self.radius, planar)}",
+            *([f"{self.occluded.mean():.0%} occluded"] if self.occluded.any() else []),
+            *(["closed"] if self.closed else []),
+            f"confidence {self.confidence:.2f}",
+        ]
+        return ", ".join(facts)
 
     def nodes(self, count: int) -> Floats:
         """Return evenly spaced points along the chain, first and last joint included.
@@ -211,8 +227,8 @@ class Crossing:
         return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
 
 
-@dataclass(frozen=True)
-class Detection:
+@dataclass(frozen=True, repr=False)
+class Detection(Drawn):
     """The objects found in one frame.
 
     Attributes
@@ -259,6 +275,43 @@ class Detection:
     def confidence(self) -> float:
         """The confidence of the detection, 0 to 1: the lowest of its chains' confidences; 1 without chains."""
         return min((chain.confidence for chain in self.chains), default=1.0)
+
+    def summary(self) -> str:
+        """Return the facts of the detection in one short line: frame, number of chains and crossings, length, confidence."""
+        planar, facts = self.mode == "2d", [repr(self.frame), counted(len(self.chains), "chain")]
+        if self.chains:
+            facts.append(
+                " + ".join(length_text(chain.length, planar) for chain in self.chains[:4]) + " + ..." * (len(self.chains) > 4)
+            )
+        if self.crossings:
+            facts.append(counted(len(self.crossings), "crossing"))
+        return ", ".join([*facts, f"confidence {self.confidence:.2f}"])
+
+    def table(self, rows: Rows = "chains") -> tables.Table:
+        """Return the detection as a table: name of the column -> list of values, one per row, as pandas.DataFrame takes it.
+
+        The first columns are always "frame" and "timestamp" (s, or None). Lengths are in m (px in 2-D, where there is no z).
+
+        Parameters
+        ----------
+        rows
+            what a row is. "chains": chain (index), id, closed, segments (number), segment_length, length, radius, occluded and
+            depth_filled (shares of the segments), confidence. "joints": chain, id, closed, segment_length, chain_radius, joint
+            (index), x, y, z, radius (at the joint), occluded (bool, of the segment that starts there; None at the last joint),
+            depth ("seen" or "filled", of the same segment; not in 2-D). "crossings": upper_chain, upper_segment, lower_chain,
+            lower_segment, x, y, z, confidence.
+
+        Raises
+        ------
+        InputError : `rows` is none of these.
+
+        Examples
+        --------
+        >>> pandas.concat(pandas.DataFrame(detection.table()) for detection in detections)  # doctest: +SKIP
+        """
+        if rows not in tables.TABLES:
+            raise InputError(f"table({rows!r}): expected one of {', '.join(tables.TABLES)}", code="choice-unknown")
+        return tables.TABLES[rows](self)
 
     def transformed(self, pose: Floats) -> Detection:
         """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.

@@ -1,23 +1,26 @@
-"""The colors of chains: distinct, also for color-blind readers, and bright on any image."""
+"""The colors and numbers of chains: colors are distinct, also for color-blind readers, and bright on any image."""
 
 from __future__ import annotations
 
 import colorsys
+
+from ..types import Detection
 
 Rgb = tuple[int, int, int]
 
 DARK: Rgb = (16, 18, 24)
 LIGHT: Rgb = (255, 255, 255)
 CHAINS: tuple[Rgb, ...] = (
-    (0, 200, 255),
-    (255, 138, 0),
-    (255, 77, 184),
-    (150, 226, 40),
-    (255, 222, 60),
-    (160, 120, 255),
-    (0, 224, 164),
-    (255, 86, 86),
+    (0, 204, 255),
+    (238, 51, 0),
+    (238, 221, 51),
+    (136, 51, 255),
+    (187, 238, 136),
+    (255, 153, 170),
+    (0, 119, 204),
+    (187, 68, 68),
 )
+"""Any two are at least 30 apart in CIELAB, with normal vision and without red, green or blue cones."""
 _HUE_STEP = 0.618034  # golden ratio, in turns of hue between consecutive chains: never close to a recent one
 
 UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit width; larger pictures have wider lines
@@ -35,3 +38,13 @@ def chain_color(index: int) -> Rgb:
         return CHAINS[index]
     red, green, blue = colorsys.hls_to_rgb((index * _HUE_STEP) % 1.0, 0.62, 0.95)
     return round(red * 255), round(green * 255), round(blue * 255)
+
+
+def chain_numbers(detection: Detection) -> list[int]:
+    """Return the number of each chain, in the order of `detection.chains`, as pictures show it and exported files name it.
+
+    The numbers are the chains' ids, which tracking keeps from frame to frame. If any id is missing or occurs twice, the numbers
+    are 0, 1, 2, ... instead.
+    """
+    ids = [chain.id for chain in detection.chains if chain.id is not None]
+    return ids if len(set(ids)) == len(detection.chains) else list(range(len(detection.chains)))

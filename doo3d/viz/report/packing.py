@@ -7,19 +7,16 @@ from typing import Any
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...inputs import FrameData
-from ...types import Array, Bools, Chain, Cloud, Detection, Floats, Frame
+from ...types import Array, Chain, Detection, Floats
 from ..palette import chain_color
+from ..surroundings import sample_surroundings
 
 THUMBNAIL_WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, tried in turn
 THUMBNAIL_QUALITY = 72  # of WebP
 MIN_BYTES_PER_PIXEL = 0.04  # of a thumbnail at this quality: larger widths need not be tried
 MAX_LEVEL = 32767  # of 16-bit numbers
-MAX_READ_POINTS, MAX_TESTED_POINTS = 300_000, 60_000  # of a frame, and of the box around its chains
-SURROUNDINGS_MARGIN = 0.2  # of the diagonal of the chains' box
-OBJECT_RADII = 1.3  # radii from the axis within which a point is on the object
 
 
 def base64_text(data: bytes | Array) -> str:
@@ -104,25 +101,16 @@ def pack_cloud(frame: FrameData, detection: Detection, max_points: int) -> dict[
         "has_color": False if the points have no color and are all gray; "viewpoint": that of a cloud, if known. None for an
         image, and for chains in world coordinates if the pose of the frame is unknown.
     """
-    rng = np.random.default_rng(0)  # the same results give the same page
-    pose = _pose_of(frame, detection)
-    sample = None if pose is None else _sample_points(frame, pose, rng)
-    if pose is None or sample is None:
+    sample = sample_surroundings(frame, detection, max_points)
+    if sample is None:
         return None
-    points, colors = sample
-    near = np.flatnonzero(_near_chains(points, detection))
-    near = np.sort(rng.choice(near, min(len(near), MAX_TESTED_POINTS), replace=False))
-    on_object = _on_object(points[near], detection)
-    parts = (near[on_object], near[~on_object])
-    chosen = [np.sort(rng.choice(part, min(len(part), max_points // 2), replace=False)) for part in parts]
-    both = np.concatenate(chosen)
-    rgb = np.full((len(both), 3), 128, np.uint8) if colors is None else colors[both]
-    viewpoint = frame.data.viewpoint if isinstance(frame.data, Cloud) else None
-    optional = {} if viewpoint is None else {"viewpoint": _moved(viewpoint, pose).tolist()}
+    points, colors = sample.points, sample.colors
+    rgb = np.full((len(points), 3), 128, np.uint8) if colors is None else colors
+    optional = {} if sample.viewpoint is None else {"viewpoint": sample.viewpoint.tolist()}
     return {
-        **pack_points(points[both]),
+        **pack_points(points),
         **optional,
-        "on_object": len(chosen[0]),
+        "on_object": sample.on_object,
         "rgb": base64_text(_rgb565(rgb)),
         "has_color": colors is not None,
     }
@@ -164,59 +152,6 @@ def pack_picture(picture: Array, max_bytes: int) -> tuple[str, int, int]:
         if len(encoded) <= max_bytes:
             break
     return base64_text(encoded), width, height
-
-
-def _pose_of(frame: FrameData, detection: Detection) -> Floats | None:
-    """Return the (4, 4) pose of the frame's data in the coordinates of the chains; None if it is unknown."""
-    if detection.pose is not None or detection.coordinates != "world":
-        return np.eye(4) if detection.pose is None else detection.pose
-    return frame.pose
-
-
-def _moved(points: Floats, pose: Floats) -> Floats:
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
-
-
-def _sample_points(frame: FrameData, pose: Floats, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:
-    """Return points in the coordinates of the chains, (N, 3) m, with their colors, (N, 3) uint8 RGB; None for an image."""
-    data = frame.data
-    if isinstance(data, Frame):
-        v, u = np.nonzero(data.depth)
-        chosen = _random_choice(rng, len(v))
-        v, u = v[chosen], u[chosen]
-        points = data.camera.unproject(np.column_stack((u, v)), data.depth[v, u])
-        colors = None if data.color is None else data.color[v, u]
-    elif isinstance(data, Cloud):
-        chosen = _random_choice(rng, len(data.points))
-        points, colors = data.points[chosen], None if data.colors is None else data.colors[chosen]
-    else:
-        return None
-    return _moved(points, pose), colors
-
-
-def _random_choice(rng: np.random.Generator, count: int) -> Bools:
-    """Choose about MAX_READ_POINTS of `count` points, or all: (count,) bool."""
-    return np.asarray(rng.random(count) < MAX_READ_POINTS / count) if count > MAX_READ_POINTS else np.ones(count, dtype=bool)
-
-
-def _near_chains(points: Floats, detection: Detection) -> Bools:
-    """Choose the points in the box of the chains with a margin; without chains, in the box of 96 % of the points."""
-    if not len(points):
-        return np.zeros(0, dtype=bool)
-    joints = np.concatenate([chain.joints for chain in detection.chains]) if detection.chains else None
-    low, high = np.percentile(points, (2, 98), axis=0) if joints is None else (joints.min(axis=0), joints.max(axis=0))
-    margin = SURROUNDINGS_MARGIN * float(np.linalg.norm(high - low))
-    return np.asarray(((points >= low - margin) & (points <= high + margin)).all(axis=1))
-
-
-def _on_object(points: Floats, detection: Detection) -> Bools:
-    """Choose the points within OBJECT_RADII radii of a chain."""
-    on_object = np.zeros(len(points), dtype=bool)
-    for chain in detection.chains:
-        radius = chain.radius if np.isfinite(chain.radius) else chain.segment_length / 2
-        samples = chain.nodes(4 * len(chain.joints))
-        on_object |= np.isfinite(cKDTree(samples).query(points, distance_upper_bound=OBJECT_RADII * radius)[0])
-    return on_object
 
 
 def _rgb565(colors: Array) -> Array:

@@ -81,7 +81,7 @@ function drawPlots() {
 function chainTraces(chain, number) {
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
-  const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number + 1}`;
+  const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number}`;
   occlusionRuns(chain.occluded, chain.filled).forEach(([first, last, occluded, filled], piece) => {
     const mesh = tube(joints, radii, first, last), part = (column) => Array.from(column.slice(first, last + 1));
     const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${occluded ? "<br>occluded" : filled ? "<br>depth filled in" : ""}`);
@@ -140,7 +140,7 @@ function drawSpace(frame) {
 function drawImage(frame) {
   const traces = frame.chains.flatMap((chain, number) => occlusionRuns(chain.occluded, chain.occluded).map(([first, last, occluded]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
-    return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number + 1}`, marker: { size: 4, color: chain.color },
+    return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number}`, marker: { size: 4, color: chain.color },
       line: { color: chain.color, width: 3, dash: occluded ? "dot" : "solid" }, showlegend: false };
   }));
   const { width, height } = frame, size = frame.picture ? { x: [0, width], y: [height, 0] } : null;
@@ -162,7 +162,7 @@ function chainTable(frame) {
   frame.chains.forEach((chain, number) => {
     const row = make("tr", undefined, body), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
-    first.append(`${chain.id ?? number + 1}${chain.closed ? ", a ring" : ""}`);
+    first.append(`${chain.id ?? number}${chain.closed ? ", a ring" : ""}`);
     const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length;
     for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
   });

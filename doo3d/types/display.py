@@ -1,0 +1,60 @@
+"""How data shows itself: one short line in a prompt, a table and a drawing in a notebook, a figure on request.
+
+Figures are drawn by `viz`, which stands above this package: its modules are imported by name, when a figure is asked for.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, Literal
+
+Rows = Literal["chains", "joints", "crossings"]
+
+
+class Displayed:
+    """Mix-in of data that shows itself in a prompt as one short line, `summary`."""
+
+    def summary(self) -> str:
+        """Return the facts of the data in one short line."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.summary()})"
+
+
+class Drawn(Displayed):
+    """Mix-in of results that draw themselves: as an interactive figure, and as HTML in a notebook."""
+
+    def plot(self, data: Any = None) -> Any:
+        """Return an interactive figure: chains as tubes of their own radius, pale and dashed where they are occluded.
+
+        In 2-D the chains are lines, in pixels. A notebook shows the figure; `.show()` opens it in a browser.
+
+        data : the Frame, Cloud or image that the chains were found in, shown around (in 2-D: below) them; None for none.
+
+        Returns
+        -------
+        A plotly.graph_objects.Figure, which can be changed, combined and saved like any other.
+        """
+        return importlib.import_module("doo3d.viz.figure").figure(self, data)
+
+    def _repr_html_(self) -> str:
+        """Return a table and a small drawing of the chains, for notebooks."""
+        return str(importlib.import_module("doo3d.viz.notebook").html_of(self))
+
+
+def length_text(length: float, planar: bool) -> str:
+    """Return a length as text, such as "1.080 m", or "312 px" if `planar`; length : m (px if planar)."""
+    return f"{length:.0f} px" if planar else f"{length:.3f} m"
+
+
+def radius_text(radius: float, planar: bool) -> str:
+    """Return a radius as text, such as "3.9 mm", "4.2 px" if `planar`, or "unknown"; radius : m (px if planar)."""
+    if radius != radius:
+        return "unknown"
+    return f"{radius:.1f} px" if planar else f"{1000 * radius:.1f} mm"
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, such as "1 chain" or "2 chains"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

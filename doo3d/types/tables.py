@@ -1,0 +1,82 @@
+"""Results as tables: name of the column -> list of values, as pandas.DataFrame takes them.
+
+Tables are functions of any detection-like object with chains and crossings, so that `results` can import this module.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+Table = dict[str, list[Any]]
+
+
+def chains_table(detection: Any) -> Table:
+    """Return a table with one row per chain of a detection; see `Detection.table` for the columns."""
+    chains = detection.chains
+    return _framed(
+        detection,
+        {
+            "chain": list(range(len(chains))),
+            "id": [chain.id for chain in chains],
+            "closed": [chain.closed for chain in chains],
+            "segments": [len(chain.occluded) for chain in chains],
+            "segment_length": [float(chain.segment_length) for chain in chains],
+            "length": [float(chain.length) for chain in chains],
+            "radius": [float(chain.radius) for chain in chains],
+            "occluded": [float(chain.occluded.mean()) for chain in chains],
+            "depth_filled": [float(chain.depth_filled.mean()) for chain in chains],
+            "confidence": [float(chain.confidence) for chain in chains],
+        },
+    )
+
+
+def joints_table(detection: Any) -> Table:
+    """Return a table with one row per joint of every chain of a detection; see `Detection.table` for the columns."""
+    numbered = list(enumerate(detection.chains))
+    per_joint = [(number, chain) for number, chain in numbered for _ in range(len(chain.joints))]
+    joints = [joint for _, chain in numbered for joint in chain.joints.tolist()]
+    columns: Table = {
+        "chain": [number for number, _ in per_joint],
+        "id": [chain.id for _, chain in per_joint],
+        "closed": [chain.closed for _, chain in per_joint],
+        "segment_length": [float(chain.segment_length) for _, chain in per_joint],
+        "chain_radius": [float(chain.radius) for _, chain in per_joint],
+        "joint": [joint for _, chain in numbered for joint in range(len(chain.joints))],
+        **{axis: [joint[k] for joint in joints] for k, axis in enumerate(_axes(detection))},
+        "radius": [radius for _, chain in numbered for radius in chain.radii.tolist()],
+        "occluded": [value for _, chain in numbered for value in (*chain.occluded.tolist(), None)],
+    }
+    if detection.mode == "3d":
+        columns["depth"] = [word for _, chain in numbered for word in (*chain.depth, None)]
+    return _framed(detection, columns)
+
+
+def crossings_table(detection: Any) -> Table:
+    """Return a table with one row per crossing of a detection; see `Detection.table` for the columns."""
+    crossings = detection.crossings
+    return _framed(
+        detection,
+        {
+            "upper_chain": [each.upper.chain for each in crossings],
+            "upper_segment": [each.upper.segment for each in crossings],
+            "lower_chain": [each.lower.chain for each in crossings],
+            "lower_segment": [each.lower.segment for each in crossings],
+            **{axis: [float(each.point[k]) for each in crossings] for k, axis in enumerate(_axes(detection))},
+            "confidence": [float(each.confidence) for each in crossings],
+        },
+    )
+
+
+TABLES = {"chains": chains_table, "joints": joints_table, "crossings": crossings_table}
+"""What a row is -> the function that makes the table."""
+
+
+def _axes(detection: Any) -> str:
+    return "xy" if detection.mode == "2d" else "xyz"
+
+
+def _framed(detection: Any, columns: Table) -> Table:
+    """Return the columns after those of the frame, so that tables of several frames can be put below each other."""
+    count = len(next(iter(columns.values())))
+    stamp = None if detection.timestamp is None else float(detection.timestamp)
+    return {"frame": [detection.frame] * count, "timestamp": [stamp] * count, **columns}

@@ -1,0 +1,89 @@
+"""Chains as HTML for notebooks: a small drawing and a table, without scripts and without a network."""
+
+from __future__ import annotations
+
+import html
+from itertools import pairwise
+
+import numpy as np
+
+from ..geometry.projection import spread_axes
+from ..types import Chain, Detection, Floats
+from ..types.display import counted, length_text, radius_text
+from .palette import chain_color, chain_numbers
+
+SIZE, MARGIN = (360.0, 220.0), 16.0  # px of the drawing
+HEADER = ("chain", "segments", "length", "radius", "occluded", "confidence")
+
+
+def html_of(result: Detection | Chain) -> str:
+    """Return a detection, or one chain, as an element of HTML: a drawing of the chains with their numbers, and a table.
+
+    The drawing is the camera's view, without the camera's frame the view in which the chains are most spread out.
+    """
+    if isinstance(result, Chain):
+        result = Detection((result,), mode=f"{result.joints.shape[1]}d", frame="chain")
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in result.notes)
+    crossings = f", {counted(len(result.crossings), 'crossing')}" if result.crossings else ""
+    title = f"{html.escape(result.frame)}: {counted(len(result.chains), 'chain')}{crossings}, confidence {result.confidence:.2f}"
+    return (
+        f'<div class="doo3d"><p><b>{title}</b></p>{_drawing(result)}{_table(result)}{f"<ul>{notes}</ul>" if notes else ""}</div>'
+    )
+
+
+def _color(number: int) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*chain_color(number))
+
+
+def _table(detection: Detection) -> str:
+    if not detection.chains:
+        return ""
+    planar, rows = detection.mode == "2d", []
+    for number, chain in zip(chain_numbers(detection), detection.chains, strict=True):
+        cells = (
+            f'<span style="color:{_color(number)}">&#9679;</span> {number}{" (ring)" if chain.closed else ""}',
+            str(len(chain.occluded)),
+            length_text(chain.length, planar),
+            radius_text(chain.radius, planar),
+            f"{chain.occluded.mean():.0%}",
+            f"{chain.confidence:.2f}",
+        )
+        rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+    head = "".join(f"<th>{name}</th>" for name in HEADER)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def _drawing(detection: Detection) -> str:
+    """Return the chains as SVG: occluded segments are dashed, a disc marks the first joint, the number stands beside it."""
+    if not detection.chains:
+        return ""
+    placed = _placed(detection)
+    shapes = []
+    for number, chain, points in zip(chain_numbers(detection), detection.chains, placed, strict=True):
+        color = _color(number)
+        edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int))) + 1).tolist(), len(chain.occluded)]
+        for first, last in pairwise(edges):
+            path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points[first : last + 1])
+            dash = ' stroke-dasharray="3 3"' if chain.occluded[first] else ""
+            shapes.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="3"{dash}/>')
+        x, y = points[0]
+        shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{color}" stroke="#222"/>')
+        shapes.append(f'<text x="{x + 7:.1f}" y="{y - 5:.1f}" font-size="12" fill="currentColor">{number}</text>')
+    width, height = SIZE
+    return f'<svg width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}">{"".join(shapes)}</svg>'
+
+
+def _placed(detection: Detection) -> list[Floats]:
+    """Return the joints of each chain, (N + 1, 2), px of the drawing."""
+    joints = np.concatenate([chain.joints for chain in detection.chains])
+    if joints.shape[1] == 3:
+        in_view = detection.coordinates == "camera" and bool((joints[:, 2] > 0).all())
+        joints = (
+            joints[:, :2] / joints[:, 2:]
+            if in_view
+            else (joints - joints.mean(axis=0)) @ spread_axes(joints - joints.mean(axis=0))[:2].T
+        )
+    low, high = joints.min(axis=0), joints.max(axis=0)
+    scale = float(np.min((np.array(SIZE) - 2 * MARGIN) / np.maximum(high - low, 1e-9)))
+    placed = np.array(SIZE) / 2 + scale * (joints - (low + high) / 2)
+    return np.split(placed, np.cumsum([len(chain.joints) for chain in detection.chains])[:-1])
