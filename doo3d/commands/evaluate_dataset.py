@@ -47,8 +47,9 @@ def dataset(
     masks: Annotated[
         str | None,
         typer.Option(
-            metavar="labels|hsv|network",
-            help="mbest, cset: the labels' foreground, the cables' colors (mbest) or masks/ (cset). Default: labels.",
+            metavar="labels|hsv|network|auto",
+            help="mbest, cset: the labels' foreground, the cables' colors (mbest) or masks/ (cset); "
+            "auto gives none. Default: labels.",
         ),
     ] = None,
     known_count: Annotated[
@@ -86,6 +87,7 @@ def dataset(
     Examples:
       doo3d evaluate dataset mbest mBEST --single
       doo3d evaluate dataset cset CVF3D-DLO --masks network
+      doo3d evaluate dataset cset CVF3D-DLO --masks auto
       doo3d evaluate dataset tubes TUBES --seeds 5
     """
     options = {
@@ -122,8 +124,12 @@ def _mbest(request: _Request) -> None:
             "--single takes each cable's label as the mask and wants one chain: leave --masks and --known-count out",
             code="options-conflict",
         )
-    refs = datasets.mbest(request.folder, masks, split(request.get("--subset")))
-    rows = evaluate_cables(refs, request.config) if single else evaluate_photos(refs, request.config, known_count)
+    refs = datasets.mbest(request.folder, _given(masks), split(request.get("--subset")))
+    rows = (
+        evaluate_cables(refs, request.config)
+        if single
+        else evaluate_photos(refs, request.config, known_count, give_mask=masks != "auto")
+    )
     _print_photos(rows, request)
 
 
@@ -131,8 +137,14 @@ def _cset(request: _Request) -> None:
     from ..evaluation.photos import datasets
     from ..evaluation.photos.evaluate import evaluate_photos
 
-    refs = datasets.cset(request.folder, request.get("--masks", "labels"), split(request.get("--subset")))
-    _print_photos(evaluate_photos(refs, request.config, request.get("--known-count", False)), request)
+    masks, known_count = request.get("--masks", "labels"), request.get("--known-count", False)
+    refs = datasets.cset(request.folder, _given(masks), split(request.get("--subset")))
+    _print_photos(evaluate_photos(refs, request.config, known_count, give_mask=masks != "auto"), request)
+
+
+def _given(masks: str) -> str:
+    """Return the masks to read: with "auto" none is given, and any will do."""
+    return "labels" if masks == "auto" else masks
 
 
 def _tubes(request: _Request) -> None:

@@ -16,7 +16,7 @@ from .sections import (
     VisibilityConfig,
     VoxelizeConfig,
 )
-from .segment import HsvRange, SegmentConfig
+from .segment import HsvRange, OnnxConfig, SegmentConfig
 
 __all__ = [
     "Config",
@@ -27,6 +27,7 @@ __all__ = [
     "FusionConfig",
     "HsvRange",
     "MergeConfig",
+    "OnnxConfig",
     "PruneConfig",
     "RefineConfig",
     "Section",

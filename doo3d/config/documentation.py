@@ -193,6 +193,8 @@ def _kind(field: FieldInfo) -> str:
 
 def _type_words(kind: Any) -> str:
     """Return a type annotation in words."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return f"{{{', '.join(kind.model_fields)}}}"
     if hasattr(kind, "__name__") and not get_args(kind):
         return TYPE_WORDS.get(kind.__name__, str(kind.__name__))
     if get_origin(kind) is dict:

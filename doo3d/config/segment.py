@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 
 from .section import Section, expert
 
@@ -35,16 +35,56 @@ class HsvRange(Section):
         return self
 
 
+class OnnxConfig(Section):
+    """Settings of the method onnx: the user's own segmentation network, as an ONNX file."""
+
+    model: str | None = Field(
+        None,
+        description="Segmentation network, for the method onnx. Path of an ONNX file with one input (1, 3, height, width) and "
+        "the output (1, classes, height, width). Set it if you have trained one.",
+    )
+    input_size: tuple[PositiveInt, PositiveInt] | None = Field(
+        None,
+        description="Scale the color image to this size before the network. Width and height in pixels; null leaves it as it "
+        "is. Set it to the size that the network was exported with.",
+    )
+    mean: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0),
+        description="Subtract this from red, green and blue, 0 to 255. Set it as in training: ImageNet's mean is "
+        "[123.7, 116.3, 103.5].",
+    )
+    scale: tuple[float, float, float] = Field(
+        (1 / 255, 1 / 255, 1 / 255),
+        description="Then multiply red, green and blue by this. Set it as in training: with ImageNet's deviations it is "
+        "[0.0171, 0.0175, 0.0174].",
+    )
+    channels: Literal["rgb", "bgr"] = expert(
+        "rgb", "Order of the colors in the network's input. Set bgr for a network trained on images read by OpenCV."
+    )
+    class_index: int = Field(
+        0,
+        ge=0,
+        description="Class that is the object. Index from 0. Set it for a network of several classes, in which the class with "
+        "the highest score wins.",
+    )
+    threshold: float = Field(
+        0.5,
+        description="Score above which a pixel is the object, for a network of one class. Set 0 if it ends without a sigmoid.",
+    )
+
+
 class SegmentConfig(Section):
     """Settings of segmentation, which tells which pixels or points are the object."""
 
-    method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge"] = Field(
+    method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge", "strands", "onnx"] = Field(
         "auto",
         description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
         "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
-        "everything (all points), ridge (thin lines, 2-D only) or auto: the mask if one is given, else hsv if "
-        "`ranges` are set, background if `reference` is set, ridge in 2-D, plane if most of the scene is a "
-        "broad surface, everything otherwise. Set it if auto chooses wrongly.",
+        "strands (bands of one width, told by color or raised from the plane), everything (all points), ridge (thin lines, "
+        "2-D only), onnx (the network `onnx.model`) or auto: the mask if "
+        "one is given, else hsv if `ranges` are set, background if `reference` is set, "
+        "strands in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise. "
+        "Set it if auto chooses wrongly.",
     )
     ranges: tuple[HsvRange, ...] = Field(
         (),
@@ -75,6 +115,12 @@ class SegmentConfig(Section):
         "Distance in 8-bit RGB, over 0, at most 442. Raise it under flickering light.",
         gt=0,
         le=442,
+    )
+    onnx: OnnxConfig = expert(
+        OnnxConfig(),
+        "Your own segmentation network, for the method onnx: `segment.onnx.model`, path of an ONNX file; `input_size`, width and "
+        "height that it takes, px; `mean` and `scale` of its input; `channels`, rgb or bgr; `class_index` of the object; "
+        "`threshold` of a network of one class. Set them as the network was trained and exported.",
     )
     plane_distance: float = Field(
         0.003,
@@ -128,6 +174,8 @@ class SegmentConfig(Section):
             raise ValueError("segment.method is hsv but segment.ranges is empty: give at least one {low: [h,s,v], high: [h,s,v]}")
         if self.method == "background" and self.reference is None:
             raise ValueError("segment.method is background but segment.reference is not set: give the image without the object")
+        if self.method == "onnx" and self.onnx.model is None:
+            raise ValueError("segment.method is onnx but segment.onnx.model is not set: give the path of an ONNX file")
         if self.min_depth >= self.max_depth:
             raise ValueError(f"segment.min_depth {self.min_depth} is not below segment.max_depth {self.max_depth}")
         return self

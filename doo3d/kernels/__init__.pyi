@@ -517,6 +517,30 @@ def readings_in_mask(depth: Array, mask: Bools) -> Array:
     depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (K,) float32 m.
     """
 
+def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: float, min_length: int) -> tuple[Array, Array]:
+    """Score how much each pixel looks like the middle of a horizontal ribbon.
+
+    The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
+    divided by the variance along the ribbon plus `noise`. The middle 0.7 of a ribbon's width counts as inside; a side begins a
+    pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones.
+
+    Parameters
+    ----------
+    image
+        (H, W, 3) float32, at least one pixel.
+    widths
+        (K,) px, widths of ribbons, K from 1 to 255.
+    noise
+        squared unit of the image, over 0; variance that is noise.
+    length_widths, min_length
+        length of the window along a ribbon, in its widths, and in px at least.
+
+    Returns
+    -------
+    score : (H, W) float32, of the width that scores most.
+    width : (H, W) uint8, the index of that width.
+    """
+
 def sample_bilinear(image: Array, positions: Floats) -> Floats:
     """Return the values of an image at positions between its pixels, by bilinear interpolation.
 

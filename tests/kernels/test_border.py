@@ -47,6 +47,7 @@ CALLS = {
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "readings_in_mask": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
+    "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "second_best_rise": (

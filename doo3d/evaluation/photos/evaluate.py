@@ -9,11 +9,12 @@ import numpy as np
 
 from ...config import Config
 from ...errors import DooError, error_code
-from ...types import Array, Bools, Detection
+from ...stages.segment import segment
+from ...types import Array, Bools, Detection, Image
 from .datasets import PhotoRef
 from .score import CableTrace, PhotoScore, score_photo, trace_cable
 
-Detector = Callable[[Array, Config, Bools], Detection]
+Detector = Callable[[Array, Config, Bools | None], Detection]
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,11 @@ class Row:
 
 
 def evaluate_photos(
-    refs: Iterable[PhotoRef], config: Config, known_count: bool = False, detect: Detector | None = None
+    refs: Iterable[PhotoRef],
+    config: Config,
+    known_count: bool = False,
+    detect: Detector | None = None,
+    give_mask: bool = True,
 ) -> list[Row]:
     """Detect in every photograph and score the result.
 
@@ -82,6 +87,8 @@ def evaluate_photos(
     detect
         another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and its
         mask (H, W) bool; None for `doo3d.detect`.
+    give_mask
+        False gives the detection no mask, so that it selects the object by the config; the score then takes the mask selected.
 
     Returns
     -------
@@ -92,9 +99,12 @@ def evaluate_photos(
         photo = ref.load()
         used = _with_chains(config, photo.cables) if known_count else config
         if not rows or rows[-1].ref.subset != ref.subset:
-            _run(photo.image, used, photo.mask, detect)
-        detection, error, code = _run(photo.image, used, photo.mask, detect)
-        rows.append(Row(ref, score_photo(detection.chains, photo.labels, photo.mask), detection, error, code))
+            _run(photo.image, used, photo.mask if give_mask else None, detect)
+        detection, error, code = _run(photo.image, used, photo.mask if give_mask else None, detect)
+        own = None if give_mask or error else segment(Image(photo.image), used.segment, seed=used.seed).foreground.mask
+        rows.append(
+            Row(ref, score_photo(detection.chains, photo.labels, photo.mask if own is None else own), detection, error, code)
+        )
     return rows
 
 
@@ -141,7 +151,7 @@ def _with_chains(config: Config, chains: int) -> Config:
     return config.model_copy(update={"merge": config.merge.model_copy(update={"chains": max(chains, 1)})})
 
 
-def _run(image: Array, config: Config, mask: Bools, detect: Detector | None) -> tuple[Detection, str | None, str | None]:
+def _run(image: Array, config: Config, mask: Bools | None, detect: Detector | None) -> tuple[Detection, str | None, str | None]:
     """Return the detection, or an empty one with the sentence and code of the error, whatever was raised."""
     run: Callable[..., Detection]
     if detect is None:

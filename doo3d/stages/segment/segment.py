@@ -18,16 +18,12 @@ from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
+from .methods.selected import Selected
 from .point_filter import filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import find_sparse_strands
 from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
-
-RIDGE_NOTE = (
-    "segment: neither a mask nor color ranges are given, so every line in the image counts as the object, shadows too: "
-    "doo3d tune proposes ranges"
-)
 
 DEPTH_CHECK_READINGS = 10_000
 """Readings at most whose median is compared with the range of depths: a wrong unit is a factor of 10 at least."""
@@ -106,10 +102,10 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     if mask is None:
         _check_frame_depth(frame, config)
-    method, selected = _select(frame, config, mask, seed, frame.depth.shape)
+    method, selected, note = _select(frame, config, mask, seed, frame.depth.shape)
     may_have_wide = method not in (MASK, "everything")
     given = selected
-    if frame.color is not None and method not in ("everything", "plane"):
+    if frame.color is not None and method not in ("everything", "plane", "strands"):
         selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))
@@ -139,7 +135,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         color=frame.color,
         camera=frame.camera,
         viewpoint=np.zeros(3),
-        notes=() if pixels else (_nothing_note(method),),
+        notes=_notes(method, note, pixels > 0),
     )
     without_depth = pixels - split.removed - measured - outliers
     record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
@@ -149,30 +145,27 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     shape = image.color.shape[:2]
-    method, selected = _select(image, config, mask, seed, shape)
+    method, selected, note = _select(image, config, mask, seed, shape)
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
     split = split_strands(cleaned.mask, selected, image.color, None)
     cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
-    note = RIDGE_NOTE if method == "ridge" and config.method == "auto" else ""
-    if not cleaned.mask.any():
-        note = _nothing_note(method)
     foreground = Foreground(
         points=pixels.astype(float),
         pixels=pixels,
         mask=cleaned.mask,
         side_by_side=split.side_by_side,
         color=image.color,
-        notes=(note,) if note else (),
+        notes=_notes(method, note, len(pixels) > 0),
     )
     return replace(_record(foreground, method, cleaned), split=split.removed)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     _check_extent(cloud, config)
-    method, selected = _select(cloud, config, mask, seed, (len(cloud.points),))
+    method, selected, note = _select(cloud, config, mask, seed, (len(cloud.points),))
     points, means, outliers = filter_points(cloud.points[selected])
     sampling, bridges = None, None
     sparse = None if cloud.views else find_sparse_strands(points)
@@ -188,7 +181,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         bridges=bridges,
         sampling=sampling,
         viewpoint=cloud.viewpoint,
-        notes=() if selected.any() else (_nothing_note(method),),
+        notes=_notes(method, note, bool(selected.any())),
         views=cloud.views,
     )
     return Segmentation(foreground, method, int(np.count_nonzero(selected)), 0, 0, 0, 0, outliers)
@@ -196,16 +189,22 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
 
 def _select(
     data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
-) -> tuple[str, Bools]:
-    """Return the method and the mask of the given shape that the caller, or else the method, gives."""
+) -> tuple[str, Bools, str]:
+    """Return the method, the mask of the given shape that the caller, or else the method, gives, and the method's note."""
     if mask is not None:
         given = check_mask(mask, shape)
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, given
+        return MASK, given, ""
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
-    return method, SEGMENTERS[method](data, config, seed)
+    selected = SEGMENTERS[method](data, config, seed)
+    return (method, *selected) if isinstance(selected, Selected) else (method, selected, "")
+
+
+def _notes(method: str, note: str, found: bool) -> tuple[str, ...]:
+    """Return the notes for a frame: the method's own, and what to do if it selected nothing."""
+    return tuple(sentence for sentence in (note, "" if found else _nothing_note(method)) if sentence)
 
 
 def _record(

@@ -11,7 +11,6 @@ from builders.errors import refuses
 from builders.paths import SAMPLES
 
 from doo3d.config import SegmentConfig
-from doo3d.stages.segment.segment import RIDGE_NOTE
 from doo3d.types import Cloud, Frame, Image
 
 CONFIG = SegmentConfig()
@@ -97,10 +96,11 @@ def test_the_input_is_not_written_to():
     assert frame_of(wave(), radius=RADIUS)[1].sum() == SEEN.sum()
 
 
-def test_lines_of_an_image_are_selected_with_a_note():
+def test_strands_of_an_image_are_selected():
     file = SAMPLES / "crossing" / "color" / "000000.jpg"
     image = Image(np.ascontiguousarray(cv2.imread(str(file))[:, :, ::-1]))
     found = foreground_of(image, SegmentConfig(max_width=np.inf, max_width_ratio=np.inf))
-    assert found.notes == (RIDGE_NOTE,)
+    assert found.mask.any()
+    assert all("only darker" in note for note in found.notes)
     assert foreground_of(image, SegmentConfig(method="ridge", max_width=np.inf, max_width_ratio=np.inf)).notes == ()
     assert foreground_of(image, SegmentConfig(), found.mask).notes == ()

@@ -1,7 +1,7 @@
 """Methods that select the object.
 
 Each file holds one method, a function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a
-Cloud. To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
+Cloud, or `Selected`, such a mask with a note. To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from collections.abc import Callable
 
 from ....config import SegmentConfig
 from ....types import Bools, Cloud, Frame, Image
-from . import auto, background, everything, hsv, plane, ridge
+from . import auto, background, everything, hsv, onnx, plane, ridge, strands
+from .selected import Selected
 
-Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools]
+Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools | Selected]
 
 SEGMENTERS: dict[str, Segmenter] = {
     "hsv": hsv.mask,
@@ -20,6 +21,8 @@ SEGMENTERS: dict[str, Segmenter] = {
     "background": background.mask,
     "everything": everything.mask,
     "ridge": ridge.mask,
+    "strands": strands.mask,
+    "onnx": onnx.mask,
 }
 
 

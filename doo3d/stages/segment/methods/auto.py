@@ -27,16 +27,19 @@ CELL_SPACINGS = 2
 def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
     """Return the name of the segmentation method that fits the settings and the data.
 
-    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "ridge" for an image, "plane" for a scene
-    of mostly wide surfaces such as a table, and "everything" for any other scene.
+    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "strands" for an image and for a
+    frame with color of mostly wide surfaces such as a table, "plane" for such a scene without color, and "everything" for any
+    other.
     """
     if config.ranges:
         return "hsv"
     if config.reference is not None:
         return "background"
     if isinstance(data, Image):
-        return "ridge"
-    return "plane" if is_broad(data, config) else "everything"
+        return "strands"
+    if not is_broad(data, config):
+        return "everything"
+    return "strands" if isinstance(data, Frame) and data.color is not None else "plane"
 
 
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:

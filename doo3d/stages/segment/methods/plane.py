@@ -18,6 +18,9 @@ RANSAC_DRAWS = 200
 REFINE_ITERATIONS = 3
 """Times the plane is fitted to its inliers by least squares."""
 
+NOISE_WINDOW_DEVIATIONS, NOISE_ITERATIONS = 3.0, 6
+"""Deviations within which distances count as noise of the plane, and times that the window is widened to them at most."""
+
 MAD_TO_DEVIATION = 1.4826
 """Standard deviations per median absolute deviation, for normally distributed residuals."""
 
@@ -109,9 +112,22 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
         center = inliers.mean(axis=0)
         normal = np.linalg.eigh((inliers - center).T @ (inliers - center))[1][:, 0]
         offset = float(normal @ center)
-    residual = np.abs(sample @ normal - offset)
-    near = residual[residual < 2 * distance]
-    return normal, offset, MAD_TO_DEVIATION * float(np.median(near)) if len(near) else 0.0
+    return normal, offset, _plane_noise(np.abs(sample @ normal - offset), distance)
+
+
+def _plane_noise(residual: Floats, distance: float) -> float:
+    """Return the robust standard deviation in m of the distances (N,) from a plane, 0 if none is less than twice `distance`.
+
+    Where depth is noisier than `distance`, a fixed window would cut the noise off and so understate it: the window follows it.
+    """
+    noise, window = 0.0, 2 * distance
+    for _ in range(NOISE_ITERATIONS):
+        near = residual[residual < window]
+        noise = MAD_TO_DEVIATION * float(np.median(near)) if len(near) else 0.0
+        if NOISE_WINDOW_DEVIATIONS * noise <= window:
+            break
+        window = NOISE_WINDOW_DEVIATIONS * noise
+    return noise
 
 
 def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:

@@ -1,0 +1,72 @@
+"""Select what looks like a strand: a band of one width, told by its color from both sides, or raised from the plane."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ....config import SegmentConfig
+from ....errors import InputError
+from ....types import Array, Cloud, Frame, Image
+from ..color_strands import select_in_frame
+from ..ribbon_checks import choose_strands, draw_strand
+from ..ribbons import find_ribbons, to_lab, trace_strands
+from . import plane
+from .selected import Selected
+
+IMAGE_PIXELS = 640 * 360
+"""Pixels; larger photographs are scaled down to this many before strands are looked for."""
+
+
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
+    """Select strands by their color, and in a frame also what is raised from the plane.
+
+    In a photograph, ribbons of one color are traced from end to end; those that are short, uneven, soft, or darker than both
+    sides without another color (shadows, and joints between tiles) are left out.
+
+    Parameters
+    ----------
+    data
+        a Frame, or an Image.
+    config
+        section `segment` of the settings.
+    seed
+        seed of the random draws of RANSAC.
+
+    Returns
+    -------
+    (H, W) bool, with a note on what was left out.
+
+    Raises
+    ------
+    InputError : the data is a cloud.
+    """
+    if isinstance(data, Cloud):
+        raise InputError(
+            "segment.method is strands, which needs an image: for a cloud use plane or everything", code="method-needs-image"
+        )
+    if isinstance(data, Image):
+        return _in_image(data.color)
+    return select_in_frame(plane.mask(data, config, seed), data)
+
+
+def _in_image(color: Array) -> Selected:
+    shape = color.shape[:2]
+    shrink = max(1.0, (shape[0] * shape[1] / IMAGE_PIXELS) ** 0.5)
+    color = np.ascontiguousarray(color)
+    if shrink > 1:
+        color = cv2.resize(color, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+    lab = to_lab(color)
+    chosen, shadows = choose_strands(trace_strands(find_ribbons(lab)), color, lab)
+    selected = np.zeros(shape, dtype=bool)
+    scale = np.array((shape[1] / color.shape[1], shape[0] / color.shape[0]))
+    for strand in chosen:
+        selected |= draw_strand((strand.line + 0.5) * scale - 0.5, strand.width * float(scale.mean()), shape)
+    return Selected(selected, _note(shadows))
+
+
+def _note(shadows: int) -> str:
+    if not shadows:
+        return ""
+    bands = "1 band that is" if shadows == 1 else f"{shadows} bands that are"
+    return f"segment (strands): left out {bands} only darker than both sides, as shadows and joints are; give a mask if wrong"

@@ -1,0 +1,205 @@
+"""Which of the strands traced in an image look like an object: long, of one width and color, sharp at both sides, no shadow."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from ...types import Array, Bools, Floats
+from .ribbons import STEP_PX, Strand
+
+PROFILE_SPACING_PX = 0.5
+"""px between the samples of a profile across a strand."""
+
+CORE_WIDTHS, SIDE_GAP_PX, SIDE_WIDTHS = 0.3, 1.5, 1 / 3
+"""Half of the middle of a strand in widths; px beyond its edge where a side begins, and how wide the side is in widths (2 px at
+least)."""
+
+MIN_EDGE_WIDTHS, MAX_EDGE_WIDTHS, EDGE_SAMPLES = 0.2, 0.95, 9
+"""Widths from the middle within which the edge of a strand is sought, and samples on either side that it is averaged over."""
+
+MIN_LENGTH_PX, MIN_LENGTH_WIDTHS = 60.0, 8.0
+"""Length of a strand at least."""
+
+MIN_MEAN_SCORE, MIN_LOW_SCORE, LOW_PERCENTILE, MIN_SEEN = 2.2, 1.4, 20, 0.6
+"""Mean score and the score at a percentile that a strand has at least, and the share of its length that is seen."""
+
+MAX_WIDTH_CHANGE = 3.2
+"""Ratio of the widths at the 85th and 15th percentile of an object's at most."""
+
+MAX_BORDER_SHARE = 0.5
+"""Share of a strand's length that may run along the border of the image."""
+
+MAX_EDGE_PX = 5.5
+"""px over which the color changes at an edge at most; shadows of distant things are softer."""
+
+GAMMA, DARK = 2.2, 0.01
+"""Exponent from 8-bit values to light, and the share of light that is as good as none."""
+
+MIN_SHADOW_LIGHT, SHADOW_COLOR_SHARE, SHADOW_COLOR = -2.4, 0.25, 0.08
+"""A shadow leaves this much of the light at least (logarithm), and of red, green and blue the same share, up to that part of the
+logarithm plus SHADOW_COLOR."""
+
+SOFT_EDGE_PX, FAINT_LIGHT = 2.6, -0.25
+"""px over which light changes at the edge of a shadow at least, unless the shadow is so faint (logarithm of the light left)."""
+
+STRAIGHT_PX, STRAIGHT_SHARE = 0.6, 0.002
+"""px, plus the share of the length, that a joint between tiles deviates from a straight line at most, in the root mean square."""
+
+MIN_RANK_SHARE = 0.15
+"""Share of the best strand's rank (score times length times root of width) that another one has at least."""
+
+MAX_RANKED_PX = 400.0
+"""px of a strand's length beyond which it does not rank higher."""
+
+OVERLAP_WIDTHS, OVERLAP_PX, MAX_OVERLAP = 1.3, 5.0, 0.5
+"""Widths plus px round a chosen strand of which another one may have that share: an edge or a highlight has more."""
+
+
+class Checked(NamedTuple):
+    """A strand with what its profile says.
+
+    Attributes
+    ----------
+    line
+        (P, 2) px, the strand, moved to the middle between its edges.
+    width
+        px between its edges.
+    rank
+        how much it counts.
+    fault
+        why it is not an object: "short", "uneven", "border" or "shadow"; empty if nothing speaks against it.
+    """
+
+    line: Floats
+    width: float
+    rank: float
+    fault: str
+
+
+def choose_strands(strands: list[Strand], color: Array, lab: Array) -> tuple[list[Checked], int]:
+    """Return the strands that look like an object, the most likely first, and the number of shadows and joints left out.
+
+    Parameters
+    ----------
+    strands
+        the strands traced in the image.
+    color
+        (H, W, 3) uint8 RGB.
+    lab
+        (H, W, 3) float32, the same in CIELAB.
+    """
+    checked = [check_strand(strand, color, lab) for strand in strands]
+    order = sorted((entry for entry in checked if entry.fault in ("", "shadow")), key=lambda entry: -entry.rank)
+    covered = np.zeros(color.shape[:2], dtype=bool)
+    chosen, shadows = list[Checked](), 0
+    for entry in order:
+        column, row = (np.clip(np.rint(entry.line[:, d]).astype(int), 0, covered.shape[1 - d] - 1) for d in (0, 1))
+        best = chosen[0].rank if chosen else 0.0
+        if entry.rank < MIN_RANK_SHARE * best or covered[row, column].mean() > MAX_OVERLAP:
+            continue
+        if entry.fault:
+            shadows += 1
+            continue
+        chosen.append(entry)
+        covered |= draw_strand(entry.line, OVERLAP_WIDTHS * entry.width + OVERLAP_PX, covered.shape)
+    return chosen, shadows
+
+
+def draw_strand(line: Floats, width: float, shape: tuple[int, ...]) -> Bools:
+    """Return the pixels (H, W) of the given shape within half a width of a line (P, 2) px."""
+    mask = np.zeros(shape, np.uint8)
+    cv2.polylines(mask, [np.rint(line * 8).astype(np.int32)[:, None]], False, 1, max(1, round(width)), cv2.LINE_8, 3)
+    return np.asarray(mask > 0)
+
+
+def check_strand(strand: Strand, color: Array, lab: Array) -> Checked:
+    """Measure the profile across a strand, and say why it is not an object.
+
+    Parameters
+    ----------
+    strand
+        the strand.
+    color
+        (H, W, 3) uint8 RGB.
+    lab
+        (H, W, 3) float32, the same in CIELAB.
+    """
+    height, columns = color.shape[:2]
+    seen = np.isfinite(strand.score)
+    width, length = float(np.median(strand.width[seen])), len(strand.points) * STEP_PX
+    normal = np.column_stack((-np.sin(strand.angle), np.cos(strand.angle)))
+    offset = np.arange(-1.5 * width - 3, 1.5 * width + 3 + PROFILE_SPACING_PX, PROFILE_SPACING_PX)
+    x, y = np.moveaxis(strand.points[:, None] + offset[:, None] * normal[:, None], 2, 0).astype(np.float32)
+    profile = cv2.remap(lab, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    light = (cv2.remap(color, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) / 255.0) ** GAMMA
+    side_px = width / 2 + SIDE_GAP_PX + max(2.0, SIDE_WIDTHS * width)
+    core, side = np.abs(offset) < CORE_WIDTHS * width, (np.abs(offset) > width / 2 + SIDE_GAP_PX) & (np.abs(offset) < side_px)
+    line, between = _centered(strand, profile, offset, width, normal, seen)
+    border = np.min((*strand.points.T, *(np.array((columns - 1, height - 1))[:, None] - strand.points.T)), axis=0)
+    wide, narrow = np.percentile(strand.width[seen], (85, 15))
+    score = float(np.mean(strand.score[seen]))
+    edge_px = _edge_px(np.median(profile[seen], axis=0), offset, core, side)
+    fault = ""
+    if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
+        fault = "short"
+    elif np.mean(border < width / 2 + BORDER_MARGIN_PX) > MAX_BORDER_SHARE:
+        fault = "border"
+    elif (
+        score < MIN_MEAN_SCORE
+        or np.percentile(strand.score[seen], LOW_PERCENTILE) < MIN_LOW_SCORE
+        or seen.mean() < MIN_SEEN
+        or wide > MAX_WIDTH_CHANGE * narrow
+    ):
+        fault = "uneven"
+    elif _is_shadow(_light_left(light, offset, core, side, seen), edge_px, line, length):
+        fault = "shadow"
+    elif edge_px > MAX_EDGE_PX:
+        fault = "uneven"
+    return Checked(line, between, (score - 1) * min(length, MAX_RANKED_PX) * np.sqrt(width), fault)
+
+
+BORDER_MARGIN_PX = 3.0
+"""px, beyond half the width, from the border of the image at which a strand runs along it."""
+
+
+def _centered(strand: Strand, profile: Array, offset: Floats, width: float, normal: Floats, seen: Bools) -> tuple[Floats, float]:
+    """Return the strand's points moved to the middle between its edges, (P, 2) px, and the distance of the edges."""
+    along = cv2.blur(profile, (1, 2 * EDGE_SAMPLES + 1), borderType=cv2.BORDER_REPLICATE)
+    change, at = np.linalg.norm(along[:, 2:] - along[:, :-2], axis=2), offset[1:-1]
+    edges = []
+    for sign in (-1, 1):
+        near = (sign * at > MIN_EDGE_WIDTHS * width) & (sign * at < MAX_EDGE_WIDTHS * width)
+        edges.append(at[near][np.argmax(change[:, near], axis=1)])
+    apart = edges[1] - edges[0]
+    between = float(np.median(apart[seen]))
+    shift = np.where(np.abs(apart - between) < 0.3 * between, (edges[0] + edges[1]) / 2, 0.0)
+    shift = uniform_filter1d(median_filter(shift, 15, mode="nearest"), 7, mode="nearest")
+    return strand.points + shift[:, None] * normal, between
+
+
+def _edge_px(profile: Floats, offset: Floats, core: Bools, side: Bools) -> float:
+    """Return over how many px the color changes from a strand to its softer side, from its profile (F, 3)."""
+    slope = np.linalg.norm(np.diff(profile, axis=0), axis=1) / PROFILE_SPACING_PX
+    step = float(np.linalg.norm(np.median(profile[core], axis=0) - np.median(profile[side], axis=0)))
+    return step / max(min(float(slope[offset[:-1] < 0].max()), float(slope[offset[:-1] > 0].max())), 1e-3)
+
+
+def _light_left(light: Array, offset: Floats, core: Bools, side: Bools, seen: Bools) -> Floats:
+    """Return the logarithm of the light on a strand over that on its sides: (3,) for red, green and blue."""
+    sides = sum(np.median(light[:, side & (sign * offset > 0)], axis=1) for sign in (-1, 1)) / 2
+    left = np.log((np.median(light[:, core], axis=1) + DARK) / (sides + DARK))
+    return np.asarray(np.median(left[seen], axis=0))
+
+
+def _is_shadow(left: Floats, edge_px: float, line: Floats, length: float) -> bool:
+    """Tell whether a strand is a shadow, or a joint between tiles: darker without another color, and soft, faint or straight."""
+    mean = float(left.mean())
+    if left.max() >= 0 or mean < MIN_SHADOW_LIGHT or np.ptp(left) > SHADOW_COLOR - SHADOW_COLOR_SHARE * mean:
+        return False
+    centered = line - line.mean(axis=0)
+    deviation = np.sqrt(max(np.linalg.eigvalsh(centered.T @ centered / len(line))[0], 0.0))
+    return bool(edge_px > SOFT_EDGE_PX or mean > FAINT_LIGHT or deviation < STRAIGHT_PX + STRAIGHT_SHARE * length)

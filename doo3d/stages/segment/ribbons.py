@@ -1,0 +1,255 @@
+"""Ribbons of one color in an image: how much each pixel looks like the middle of one, and the strands they form.
+
+A strand is uniform along its length and differs from both of its sides, whatever is behind it. On a plain table its sides differ
+in their mean color; before a busy background they differ because a background varies where a strand does not. Both show in the
+mean squared difference of a side's pixels from the strand's color, divided by the variance along the strand.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from ...kernels import ribbon_scores
+from ...types import Array, Floats, Ints
+
+DIRECTIONS = 16
+"""Directions over half a turn in which ribbons are looked for; 5.6 degrees off, a ribbon is still straight over its window."""
+
+WIDTHS_PX = np.array((3.0, 4.5, 6.5, 9.0, 12.5, 17.5, 24.0))
+"""px of the scaled image; widths of the ribbons looked for, each 1.4 times the one before."""
+
+COLOR_NOISE = 3.0
+"""Deviation of a strand's color along its length that is noise of the camera, in units of CIELAB."""
+
+LIGHTNESS_WEIGHT = 0.7
+"""Weight of lightness beside the two color axes: highlights and shade change it along a strand."""
+
+WINDOW_WIDTHS, MIN_WINDOW_PX = 2.2, 13
+"""Length of the window along a ribbon in its widths, and in px at least."""
+
+STEP_PX = 2.0
+"""px between the samples of a traced strand."""
+
+TURNS = np.radians((-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0))
+"""Turns per step that are tried: a strand bends with a radius of 16 px at least."""
+
+SHIFTS_PX = np.array((-1.0, 0.0, 1.0))
+"""px sideways that are tried at each step."""
+
+LOOKAHEAD = np.arange(1, 4)
+"""Steps ahead whose mean decides where a strand goes on."""
+
+SHIFT_COST, TURN_CHANGE_COST = 0.15, 0.6
+"""Cost of a px sideways, and of a change of the turn by the largest turn, in units of the score."""
+
+COLOR_SCALE, MAX_COLOR_COST, COLOR_COST, COLOR_MEMORY = 8.0, 6.0, 0.5, 0.93
+"""A color so far from the strand's, in CIELAB, costs COLOR_COST, and its square up to MAX_COLOR_COST times that; the strand's
+color is a running mean with that memory."""
+
+MAX_SCORE, MIN_SCORE, SEED_SCORE = 3.0, 0.9, 1.7
+"""Logarithms of the ratio of variances: beyond which more says nothing, below which no strand is seen, above which the mean over
+SEED_PX on either side lets a strand begin."""
+
+SEED_PX = 16
+"""px along a ribbon, on either side of its middle, over which a seed's score is averaged."""
+
+BORDER_PX = 3
+"""px from the image border within which no strand begins, since the pixels beyond are made up."""
+
+MAX_GAP_WIDTHS, MAX_GAP_PX = 4.0, 8.0
+"""Widths plus px that a strand is carried on unseen, below another one or in a highlight."""
+
+SAME_TURN = np.radians(25.0)
+"""Angle below which a strand that meets an earlier one follows it, and ends; a crossing is steeper."""
+
+MAX_SHARED_SAMPLES, MIN_SAMPLES, MAX_SAMPLES, MAX_STRANDS = 8, 15, 2000, 120
+"""Samples on an earlier strand after which one ends; samples of a strand at least and at most; strands traced at most."""
+
+
+class Strand(NamedTuple):
+    """A strand traced in an image.
+
+    Attributes
+    ----------
+    points
+        (P, 2) px, x and y, STEP_PX apart.
+    angle
+        (P,) radians, direction of the strand, from x to y.
+    width
+        (P,) px, running mean of the width that answers best.
+    score
+        (P,) logarithm of the ratio of variances less the cost of the color; NaN where the strand is not seen.
+    """
+
+    points: Floats
+    angle: Floats
+    width: Floats
+    score: Floats
+
+
+class Ribbons(NamedTuple):
+    """How much each pixel looks like the middle of a ribbon.
+
+    Attributes
+    ----------
+    score
+        (DIRECTIONS, H, W) float32, logarithm of the ratio of variances of the width that answers best.
+    width
+        (DIRECTIONS, H, W) uint8, the index of that width in WIDTHS_PX.
+    color
+        (H, W, 3) float32, the blurred color.
+    """
+
+    score: Array
+    width: Array
+    color: Array
+
+
+def to_lab(color: Array) -> Array:
+    """Return the color of an image (H, W, 3) uint8 RGB in CIELAB with lightness weighted by LIGHTNESS_WEIGHT, float32."""
+    lab = cv2.cvtColor(color.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
+    lab[..., 0] *= LIGHTNESS_WEIGHT
+    return np.asarray(lab)
+
+
+def find_ribbons(lab: Array) -> Ribbons:
+    """Return how much each pixel looks like the middle of a ribbon in each direction.
+
+    The image is turned so that the direction is horizontal, and the score of every pixel comes from running sums.
+
+    lab : (H, W, 3) float32, from `to_lab`.
+    """
+    height, width = lab.shape[:2]
+    centered = np.ascontiguousarray(lab - lab.mean((0, 1)))
+    scores, widths = np.zeros((DIRECTIONS, height, width), np.float32), np.zeros((DIRECTIONS, height, width), np.uint8)
+    for direction in range(DIRECTIONS):
+        angle = 180 / DIRECTIONS * direction
+        turn = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), angle, 1)
+        cos, sin = abs(np.cos(np.radians(angle))), abs(np.sin(np.radians(angle)))
+        size = int(width * cos + height * sin + 2), int(width * sin + height * cos + 2)
+        turn[:, 2] += (size[0] - width) / 2, (size[1] - height) / 2
+        turned = cv2.warpAffine(centered, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        score, which = ribbon_scores(turned, WIDTHS_PX, COLOR_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX)
+        back, shape = cv2.invertAffineTransform(turn), (width, height)
+        scores[direction] = cv2.warpAffine(score, back, shape, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        widths[direction] = cv2.warpAffine(which, back, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    np.log(np.maximum(scores, 0.1), out=scores)
+    return Ribbons(scores, widths, cv2.GaussianBlur(lab, (0, 0), 1.2))
+
+
+def trace_strands(ribbons: Ribbons) -> list[Strand]:
+    """Return the strands that ribbons form, traced from the places that look most like one, in both directions.
+
+    Each step takes the turn and the shift sideways with the best score, in the color of the strand, over the next steps; the
+    score in the direction of the strand keeps it on its way through a crossing. Where nothing answers it goes straight on for a
+    few widths, and ends there if nothing comes.
+    """
+    shape = ribbons.color.shape[:2]
+    taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
+    strands = list[Strand]()
+    tries = 0
+    for row, column, angle in zip(*_seeds(ribbons), strict=True):
+        if taken[row, column] and _between(angle, angles[row, column]) < 1.6 * SAME_TURN:
+            continue
+        tries += 1
+        if tries > MAX_STRANDS:
+            break
+        start = (float(column), float(row))
+        ahead = _follow(ribbons, start, float(angle), taken, angles)
+        back = _follow(ribbons, start, float(angle) + np.pi, taken, angles)
+        best = _direction(np.array(angle)), row, column
+        middle = (*start, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
+        rows = np.array([*((x, y, a - np.pi, w, s) for x, y, a, w, s in back[::-1]), middle, *ahead], dtype=float)
+        width = float(np.median(rows[:, 3]))
+        line = np.rint(rows[:, :2] * 8).astype(np.int32)[:, None]
+        cv2.polylines(taken, [line], False, 1, max(3, int(width)), cv2.LINE_8, 3)
+        for x, y, along in rows[:, :3]:
+            cv2.circle(angles, (round(x), round(y)), max(2, int(width / 2)), float(along), -1)
+        if len(rows) >= MIN_SAMPLES:
+            strands.append(Strand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
+    return strands
+
+
+def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
+    """Return rows, columns and angles of the pixels from which strands are traced, the most likely first."""
+    best, direction = ribbons.score.max(axis=0), ribbons.score.argmax(axis=0)
+    height, width = best.shape
+    local = (best >= cv2.dilate(best, np.ones((3, 3))) - 1e-6) & (best > SEED_SCORE)
+    local[:BORDER_PX] = local[-BORDER_PX:] = local[:, :BORDER_PX] = local[:, -BORDER_PX:] = False
+    rows, columns = np.nonzero(local)
+    chosen = direction[rows, columns]
+    angle = chosen * np.pi / DIRECTIONS
+    along = np.arange(-SEED_PX, SEED_PX + 1, 2)
+    v = np.clip(np.rint(rows[:, None] + along * np.sin(angle)[:, None]).astype(int), 0, height - 1)
+    u = np.clip(np.rint(columns[:, None] + along * np.cos(angle)[:, None]).astype(int), 0, width - 1)
+    near = [ribbons.score[(chosen + turn)[:, None] % DIRECTIONS, v, u] for turn in (-1, 0, 1)]
+    cost = _color_cost(ribbons.color[v, u] - ribbons.color[rows, columns][:, None])
+    rank = (np.minimum(np.maximum.reduce(near), MAX_SCORE) - cost).mean(axis=1)
+    order = np.argsort(-rank, kind="stable")
+    order = order[rank[order] > SEED_SCORE]
+    return rows[order], columns[order], angle[order]
+
+
+def _follow(
+    ribbons: Ribbons, start: tuple[float, float], angle: float, taken: Array, angles: Array
+) -> list[tuple[float, float, float, float, float]]:
+    """Return x, y, angle, width and score of the samples of a strand from a start in one direction."""
+    height, width_px = taken.shape
+    turns, shifts = (part.ravel()[:, None] for part in np.meshgrid(TURNS, SHIFTS_PX, indexing="ij"))
+    (x, y), turn, gap, shared = start, 0.0, 0.0, 0
+    row, column = round(y), round(x)
+    color = ribbons.color[row, column].copy()
+    width = float(WIDTHS_PX[ribbons.width[_direction(np.array(angle)), row, column]])
+    samples = list[tuple[float, float, float, float, float]]()
+    while len(samples) < MAX_SAMPLES:
+        heading = angle + turns * LOOKAHEAD
+        u = x + np.cumsum(STEP_PX * np.cos(heading), axis=1) - shifts * np.sin(angle)
+        v = y + np.cumsum(STEP_PX * np.sin(heading), axis=1) + shifts * np.cos(angle)
+        columns, rows = np.rint(u).astype(int), np.rint(v).astype(int)
+        inside = (columns >= 0) & (rows >= 0) & (columns < width_px) & (rows < height)
+        columns, rows = np.clip(columns, 0, width_px - 1), np.clip(rows, 0, height - 1)
+        score = np.minimum(ribbons.score[_direction(heading), rows, columns], MAX_SCORE)
+        value = np.where(inside, score - _color_cost(ribbons.color[rows, columns] - color), -1.0)
+        change = SHIFT_COST * np.abs(shifts[:, 0]) + TURN_CHANGE_COST * np.abs(turns[:, 0] - turn) / TURNS[-1]
+        best = int(np.argmax(value.mean(axis=1) - change))
+        seen = value[best, 0] > MIN_SCORE and value[best].mean() > MIN_SCORE
+        if seen:
+            turn, angle, x, y, gap = turns[best, 0], heading[best, 0], u[best, 0], v[best, 0], 0.0
+            at = rows[best, 0], columns[best, 0]
+            width = 0.8 * width + 0.2 * float(WIDTHS_PX[ribbons.width[(_direction(np.array(angle)), *at)]])
+            color = COLOR_MEMORY * color + (1 - COLOR_MEMORY) * ribbons.color[at]
+        else:
+            angle, turn, gap = angle + turn / 2, 0.8 * turn, gap + STEP_PX
+            x, y = x + STEP_PX * np.cos(angle), y + STEP_PX * np.sin(angle)
+        row, column = round(y), round(x)
+        if not (0 <= column < width_px and 0 <= row < height):
+            break
+        follows = taken[row, column] and _between(angle, angles[row, column]) < SAME_TURN
+        shared = shared + 1 if follows else 0
+        samples.append((x, y, angle, width, float(value[best, 0]) if seen else np.nan))
+        if shared > MAX_SHARED_SAMPLES:
+            del samples[-MAX_SHARED_SAMPLES:]
+            break
+        if gap > MAX_GAP_WIDTHS * width + MAX_GAP_PX:
+            break
+    while samples and np.isnan(samples[-1][4]):
+        samples.pop()
+    return samples
+
+
+def _direction(angle: Floats) -> Ints:
+    """Return the index of the direction nearest to each angle in radians."""
+    return np.asarray(np.rint(angle / np.pi * DIRECTIONS).astype(int) % DIRECTIONS)
+
+
+def _between(first: float, second: float) -> float:
+    """Return the angle in radians between two directions, up to a right angle."""
+    return float(abs((first - second + np.pi / 2) % np.pi - np.pi / 2))
+
+
+def _color_cost(difference: Array) -> Array:
+    """Return the cost of color differences (..., 3) in CIELAB."""
+    return np.asarray(COLOR_COST * np.minimum((difference**2).sum(axis=-1) / COLOR_SCALE**2, MAX_COLOR_COST))
