@@ -15,7 +15,7 @@ from builders.paths import ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 NOT_RUN = ("pip install", "pytest", "ruff", "mypy", "#")  # installing, and the tests themselves
-LANGUAGES = {"sh", "python", "text", "json", "yaml"}
+LANGUAGES = {"sh", "python", "text", "json", "yaml", "toml"}
 TEST_COMMAND = "pip install '.[test]' && pytest"
 
 

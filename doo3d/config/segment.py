@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import (
+    Field,
+    PlainSerializer,
+    PositiveInt,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
+from ..plugins import SEGMENTERS, plugin_names
 from .section import Section, expert
 
 Hsv = tuple[int, int, int]
@@ -33,6 +42,24 @@ class HsvRange(Section):
             if self.low[i] > self.high[i]:
                 raise ValueError(f"low {part} {self.low[i]} is above high {part} {self.high[i]}")
         return self
+
+
+def _with_plugins(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+    """Accept the name of a plug-in where pydantic refuses a method; the error for any other name lists those too."""
+    try:
+        return check(value)
+    except ValidationError:
+        names = plugin_names(SEGMENTERS)
+        if value in names:
+            return value
+        if names:
+            raise ValueError(f"{value!r} is no method: expected one of {', '.join((*get_args(_Method), *names))}") from None
+        raise
+
+
+_Method = Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge", "strands", "onnx"]
+Method = Annotated[_Method, WrapValidator(_with_plugins), PlainSerializer(str, return_type=str)]
+"""Name of a segmentation method: one of doo3d's, or that of an installed plug-in."""
 
 
 class OnnxConfig(Section):
@@ -76,15 +103,15 @@ class OnnxConfig(Section):
 class SegmentConfig(Section):
     """Settings of segmentation, which tells which pixels or points are the object."""
 
-    method: Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge", "strands", "onnx"] = Field(
+    method: Method = Field(
         "auto",
         description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
         "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
         "strands (bands of one width, told by color or raised from the plane), everything (all points), ridge (thin lines, "
         "2-D only), onnx (the network `onnx.model`) or auto: the mask if "
         "one is given, else hsv if `ranges` are set, background if `reference` is set, "
-        "strands in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise. "
-        "Set it if auto chooses wrongly.",
+        "strands in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise; "
+        "or the name of a method that a plug-in adds. Set it if auto chooses wrongly.",
     )
     ranges: tuple[HsvRange, ...] = Field(
         (),

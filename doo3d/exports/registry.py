@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 from pydantic import ValidationError
 
 from ..errors import ConfigError, invalid_code
+from ..plugins import EXPORTS, Registry
 from .base import Export
 
-FORMATS: dict[str, str | type[Export]] = {
-    "mjcf": "mjcf:Mjcf",
-    "urdf": "urdf:Urdf",
-    "usd": "usd:Usd",
-    "usd-physics": "usd_physics:UsdPhysics",
-    "ply": "mesh:Ply",
-    "glb": "mesh:Glb",
-    "obj": "mesh:Obj",
-    "npz": "npz:Npz",
-    "csv": "table:Csv",
-    "nodes": "nodes:Nodes",
-    "ros2": "ros2:Ros2",
-    "swc": "swc:Swc",
-}
+FORMATS: Registry[type[Export]] = Registry(
+    EXPORTS,
+    {
+        "mjcf": "mjcf:Mjcf",
+        "urdf": "urdf:Urdf",
+        "usd": "usd:Usd",
+        "usd-physics": "usd_physics:UsdPhysics",
+        "ply": "mesh:Ply",
+        "glb": "mesh:Glb",
+        "obj": "mesh:Obj",
+        "npz": "npz:Npz",
+        "csv": "table:Csv",
+        "nodes": "nodes:Nodes",
+        "ros2": "ros2:Ros2",
+        "swc": "swc:Swc",
+    },
+    __package__ or "",
+)
 
 
 def export_class(name: str) -> type[Export]:
@@ -39,16 +43,11 @@ def export_class(name: str) -> type[Export]:
     Raises
     ------
     ConfigError
-        there is no format of this name.
+        there is no format of this name, or it is that of a broken plug-in.
     """
     if name not in FORMATS:
         raise ConfigError(f"no export format {name!r}: choose one of {', '.join(FORMATS)}", code="format-unknown")
-    entry = FORMATS[name]
-    if not isinstance(entry, str):
-        return entry
-    module, _, member = entry.partition(":")
-    kind: type[Export] = getattr(importlib.import_module(f".{module}", __package__), member)
-    return kind
+    return FORMATS[name]
 
 
 def export_of(name: str, options: dict[str, Any]) -> Export:

@@ -7,12 +7,12 @@ formats are tried first.
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError, unread_code
+from ..plugins import READERS, Registry
 from ..types import Frame
 from .base_pose import BasePoseCapture
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
@@ -29,36 +29,34 @@ from .unknown_format import unknown_format
 
 __all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
-FORMATS: dict[str, str | CaptureFormat] = {
-    "bag": "bag.reader:BagCapture",
-    "tum": "formats.tum:TumCapture",
-    "bop": "formats.bop:BopCapture",
-    "icl": "formats.redwood:IclCapture",
-    "redwood": "formats.redwood:RedwoodCapture",
-    "record3d": "formats.record3d:Record3DCapture",
-    "arrays": "formats.npz:ArraysCapture",
-    "pairs": "formats.depth_yaml:PairsCapture",
-    "folder": "formats.open3d_folder:FolderCapture",
-    "cloud": "formats.cloud:CloudCapture",
-    "photos": "formats.photos:PhotosCapture",
-    "video": "formats.video:VideoCapture",
-}
+FORMATS: Registry[CaptureFormat] = Registry(
+    READERS,
+    {
+        "bag": "bag.reader:BagCapture",
+        "tum": "formats.tum:TumCapture",
+        "bop": "formats.bop:BopCapture",
+        "icl": "formats.redwood:IclCapture",
+        "redwood": "formats.redwood:RedwoodCapture",
+        "record3d": "formats.record3d:Record3DCapture",
+        "arrays": "formats.npz:ArraysCapture",
+        "pairs": "formats.depth_yaml:PairsCapture",
+        "folder": "formats.open3d_folder:FolderCapture",
+        "cloud": "formats.cloud:CloudCapture",
+        "photos": "formats.photos:PhotosCapture",
+        "video": "formats.video:VideoCapture",
+    },
+    __name__,
+)
 IMAGE_FORMATS = ("photos", "video")  # formats whose frames are images without depth, for the 2-D mode
-_BUILT_IN = frozenset(FORMATS)
 _HEAD_BYTES = 64  # of a file, read to recognize what is no capture at all
 
 
 def format_class(name: str) -> CaptureFormat:
     """Return the class that reads the format `name`, a key of `FORMATS` such as "bag" or "tum".
 
-    The class's module is imported at the first request. KeyError for an unknown name.
+    The class's module is imported at the first request. KeyError for an unknown name; ConfigError for a broken plug-in.
     """
-    registered = FORMATS[name]
-    if not isinstance(registered, str):
-        return registered
-    module, _, member = registered.partition(":")
-    loaded: CaptureFormat = getattr(importlib.import_module(f".{module}", __name__), member)
-    return loaded
+    return FORMATS[name]
 
 
 def open_capture(
@@ -178,10 +176,10 @@ def _open(path: Path, images_only: bool, options: ReadOptions) -> Capture:
     if path.is_file():
         with path.open("rb") as file:
             check_not_pointer(path, file.read(_HEAD_BYTES))
-    for name in sorted(FORMATS, key=lambda name: (images_only and name not in IMAGE_FORMATS, name in _BUILT_IN)):
+    for name in sorted(FORMATS, key=lambda name: (images_only and name not in IMAGE_FORMATS, FORMATS.is_built_in(name))):
         reader = format_class(name)
-        if reader.can_read(path) or (name == "pairs" and _is_depth_by_options(path, options)):
-            return reader(path, options)
+        if FORMATS.call(name, reader.can_read, path) or (name == "pairs" and _is_depth_by_options(path, options)):
+            return FORMATS.call(name, reader, path, options)
     raise unknown_format(path, [format_class(name) for name in FORMATS])
 
 

@@ -14,13 +14,14 @@ import numpy as np
 from ...config import MergeConfig
 from ...errors import ConfigError
 from ...geometry.polyline import angle, unit
+from ...plugins import COSTS, Registry
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .ends import ChainEnds
 
 CustomCost = Callable[[Floats, Floats], Floats]
 
-CUSTOM_COSTS: dict[str, CustomCost] = {}
+CUSTOM_COSTS: Registry[CustomCost] = Registry(COSTS, {})
 """Cost terms of the user: from the ends' points (E, D) and tangents (E, D) to (E, E). Weights are in `merge.custom_costs`."""
 
 EXPOSED = "exposed ends"
@@ -55,7 +56,8 @@ def custom_cost(name: str) -> CustomCost:
     if name not in CUSTOM_COSTS:
         raise ConfigError(
             f"merge.custom_costs: there is no cost {name!r}; "
-            f"doo3d.stages.merge.costs.CUSTOM_COSTS holds {', '.join(CUSTOM_COSTS) or 'none'}: register it there first",
+            f"doo3d.stages.merge.costs.CUSTOM_COSTS holds {', '.join(CUSTOM_COSTS) or 'none'}: register it there first, or "
+            "install its plug-in",
             code="cost-unknown",
         )
     return CUSTOM_COSTS[name]

@@ -198,8 +198,9 @@ def _select(
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
         return MASK, given, ""
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
-    selected = SEGMENTERS[method](data, config, seed)
-    return (method, *selected) if isinstance(selected, Selected) else (method, selected, "")
+    selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
+    chosen, note = selected if isinstance(selected, Selected) else (selected, "")
+    return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note
 
 
 def _notes(method: str, note: str, found: bool) -> tuple[str, ...]:
