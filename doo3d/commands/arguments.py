@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -15,9 +15,41 @@ if TYPE_CHECKING:
     from ..config import Config
     from ..inputs import Capture, FrameRef
 
-Preset = Annotated[str, typer.Option("--config", "-c", help="A preset (see doo3d presets) or a YAML file.")]
+
+def completing(names: Callable[[], list[str]]) -> Callable[[str], list[str]]:
+    """Return a function for the shell's completion: from what is typed so far to the names that begin with it.
+
+    names : called when the shell asks, so that nothing is imported before.
+    """
+    return lambda incomplete: [name for name in names() if name.startswith(incomplete)]
+
+
+def _complete_preset() -> list[str]:
+    from ..config import preset_names
+
+    return preset_names()
+
+
+def _complete_setting() -> list[str]:
+    from ..config import known_keys
+
+    return [f"{key}=" for key in known_keys() if "." in key or key in ("mode", "seed")]
+
+
+Preset = Annotated[
+    str,
+    typer.Option(
+        "--config", "-c", help="A preset (see doo3d presets) or a YAML file.", autocompletion=completing(_complete_preset)
+    ),
+]
 Overrides = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set one field, such as merge.chains=2; repeat for more.")
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set one field, such as merge.chains=2; repeat for more.",
+        autocompletion=completing(_complete_setting),
+    ),
 ]
 MaskOption = Annotated[
     Path | None, typer.Option("--mask", help="Mask of the object, replacing the capture's own: an image, or a folder of them.")
@@ -112,6 +144,15 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
         raise InputError(
             f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {names}", code="frame-unknown"
         ) from None
+
+
+def named_after(results: Path, suffix: str) -> Path:
+    """Return the path of a product of a run that no name was given for: beside the folder of the run, named like it.
+
+    results : the folder, such as out. suffix : of the product, such as ".html".
+    """
+    folder = results.resolve() if results.name in ("", "..") else results
+    return folder.with_name(folder.name + suffix)
 
 
 def check_new_file(path: Path, force: bool) -> None:

@@ -10,14 +10,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError, DooWarning
+from .arguments import completing
 
 if TYPE_CHECKING:
     from ..exports import Export
 
 
+def _formats() -> list[str]:
+    from ..exports import FORMATS
+
+    return list(FORMATS)
+
+
 def export(
     results: Annotated[Path | None, typer.Argument(metavar="OUT", help="The folder written by doo3d detect.")] = None,
-    to: Annotated[str | None, typer.Option("--to", metavar="FORMAT", help="The format to write, see --list.")] = None,
+    to: Annotated[
+        str | None,
+        typer.Option("--to", metavar="FORMAT", help="The format to write, see --list.", autocompletion=completing(_formats)),
+    ] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="The file or folder to write. Default: beside OUT.")] = None,
     frame: Annotated[
         list[str] | None, typer.Option("--frame", metavar="NAME", help="Export only this frame; repeat for more.")

@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, check_new_file, save, with_progress
+from .arguments import Results, check_new_file, named_after, save, with_progress
 
 
 def report(
     results: Results,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The HTML file to write.")] = Path("report.html"),
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FILE", help="The HTML file to write. Default: OUT.html, beside OUT.")
+    ] = None,
     clouds: Annotated[
         bool, typer.Option("--clouds/--no-clouds", help="Show points of the capture around the chains, if it can still be read.")
     ] = True,
@@ -24,12 +26,12 @@ def report(
 
     \b
     Example:
-      doo3d detect sample_clouds/crossing -o out && doo3d report out -o report.html
+      doo3d detect sample_clouds/crossing -o out && doo3d report out
     """
     from ..outputs.run_reader import open_results
     from ..viz.report import report_page
 
-    opened = open_results(results)
+    opened, out = open_results(results), out or named_after(results, ".html")
     check_new_file(out, force)
     page = report_page(opened, out.absolute().parent, clouds, with_progress)
     save(out, page)

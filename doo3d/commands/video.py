@@ -7,34 +7,41 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, check_new_file, with_progress
+from .arguments import Results, check_new_file, named_after, with_progress
 
 
 def video(
     results: Results,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The MP4 file to write.")] = Path("out.mp4"),
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="FILE", help="The WebM or MP4 file to write. Default: OUT.webm, beside OUT."),
+    ] = None,
     fps: Annotated[
         float | None, typer.Option("--fps", help="Frames per second. Default: from the timestamps; 10 without them.")
     ] = None,
     codec: Annotated[
-        str,
-        typer.Option(metavar="mp4v|vp09|avc1", help="MPEG-4; VP9, which browsers play; H.264, if OpenCV has it."),
-    ] = "mp4v",
+        str | None,
+        typer.Option(
+            metavar="vp09|mp4v|avc1",
+            help="VP9, MPEG-4, or H.264 if OpenCV has it. Default: VP9 in a .webm, which browsers play, else MPEG-4.",
+        ),
+    ] = None,
     skip_failed: Annotated[bool, typer.Option("--skip-failed", help="Omit failed frames instead of showing the reason.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
-    """Write the pictures of a run as an MP4 video.
+    """Write the pictures of a run as a video.
 
-    Prints the number of frames, the frame rate and the size of the video.
+    The file is WebM if its name ends in .webm, MP4 otherwise. Prints the number of frames, the frame rate and the size of the video.
 
     \b
-    Example:
-      doo3d detect sample_clouds/crossing -o out && doo3d video out -o out.mp4 --fps 5
+    Examples:
+      doo3d detect sample_clouds/crossing -o out && doo3d video out --fps 5
+      doo3d video out -o out.mp4                       for players and editors
     """
     from ..outputs.run_reader import open_results
     from ..viz.video import write_video
 
-    opened = open_results(results)
+    opened, out = open_results(results), out or named_after(results, ".webm")
     check_new_file(out, force)
     written = write_video(opened, out, fps, codec, skip_failed, with_progress)
     failed = f" ({written.failed} failed, {'left out' if skip_failed else 'shown as such'})" if written.failed else ""

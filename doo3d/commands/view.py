@@ -25,7 +25,8 @@ def view(
 ) -> None:
     """Show a run in the Rerun viewer: images, clouds, chains, stage products and merge costs on a timeline.
 
-    With --save, writes all this into a file for the viewer instead of opening the viewer.
+    With --save, writes all this into a file for the viewer instead of opening the viewer. Without a display, the viewer is a web
+    page; it listens on 127.0.0.1 only, until Ctrl-C.
 
     \b
     Examples:
@@ -46,3 +47,9 @@ def view(
     if recording.warning:
         typer.echo(f"note: {recording.warning}", err=True)
     typer.echo(f"{len(names)} frame{'s' * (len(names) != 1)} -> {save or 'the viewer'}")
+    if recording.viewer is not None and recording.viewer.page:
+        typer.echo(f"no display: open {recording.viewer.page} in a browser of this machine; Ctrl-C ends the viewer")
+        try:
+            recording.viewer.process.wait()
+        finally:
+            recording.viewer.process.terminate()

@@ -21,6 +21,7 @@ from ..viz.palette import chain_color
 from ..viz.png import encode_image
 from ..viz.stage_products import Product
 from .explain import explain_stages
+from .local_viewer import LocalViewer, start_viewer
 from .stage_products import merge_table, products
 
 APPLICATION = "doo3d"
@@ -42,6 +43,8 @@ class RerunRecording:
     ----------
     warning
         why images, clouds or stage products are missing from the recording; empty if none are.
+    viewer
+        the viewer that was opened; None for a file.
 
     Raises
     ------
@@ -55,9 +58,11 @@ class RerunRecording:
         self.config = _effective_config(results)
         self.frame_refs = self._open_capture()
         self.recording = self.rr.RecordingStream(APPLICATION)
+        self.viewer: LocalViewer | None = None
         try:
             if save is None:
-                self.recording.spawn()
+                self.viewer = start_viewer()
+                self.recording.connect_grpc(self.viewer.server)
             else:
                 self.recording.save(str(save))
         except (OSError, RuntimeError) as error:

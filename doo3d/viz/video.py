@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from ..errors import InputError
+from ..inputs.support.native_output import capture_native_output
 from ..outputs.atomic import PREFIX
 from ..outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ..outputs.run_reader import Results
@@ -18,6 +19,10 @@ from ..types import Array
 from .palette import DARK, LIGHT, Rgb
 
 CODECS = ("mp4v", "avc1", "vp09")
+WEBM = ".webm"
+_FOURCC_IN_WEBM = "VP90"  # of vp09
+_TRACK_UID = b"\x73\xc5\x88"  # in WebM: begins an id of 8 bytes, which OpenCV's FFmpeg draws at random
+_WEBM_HEAD_BYTES = 4096
 DEFAULT_FPS = 10.0  # without timestamps
 _FPS_LIMITS = (1.0, 60.0)  # of a rate from timestamps
 _DEFAULT_SIZE = (640, 480)  # px, without any picture
@@ -51,11 +56,11 @@ def write_video(
     results: Results,
     path: Path,
     fps: float | None = None,
-    codec: str = "mp4v",
+    codec: str | None = None,
     skip_failed: bool = False,
     with_progress: Callable[[list[FrameStatus]], Iterable[FrameStatus]] = iter,
 ) -> Video:
-    """Write the pictures of a run as an MP4 video; an existing file is replaced.
+    """Write the pictures of a run as a video; an existing file is replaced.
 
     The video has the size of the first picture, rounded down to even numbers. Pictures of another size are scaled to fit, with
     black bars. A failed frame is shown as a dark picture with the frame's name and the reason.
@@ -65,12 +70,13 @@ def write_video(
     results
         the results of a finished run, from `open_results`.
     path
-        the MP4 file to write.
+        the file to write: WebM if its suffix is .webm, MP4 otherwise.
     fps
         frames per second, above 0; None takes the rate from the median step of the frames' timestamps (at least 1, at most 60),
         or 10 without timestamps.
     codec
         "mp4v" (MPEG-4), "vp09" (VP9, which browsers play, slower to encode), or "avc1" (H.264, which not every OpenCV encodes).
+        WebM holds VP9 only. None takes VP9 for WebM, MPEG-4 for MP4.
     skip_failed
         True leaves failed frames out of the video.
     with_progress
@@ -87,8 +93,14 @@ def write_video(
         the run is not finished, there is no frame to show, a picture is missing, `fps` is not above 0, the codec is not
         available, or the file cannot be written.
     """
+    suffix = WEBM if path.suffix.lower() == WEBM else ".mp4"
+    codec = codec or ("vp09" if suffix == WEBM else "mp4v")
     if codec not in CODECS:
         raise InputError(f"codec {codec}: unknown, choose one of {', '.join(CODECS)}", code="choice-unknown")
+    if suffix == WEBM and codec != "vp09":
+        raise InputError(
+            f"{path}: WebM cannot hold {codec}; give a name that ends in .mp4, or --codec vp09", code="options-conflict"
+        )
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps {fps}: expected a number above zero", code="value-out-of-bounds")
     statuses = frame_statuses(results)
@@ -97,7 +109,7 @@ def write_video(
         raise InputError(f"{results.path}: holds no frame to show", code="results-empty")
     fps = fps or _rate([frame.timestamp for frame in statuses])
     size = _size(frames)
-    temporary = path.absolute().parent / f"{PREFIX}{path.stem}.mp4"
+    temporary = path.absolute().parent / f"{PREFIX}{path.stem}{suffix}"
     try:
         _write(frames, temporary, fps, codec, size, with_progress)
         temporary.replace(path)
@@ -118,17 +130,31 @@ def _write(
 ) -> None:
     with path.open("wb"):
         pass  # raises OSError in a read-only folder, where OpenCV fails silently
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), fps, size)
+    fourcc = _FOURCC_IN_WEBM if path.suffix == WEBM else codec
+    with capture_native_output():  # a remark on the letters that name the codec
+        writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), fps, size)
     try:
         if not writer.isOpened():
-            raise InputError(
-                f"codec {codec}: this OpenCV cannot encode it; use --codec mp4v",
-                code="codec-unsupported",
-            )
+            remedy = "give a name that ends in .mp4" if path.suffix == WEBM else "use --codec mp4v"
+            raise InputError(f"codec {codec}: this OpenCV cannot encode it in {path.suffix}; {remedy}", code="codec-unsupported")
         for frame in with_progress(frames):
             writer.write(_picture(frame, size))
     finally:
         writer.release()
+    if path.suffix == WEBM:
+        _set_track_id(path)
+
+
+def _set_track_id(path: Path) -> None:
+    """Replace the random id of the track in a WebM file by 1, so that the same pictures give the same bytes."""
+    with path.open("r+b") as file:
+        head = file.read(_WEBM_HEAD_BYTES)
+        at = head.find(_TRACK_UID)
+        if at < 0:
+            return
+        start = at + len(_TRACK_UID)
+        file.seek(0)
+        file.write(head.replace(head[start : start + 8], (1).to_bytes(8, "big")))
 
 
 def _picture(frame: FrameStatus, size: tuple[int, int]) -> Array:

@@ -44,17 +44,20 @@ def like(pixel: np.ndarray, color: tuple[int, int, int]) -> bool:
     return bool(np.abs(pixel.astype(int) - color).max() < 16)
 
 
-@pytest.mark.parametrize("codec", ["mp4v", "vp09"])
-def test_every_frame_in_order(tmp_path, codec):
+@pytest.mark.parametrize(("codec", "suffix"), [("mp4v", ".mp4"), ("vp09", ".mp4"), (None, ".mp4"), (None, ".webm")])
+def test_every_frame_in_order(tmp_path, codec, suffix, capfd):
+    first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     opened = open_results(results(tmp_path / "out", [(320, 240)] * 3))
-    made = write_video(opened, tmp_path / "a.mp4", codec=codec)
-    frames, fps = read(tmp_path / "a.mp4")
+    made = write_video(opened, first, codec=codec)
+    frames, fps = read(first)
     assert (made.frames, made.fps, made.size) == (len(frames), fps, (320, 240)) == (3, 10.0, (320, 240))
     for frame, color in zip(frames, COLORS, strict=True):
         assert like(frame[120, 160], color)
-    assert [file.name for file in tmp_path.iterdir() if file.is_file()] == ["a.mp4"]
-    write_video(opened, tmp_path / "b.mp4", codec=codec)
-    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    assert [file.name for file in tmp_path.iterdir() if file.is_file()] == [first.name]
+    write_video(opened, second, codec=codec)
+    assert first.read_bytes() == second.read_bytes()
+    assert capfd.readouterr() == ("", "")
+    assert (first.read_bytes()[:4] == b"\x1a\x45\xdf\xa3") == (suffix == ".webm"), "the mark of Matroska"
 
 
 def test_the_rate_is_of_the_timestamps_or_as_given(tmp_path):
@@ -98,13 +101,15 @@ def test_a_missing_picture_is_named(tmp_path):
     ("asked", "code", "parts"),
     [
         ({"codec": "mpg"}, "choice-unknown", ("mpg", "mp4v")),
+        ({"codec": "mp4v", "path": "a.webm"}, "options-conflict", ("mp4v", ".mp4")),
         ({"fps": 0.0}, "value-out-of-bounds", ("fps 0",)),
         ({"fps": float("nan")}, "value-out-of-bounds", ("fps nan",)),
     ],
 )
 def test_invalid_options_are_refused(tmp_path, asked, code, parts):
     with refuses(code, *parts):
-        write_video(open_results(results(tmp_path / "out", [(64, 48)])), tmp_path / "a.mp4", **asked)
+        place = tmp_path / asked.pop("path", "a.mp4")
+        write_video(open_results(results(tmp_path / "out", [(64, 48)])), place, **asked)
 
 
 def test_a_run_without_frames_is_refused(tmp_path):
@@ -121,10 +126,10 @@ def test_a_card_fits_any_size(size):
 
 def test_the_command(doo3d, tmp_path):
     place = results(tmp_path / "out", [(64, 48)] * 3, failed=[1])
-    assert doo3d("video", place) == (0, "3 frames (1 failed, shown as such), 10 per second, 64x48 -> out.mp4\n", "")
+    assert doo3d("video", place) == (0, f"3 frames (1 failed, shown as such), 10 per second, 64x48 -> {place}.webm\n", "")
     code, _, err = doo3d("video", place)
     assert code == 2
     assert code_in(err) == "out-exists"
     assert "--force" in err
     out = doo3d("video", place, "--force", "--skip-failed", "--fps", 4)[1]
-    assert out == "2 frames (1 failed, left out), 4 per second, 64x48 -> out.mp4\n"
+    assert out == f"2 frames (1 failed, left out), 4 per second, 64x48 -> {place}.webm\n"
