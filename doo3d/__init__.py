@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .inputs import open_capture
     from .inspection.explain import explain
     from .pipeline import detect
+    from .sequence.detect_sequence import detect_sequence
     from .sequence.detector import Detector
     from .sequence.fusion import fuse
     from .sequence.tracking import Tracker
@@ -40,6 +41,7 @@ _MODULE_OF = {
     "Tracker": "sequence.tracking",
     "detect": "pipeline",
     "draw": "viz",
+    "detect_sequence": "sequence.detect_sequence",
     "explain": "inspection.explain",
     "export": "exports",
     "fuse": "sequence.fusion",
@@ -63,6 +65,7 @@ __all__ = [
     "MissingDependency",
     "Tracker",
     "detect",
+    "detect_sequence",
     "draw",
     "explain",
     "export",

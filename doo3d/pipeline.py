@@ -246,8 +246,22 @@ def detect(
     ArgumentError (a TypeError) : an argument is of the wrong type.
     ConfigError : the settings cannot be used.
     """
-    config = as_config(config)
     base_pose = None if pose is None else as_pose(pose)
+    detection, _ = detect_with_stages(data, as_config(config), mask)
+    return detection if base_pose is None else detection.transformed(base_pose)
+
+
+def detect_with_stages(
+    data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
+) -> tuple[Detection, Stages]:
+    """Return the detection of one frame, cloud or image in its own coordinates, and what every stage made.
+
+    data, config, mask : as for `detect`.
+
+    Raises
+    ------
+    InputError : the data cannot be used; the message says what is wrong, where, and what to do.
+    """
     data, stages = run_with_stages(data, config, mask)
     detection = Detection(
         chains=tuple(stages.chains),
@@ -266,7 +280,7 @@ def detect(
         crossings=stages.crossings,
         plane=stages.plane,
     )
-    return detection if base_pose is None else detection.transformed(base_pose)
+    return detection, stages
 
 
 def run_with_stages(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from ..errors import InputError
 from .arguments import (
     CameraOption,
     EndOption,
@@ -25,7 +27,7 @@ from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .interruption import interruptible
 from .messages import closing_line
-from .progress import reporting
+from .progress import Reporter, reporting
 
 
 def detect(
@@ -61,6 +63,10 @@ def detect(
         bool,
         typer.Option("--fuse-views", help="Fuse all frames to one cloud and detect in that; object at rest, known camera poses."),
     ] = False,
+    sequence: Annotated[
+        bool,
+        typer.Option("--sequence", help="Find the same objects in all frames together, through what hides them; two passes."),
+    ] = False,
     debug_frame: DebugFrameOption = None,
     restart: Annotated[bool, typer.Option("--restart", help="Do all frames again, also those already finished in OUT.")] = False,
     retry_failed: Annotated[
@@ -86,6 +92,7 @@ def detect(
       doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
+      doo3d detect capture -o out --sequence --workers 4
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early;
     130: interrupted with Ctrl-C.
@@ -110,30 +117,44 @@ def detect(
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else notes_of(opened):
             typer.echo(f"note: {note}", err=True)
+        if fuse_views and sequence:
+            raise InputError(
+                "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
+            )
         if fuse_views:
             from ..sequence.fused_capture import FusedCapture
 
             opened = FusedCapture(opened, effective)
         debugged = debug_frames(opened, debug_frame)
-        from ..runs.run import run
-
         names = [entry.name for entry in opened.frames]
-        with reporting(len(names), max(map(len, names), default=0), quiet) as reporter:
-            interruption.reporter = reporter
-            summary = run(
-                *(opened, out, effective),
-                options=read_options,
-                workers=workers,
-                scheduler=scheduler,
-                executor=executor,
-                restart=restart,
-                force=force,
-                retry_failed=retry_failed,
-                time_limit=time_limit,
-                report=reporter,
-                resumed=reporter.resumed,
-                note=reporter.note,
-            )
+        width = max(map(len, names), default=0)
+        options: dict[str, Any] = {
+            "options": read_options,
+            "workers": workers,
+            "scheduler": scheduler,
+            "executor": executor,
+            "restart": restart,
+            "force": force,
+            "retry_failed": retry_failed,
+            "time_limit": time_limit,
+        }
+        if sequence:
+            from ..runs.sequence_run import run_sequence
+
+            @contextmanager
+            def passes(name: str) -> Iterator[Reporter]:
+                with reporting(len(names), width, quiet, name, lines=name == "second pass") as reporter:
+                    interruption.reporter = reporter
+                    yield reporter
+
+            summary = run_sequence(opened, out, effective, passes, **options)
+        else:
+            from ..runs.run import run
+
+            with reporting(len(names), width, quiet) as reporter:
+                interruption.reporter = reporter
+                functions: dict[str, Any] = {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}
+                summary = run(opened, out, effective, **options, **functions)
     if not summary.succeeded:
         if len(names) > 1:
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)

@@ -79,7 +79,7 @@ class Reporter:
 
 
 @contextmanager
-def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
+def reporting(total: int, column: int, quiet: bool, label: str = "", lines: bool = True) -> Iterator[Reporter]:
     """Yield the Reporter of a run for the duration of a `with` block.
 
     The Reporter has a progress bar if stderr is a terminal, there are two frames or more, and `quiet` is false.
@@ -92,18 +92,32 @@ def reporting(total: int, column: int, quiet: bool) -> Iterator[Reporter]:
         number of characters to which the names of the frames are padded.
     quiet
         whether to print errors only.
+    label
+        what is done, to stand before the bar.
+    lines
+        whether to print a line for each frame; if not, the label is printed once.
     """
+    if label and not quiet and not (lines and sys.stderr.isatty()):
+        typer.echo(f"{label} of {total} frames", err=True)
+    silent = quiet or not lines
     if quiet or total < 2 or not sys.stderr.isatty():
-        yield Reporter(total, column, quiet, None)
+        yield Reporter(total, column, silent, None)
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     tail = TextColumn("{task.fields[chains]} chains, {task.fields[failed]} failed")
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn(), tail)
+    columns = (
+        TextColumn(label),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        tail,
+    )
     console = Console(stderr=True)
     with Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False) as progress:
-        yield Reporter(total, column, quiet, Bar(progress, total))
+        yield Reporter(total, column, silent, Bar(progress, total))
 
 
 class Bar:

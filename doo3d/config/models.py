@@ -24,6 +24,7 @@ from .sections import (
     FusionConfig,
     PruneConfig,
     RefineConfig,
+    SequenceConfig,
     TrackingConfig,
     TraverseConfig,
     VisibilityConfig,
@@ -60,6 +61,7 @@ class Config(Section):
     extend_mask: ExtendMaskConfig = ExtendMaskConfig()
     visibility: VisibilityConfig = VisibilityConfig()
     tracking: TrackingConfig = TrackingConfig()
+    sequence: SequenceConfig = SequenceConfig()
     fusion: FusionConfig = FusionConfig()
 
     def to_yaml(self) -> str:

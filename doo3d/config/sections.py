@@ -161,6 +161,27 @@ class TrackingConfig(Section):
     )
 
 
+class SequenceConfig(Section):
+    """Settings of `doo3d detect --sequence`, which finds objects in all frames of a capture together."""
+
+    chains: int | None = Field(
+        None,
+        description="Number of objects in the capture. 1 or more; null: decide from the data.",
+        ge=1,
+    )
+    length: float | None = Field(
+        None,
+        description="Length of every object, m, over 0; null: measure it in the frames in which an object is seen whole.",
+        gt=0,
+    )
+    max_gap: float = Field(
+        0.5,
+        description="Longest time for which an object of which nothing is seen is filled in from before and after. Seconds, "
+        "0 or more; frames without times count as 30 a second.",
+        ge=0,
+    )
+
+
 class FusionConfig(Section):
     """Settings of fusion, which makes one cloud from many views of an object at rest (`doo3d detect --fuse-views`)."""
 

@@ -5,5 +5,8 @@ from __future__ import annotations
 SUFFIXES = {"json": ".json", "overlay": ".png"}
 """The suffixes of the files that a run writes for each frame."""
 
+STRANDS = ".strands.json"
+"""The suffix of what the first pass of a sequence keeps of a frame besides."""
+
 MANIFEST, CONFIG, JOURNAL = "manifest.json", "config.yaml", "progress.jsonl"
 """The names of the files that a run writes once."""

@@ -15,7 +15,7 @@ from ..types import Cloud, Detection, Frame, Image
 _NUMBER_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
 
 
-def encode(detection: Detection, data: Frame | Cloud | Image) -> bytes:
+def encode(detection: Detection, data: Frame | Cloud | Image | None = None) -> bytes:
     """Return the content of a frame's JSON file (schema doo3d/detection/2) as UTF-8 bytes.
 
     Parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import SUFFIXES
+from . import STRANDS, SUFFIXES
 
 Line = dict[str, Any]
 """A line of a run's journal: the record of a frame."""
@@ -71,9 +71,10 @@ def file_checks(files: Mapping[str, bytes]) -> dict[str, list[int]]:
 def _is_complete(folder: Path, line: Line) -> bool:
     """Return whether the files of a frame are as its line says; without such an entry, whether all files exist."""
     checks = line.get("files")
-    paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in SUFFIXES.values()}
+    paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in (*SUFFIXES.values(), STRANDS)}
     if not isinstance(checks, dict):  # the journal of an early version
-        return all(path.exists() for path in paths.values())
+        return all(paths[suffix].exists() for suffix in SUFFIXES.values())
+    paths = {suffix: path for suffix, path in paths.items() if suffix in checks}
     try:
         return file_checks({suffix: path.read_bytes() for suffix, path in paths.items()}) == checks
     except OSError:

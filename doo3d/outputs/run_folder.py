@@ -11,7 +11,7 @@ from typing import Any
 
 from ..config import Config
 from ..errors import InputError
-from . import CONFIG, JOURNAL, MANIFEST, SUFFIXES
+from . import CONFIG, JOURNAL, MANIFEST, STRANDS, SUFFIXES
 from .atomic import PREFIX, write_bytes, write_text
 from .detection_json import dumps
 from .folder_checks import lies_in_input
@@ -288,5 +288,5 @@ def _check_writable(path: Path) -> None:
 
 def _remove_files(path: Path, names: Iterable[str]) -> None:
     for name in names:
-        for suffix in SUFFIXES.values():
+        for suffix in (*SUFFIXES.values(), STRANDS):
             (path / f"{name}{suffix}").unlink(missing_ok=True)

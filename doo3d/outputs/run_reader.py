@@ -141,6 +141,7 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         radii=np.array([float("nan") if each is None else each for each in values.get("radii", ())], dtype=float),
         occluded=np.array(values["occluded"], dtype=bool),
         depth_filled=np.array([DEPTH_WORDS.index(word) for word in values.get("depth", ())], dtype=bool),
+        from_time=np.array(values.get("from_time", ()), dtype=bool),
         closed=bool(values["closed"]),
         connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
         id=values.get("id"),

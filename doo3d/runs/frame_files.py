@@ -27,3 +27,8 @@ def encode_frame(detection: Detection, data: Frame | Cloud | Image) -> dict[str,
     File name suffix -> content of the file, such as {".json": b"...", ".png": b"..."}.
     """
     return {SUFFIXES[kind]: encode(detection, data) for kind, encode in ENCODERS.items()}
+
+
+def encode_result(detection: Detection) -> dict[str, bytes]:
+    """Return the content of the JSON result of one frame alone, as `encode_frame` does."""
+    return {SUFFIXES["json"]: detection_json.encode(detection)}

@@ -7,16 +7,16 @@ neither; it stays in the FrameCache of the process that read it.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ..config import Config
 from ..errors import describe_error, error_code
 from ..inputs import FrameRef
-from ..pipeline import detect
 from ..types import Detection
 from .frame_cache import FrameCache
-from .frame_files import encode_frame
+from .frame_files import encode_frame, encode_result
 from .frame_record import OK, FrameRecord
+from .methods import Method, detect_alone
 
 
 @dataclass(frozen=True)
@@ -31,14 +31,20 @@ class DetectedFrame:
         the chains found; None if the frame failed.
     cache_key
         key of the frame's data in the FrameCache of the process that did the detection; empty if the frame failed.
+    files
+        suffix -> content of files of the frame besides its JSON result and its picture.
+    has_picture
+        whether a picture is drawn.
     """
 
     record: FrameRecord
     detection: Detection | None = None
     cache_key: str = ""
+    files: dict[str, bytes] = field(default_factory=dict)
+    has_picture: bool = True
 
 
-def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> DetectedFrame:
+def detect_frame(cache: FrameCache, frame: FrameRef, config: Config, method: Method = detect_alone) -> DetectedFrame:
     """Read one frame, detect its chains, and keep its data in the cache for rendering.
 
     Parameters
@@ -49,6 +55,8 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
         the frame to read.
     config
         configuration of the detection.
+    method
+        how the chains are found.
 
     Returns
     -------
@@ -60,15 +68,15 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config) -> Detected
     try:
         loaded = frame.load()
         read_seconds = time.perf_counter() - start
-        detection = detect(loaded.data, config, loaded.mask_for(config), None if config.mode == "2d" else loaded.base_pose)
-        detection = replace(detection, frame=frame.name, timestamp=frame.timestamp)
+        found = method(loaded, frame, config)
+        detection = replace(found.detection, frame=frame.name, timestamp=frame.timestamp)
     except Exception as error:
         seconds = time.perf_counter() - start
         return DetectedFrame(replace(record, error=describe_error(error), code=error_code(error), seconds=seconds))
-    key = cache.add(loaded.data)
+    key = cache.add(loaded.data) if found.has_picture else ""
     stages = {"read": read_seconds, **detection.seconds}
     record = replace(record, status=OK, seconds=time.perf_counter() - start, notes=detection.notes, stages=stages)
-    return DetectedFrame(record, replace(detection, seconds={}), key)
+    return DetectedFrame(record, replace(detection, seconds={}), key, found.files, found.has_picture)
 
 
 def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) -> tuple[FrameRecord, dict[str, bytes] | None]:
@@ -91,8 +99,11 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
     assert detected.detection is not None
     start = time.perf_counter()
     try:
-        data = cache.take(detected.cache_key) or frame.load().data
-        files = encode_frame(detected.detection, data)
+        if detected.has_picture:
+            files = encode_frame(detected.detection, cache.take(detected.cache_key) or frame.load().data)
+        else:
+            files = encode_result(detected.detection)
+        files |= detected.files
     except Exception as error:
         record = FrameRecord.failed(frame, describe_error(error), error_code(error))
         return replace(record, seconds=detected.record.seconds + time.perf_counter() - start), None

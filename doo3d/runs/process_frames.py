@@ -14,6 +14,7 @@ from ..sequence.tracking import Tracker
 from .executor import Executor, Future, WorkerLost
 from .frame_jobs import DetectedFrame, detect_frame, render_frame
 from .frame_record import FrameRecord
+from .methods import Method, detect_alone
 
 JOB_SECONDS = 0.6
 """s that detecting and rendering the frames of a job take together: long beside what a job costs (7 ms with dask), short beside
@@ -59,7 +60,7 @@ class JobSize:
 
 
 def process_frames(
-    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None
+    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None, method: Method = detect_alone
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame, in order, with at most `executor.max_jobs` jobs in progress.
 
@@ -76,6 +77,8 @@ def process_frames(
         does the jobs.
     tracker
         gives chains their ids; None for frames that are not a sequence.
+    method
+        how the chains of a frame are found.
     """
     size = JobSize(executor.workers, executor.max_frames_per_job)
     detecting: deque[tuple[Sequence[FrameRef], Future]] = deque()
@@ -84,7 +87,7 @@ def process_frames(
     while True:
         while len(detecting) + len(rendering) < executor.max_jobs and submitted < len(frames):
             group = frames[submitted : submitted + size.frames(len(frames) - submitted)]
-            detecting.append((group, executor.submit(detect_frame, [(frame, config) for frame in group])))
+            detecting.append((group, executor.submit(detect_frame, [(frame, config, method) for frame in group])))
             submitted += len(group)
         if detecting and (not rendering or detecting[0][1].done()):
             rendering.append(_Rendering(*detecting.popleft(), executor, tracker))

@@ -17,11 +17,17 @@ from ..sequence.tracking import Tracker
 from ..types import Detection
 from .executor import Executor
 from .frame_record import OK, FrameRecord
+from .methods import Method, detect_alone
 from .process_frames import process_frames
 
 
 def remaining_frames(
-    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None, folder: ResultsFolder
+    frames: Sequence[FrameRef],
+    config: Config,
+    executor: Executor,
+    tracker: Tracker | None,
+    folder: ResultsFolder,
+    method: Method = detect_alone,
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame that is to be done, in order; the others are confirmed in the folder.
 
@@ -41,18 +47,20 @@ def remaining_frames(
         gives chains their ids, in its state after `folder.done`; None for frames that are not a sequence.
     folder
         the folder of the run.
+    method
+        how the chains of a frame are found.
     """
     position = 0
     while position < len(frames):
         group = list(takewhile(lambda frame: frame.name not in folder.later, frames[position:]))
-        yield from process_frames(group, config, executor, tracker)
+        yield from process_frames(group, config, executor, tracker, method)
         position += len(group)
         while position < len(frames) and frames[position].name in folder.later:
             name = frames[position].name
             if folder.later[name]["status"] == OK and tracker is not None:
                 state, same = tracker.state, _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
                 if not same:
-                    yield from process_frames(frames[position:], config, executor, Tracker(config.tracking, state))
+                    yield from process_frames(frames[position:], config, executor, Tracker(config.tracking, state), method)
                     return
             folder.keep(name)
             position += 1

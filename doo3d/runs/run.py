@@ -27,6 +27,7 @@ from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
+from .methods import Method, detect_alone
 from .remaining_frames import remaining_frames
 from .select_executor import select_executor
 from .serial_executor import SerialExecutor
@@ -98,6 +99,8 @@ def run(
     force: bool = False,
     retry_failed: bool = False,
     time_limit: float | None = DEFAULT_SECONDS,
+    method: Method = detect_alone,
+    extra: dict[str, Any] | None = None,
     report: Callable[[FrameRecord], None] = lambda record: None,
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
     note: Callable[[str], None] = lambda sentence: None,
@@ -134,6 +137,10 @@ def run(
     time_limit
         s that a frame may take, reading and rendering included; then it fails, and a worker that was busy with it is replaced.
         None for no limit. Without effect on the workers of a scheduler and on a given executor.
+    method
+        how the chains of a frame are found; with another than `detect_alone` ids are those that the method gives.
+    extra
+        entries of the manifest besides those of every run, such as "sequence"; a run with extra entries of other names differs.
     report
         called with each frame's record once its files are written.
     resumed
@@ -161,7 +168,7 @@ def run(
     names = [frame.name for frame in capture.frames]
     check_names(Path(out), names)
     inputs = _input_state(capture, options, Path(out))
-    source = _describe_input(capture, options)
+    source = _describe_input(capture, options) | ({} if extra is None else {"method": sorted(extra)[0]})
     choices = {"restart": restart, "force": force, "retry_failed": retry_failed}
     with ResultsFolder(Path(out), source, config, inputs, **choices) as folder:
         for sentence in folder.notes:
@@ -171,16 +178,16 @@ def run(
         if records:
             resumed(list(records.values()))
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
-        tracker = _resume_tracker(capture, config, folder)
+        tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
         with _executor(executor if frames else SerialExecutor(), workers, scheduler, time_limit) as chosen:
-            for record, files in remaining_frames(frames, config, chosen, tracker, folder):
+            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method):
                 folder.add(record.name, record.to_journal(), files)
                 records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
                 report(record)
         summary = RunSummary(tuple(records[name] for name in names))
         if summary.succeeded:
             entries = [record.to_dict() for record in summary.records]
-            folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": entries})
+            folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": entries} | (extra or {}))
         else:
             folder.abandon()
     return summary

@@ -322,6 +322,7 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
         radii=chain.radii[joint],
         occluded=chain.occluded[index],
         depth_filled=chain.depth_filled[index],
+        from_time=chain.from_time[index],
         connections=connections,
     )
     return turned, segments

@@ -66,6 +66,8 @@ class Chain(Drawn):
     depth_filled
         (N,) bool, True for a segment whose depth no reading supports, so that it was interpolated along the strand or over a gap.
         An occluded segment always counts as filled. The values of `occluded` if not given; without meaning in 2-D.
+    from_time
+        (N,) bool, True for an occluded segment that was filled in from other frames of a sequence. All False if not given.
     closed
         True for a ring, whose last joint repeats the first.
     connections
@@ -87,6 +89,7 @@ class Chain(Drawn):
     radii: Floats = field(default_factory=lambda: np.zeros(0))
     occluded: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool))
     depth_filled: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool), kw_only=True)
+    from_time: Bools = field(default_factory=lambda: np.zeros(0, dtype=bool), kw_only=True)
     closed: bool = False
     connections: tuple[Connection, ...] = ()
     id: int | None = None
@@ -105,13 +108,17 @@ class Chain(Drawn):
         radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
         occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)
         filled = np.asarray(self.depth_filled, dtype=bool) if len(self.depth_filled) else occluded
-        if radii.shape != (len(joints),) or occluded.shape != (len(joints) - 1,) or filled.shape != occluded.shape:
+        from_time = np.asarray(self.from_time, dtype=bool) if len(self.from_time) else np.zeros_like(occluded)
+        per_segment = {occluded.shape, filled.shape, from_time.shape}
+        if radii.shape != (len(joints),) or per_segment != {(len(joints) - 1,)}:
             raise InputError(
                 f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}, depth_filled {filled.shape}: "
                 "expected (N + 1,), (N,) and (N,)",
                 code="chain-shape",
             )
-        set_sealed(self, joints=joints, radii=radii, occluded=occluded, depth_filled=occluded | filled)
+        set_sealed(
+            self, joints=joints, radii=radii, occluded=occluded, depth_filled=occluded | filled, from_time=from_time & occluded
+        )
         if math.isnan(self.confidence):
             least = min((connection.confidence for connection in self.connections), default=1.0)
             object.__setattr__(self, "confidence", least)
@@ -160,8 +167,8 @@ class Chain(Drawn):
         """Return the chain as plain lists and numbers, ready for JSON.
 
         Keys: "id", "joints", "segment_length", "radius", "radii", "length", "occluded", "depth" ("seen" or "filled" for each
-        segment; not in 2-D), "closed", "connections" (each {"segment", "confidence"}) and "confidence". Lengths are in m (px in
-        2-D).
+        segment; not in 2-D), "from_time" (if any segment is), "closed", "connections" (each {"segment", "confidence"}) and
+        "confidence". Lengths are in m (px in 2-D).
         """
         depth = {"depth": list(self.depth)} if self.joints.shape[1] == 3 else {}
         return {
@@ -173,6 +180,7 @@ class Chain(Drawn):
             "length": self.length,
             "occluded": self.occluded.tolist(),
             **depth,
+            **({"from_time": self.from_time.tolist()} if self.from_time.any() else {}),
             "closed": self.closed,
             "connections": [connection._asdict() for connection in self.connections],
             "confidence": self.confidence,

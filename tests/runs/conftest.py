@@ -11,7 +11,7 @@ from builders.runs import files_of
 
 from doo3d.config import Config
 from doo3d.inputs import ReadOptions, open_capture
-from doo3d.runs import frame_jobs
+from doo3d.runs import methods
 from doo3d.runs import run as batch
 from doo3d.runs.process_frames import JobSize
 from doo3d.types import Chain, Detection
@@ -22,7 +22,7 @@ def fake_detection(monkeypatch):
     """A detection without the method, for tests of the run alone; it is made by the function `fake_detection["do"]`."""
     chain = Chain(np.array([[-0.02, 0, 0.5], [-0.01, 0, 0.5], [0, 0, 0.5]]), 0.01, 0.005, occluded=np.array([True, False]))
     fake = {"do": lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",))}
-    monkeypatch.setattr(frame_jobs, "detect", lambda data, config, mask=None, pose=None: fake["do"](data, config, mask))
+    monkeypatch.setattr(methods, "detect", lambda data, config, mask=None, pose=None: fake["do"](data, config, mask))
     return fake
 
 

@@ -144,7 +144,7 @@ def test_a_ring_that_is_open_for_a_frame(dim):
     tracker = Tracker()
     tracker.update(found(ring(dim, 0.0, False)))
     whole = ring(dim, 1.0, True)
-    shorter = replace(whole, joints=whole.joints[:-3], radii=(), occluded=(), depth_filled=(), closed=False)
+    shorter = replace(whole, joints=whole.joints[:-3], radii=(), occluded=(), depth_filled=(), from_time=(), closed=False)
     opened = tracker.update(found(shorter)).chains[0]
     assert opened.id == 0
     np.testing.assert_allclose(opened.joints, whole.joints[:-3][::-1])

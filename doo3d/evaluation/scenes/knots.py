@@ -35,7 +35,7 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(*RADII)
-    curve = _knot_curve(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
+    curve = planar_knot(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
     points, strand = concatenate_curves([curve])
     crossed = curve_crossings(points, strand)
     over = alternating(crossed) ^ (rng.random() < 0.5)
@@ -52,7 +52,7 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     return scene if rng.random() < 0.7 else replace(scene, table=None)
 
 
-def _knot_curve(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
+def planar_knot(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
     """Return the knot's planar curve, slightly warped, rotated and mirrored at random: (P, 2) m, STEP apart."""
     t = np.linspace(-1, 1, 4001) * rng.uniform(1.02, 1.05)
     curve = np.column_stack((chebval(t, np.eye(b + 1)[b]), chebval(t, np.eye(a + 1)[a])))

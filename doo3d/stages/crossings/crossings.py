@@ -9,7 +9,7 @@ import numpy as np
 from ...config import CrossingsConfig
 from ...geometry.foreground_view import projection_of
 from ...geometry.intersections import Intersections, PolylineSet, find_intersections
-from ...types import Chain, Crossing, SegmentRef
+from ...types import Chain, Crossing, Foreground, SegmentRef
 from .. import FrameContext
 from .upper_strand import upper_strand_log_odds
 
@@ -35,9 +35,27 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
     The crossings, each with upper and lower strand, point and confidence. They are sorted by whichever of their two segments
     comes first in `chains`. Empty if no strands cross.
     """
+    return _find(chains, context.foreground, config) if chains else ()
+
+
+def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing, ...]:
+    """Find every place where strands cross in the view, and which one is on top, from the shapes of the chains alone.
+
+    Parameters
+    ----------
+    chains
+        the chains of one frame, m.
+    coordinates
+        "camera" for chains in the camera's optical frame, which are viewed from there; others are viewed from above.
+    """
     if not chains:
         return ()
-    foreground = context.foreground
+    viewpoint = np.zeros(3) if coordinates == "camera" else None
+    points = np.concatenate([chain.joints for chain in chains])
+    return _find(chains, Foreground(points=points, viewpoint=viewpoint), CrossingsConfig(use_color=False))
+
+
+def _find(chains: list[Chain], foreground: Foreground, config: CrossingsConfig) -> tuple[Crossing, ...]:
     closed = [chain.closed for chain in chains]
     view = projection_of(foreground)
     positions = [view.project(chain.joints) for chain in chains]

@@ -1,0 +1,200 @@
+"""Motions of one cable: captured from real cables, dragged over a table, and knots pulled tight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+from scipy.spatial.transform import Rotation
+
+from ...errors import InputError
+from ...types import Camera, Floats
+from ..scenes.curves import STEP, curve_crossings, random_curves, resample_polyline
+from ..scenes.families import MIN_BEND_RADII, RADII
+from ..scenes.knots import KNOTS, alternating, planar_knot
+from ..scenes.model import Table
+from ..scenes.stacking import min_bend_radius, resting_heights, spline_axis
+from ..scenes.studio import FOCAL_LENGTHS_PX, MARGIN_FRACTION, TABLE_COLORS, Studio, make_studio
+
+FRAME_RATE = 30.0
+"""Frames per second of a sequence."""
+
+CAPTURE_RATE = 100.0
+"""Positions of the markers per second."""
+
+CAPTURED_RADII = (0.003, 0.006)
+"""m, least and greatest radius of a cable whose motion was captured: the files do not hold it."""
+
+MIN_DISTANCE = 0.45
+"""m from the camera to a moving cable at least."""
+
+MAX_ATTEMPTS = 60
+"""Draws of a motion before it is given up."""
+
+Size = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of one cable before a camera that stands still, in the camera's optical frame.
+
+    Attributes
+    ----------
+    axes
+        for each of T frames (P, 3) m, the center line of the cable, from the same tip on.
+    radius
+        m.
+    camera
+        the intrinsics and the image size.
+    table
+        the plane below the cable; None for a cable in the air.
+    light
+        (3,) unit vector towards the light.
+    """
+
+    axes: tuple[Floats, ...]
+    radius: float
+    camera: Camera
+    table: Table | None
+    light: tuple[float, float, float] = (0.0, 0.0, -1.0)
+
+
+def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Motion | None:
+    """Return the motion of a real cable, from a file of motion capture, before a camera at a random place.
+
+    The cable is a cubic spline through the markers.
+
+    Parameters
+    ----------
+    path
+        npy file of (T, K, 3) float m: positions of K markers along the cable from tip to tip, 100 times a second, z up.
+    rng
+        draws the camera, the cable's radius and the start.
+    size
+        (width, height) px of the image.
+    frames
+        number of frames, 30 a second.
+
+    Raises
+    ------
+    InputError : the file is no such array, or holds fewer frames.
+    """
+    try:
+        markers = np.load(path, allow_pickle=False)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: no motion capture can be read ({error})", code="truth-invalid") from None
+    last = (frames - 1) * CAPTURE_RATE / FRAME_RATE
+    if markers.ndim != 3 or markers.shape[1] < 4 or markers.shape[2] != 3 or len(markers) <= last + 1:
+        raise InputError(
+            f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}",
+            code="truth-invalid",
+        )
+    start = rng.uniform(0, len(markers) - 1 - last)
+    at = start + np.arange(frames) * CAPTURE_RATE / FRAME_RATE
+    low = np.minimum(at.astype(int), len(markers) - 2)
+    part = (at - low)[:, None, None]
+    positions = markers[low].astype(float) * (1 - part) + markers[low + 1].astype(float) * part
+    radius = rng.uniform(*CAPTURED_RADII)
+    camera = _camera(rng, size)
+    turned = _turned_to_camera(rng, positions.reshape(-1, 3), camera).reshape(positions.shape)
+    axes = tuple(spline_axis(frame) for frame in turned)
+    return Motion(axes, radius, camera, None)
+
+
+def _camera(rng: Generator, size: Size) -> Camera:
+    focal = round(FOCAL_LENGTHS_PX.get(size[0], 0.72 * size[0]) * rng.uniform(0.985, 1.015), 2)
+    return Camera(focal, focal, size[0] / 2 + rng.uniform(-6, 6), size[1] / 2 + rng.uniform(-6, 6), *size)
+
+
+def _turned_to_camera(rng: Generator, points: Floats, camera: Camera) -> Floats:
+    """Return points (N, 3) m, z up, as a camera sees them that looks at their middle, so near that they just fit the image."""
+    turn = Rotation.from_euler("zx", [rng.uniform(0, 360), -90 - rng.uniform(-5, 50)], degrees=True)
+    centered = turn.apply(points - (points.max(axis=0) + points.min(axis=0)) / 2)
+    centered -= (centered.max(axis=0) + centered.min(axis=0)) / 2
+    room = np.array([camera.width, camera.height]) * (0.5 - MARGIN_FRACTION) - 8
+    distance = (np.abs(centered[:, :2]) * camera.fx / room - centered[:, 2:]).max()
+    distance = max(distance, MIN_DISTANCE - centered[:, 2].min())
+    return np.asarray(centered + np.array([0.0, 0.0, distance]))
+
+
+def dragged_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
+    """Return the motion of a cable with loops that is dragged over a table by one end: each point follows the one before it."""
+    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
+    length = rng.uniform(0.6, 0.9)
+    curve = random_curves(rng, 1, length, 4 * MIN_BEND_RADII * radius)[0]
+    curve = curve - (curve.max(axis=0) + curve.min(axis=0)) / 2
+    speed, turn = rng.uniform(0.05, 0.15), float(np.arctan2(*(curve[0] - curve[4])[::-1]))
+    curvature = rng.uniform(-6, 6)
+    curves = [curve]
+    for _ in range(frames - 1):
+        head = curves[-1][0] + speed / FRAME_RATE * np.array([np.cos(turn), np.sin(turn)])
+        turn += curvature * speed / FRAME_RATE
+        curves.append(_followed(curves[-1], head))
+    return _on_table(rng, curves, studio, radius, None)
+
+
+def _followed(curve: Floats, head: Floats) -> Floats:
+    """Return a curve (P, 2) m after its first point was pulled to `head`: each point is drawn by the one before it."""
+    result = curve.copy()
+    result[0] = head
+    for k in range(1, len(curve)):
+        back = result[k] - result[k - 1]
+        distance = float(np.hypot(*back))
+        if distance <= STEP:
+            break
+        result[k] = result[k - 1] + back * (STEP / distance)
+    return result
+
+
+def knot_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
+    """Return the motion of a loose knot on a table whose ends are pulled apart, so that it shrinks."""
+    studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(0.0022, 0.0032)
+    knot = planar_knot(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
+    length = len(knot) * STEP * rng.uniform(1.0, 1.1)
+    over = bool(rng.random() < 0.5)
+    curves = []
+    for scale in np.linspace(1.0, rng.uniform(0.5, 0.7), frames):
+        inner = resample_polyline(knot * scale, STEP)
+        arm = max(0.0, (length - len(inner) * STEP) / 2)
+        reach = np.arange(1, max(1, round(arm / STEP)) + 1)[:, None] * STEP
+        first, last = inner[0] - inner[4], inner[-1] - inner[-5]
+        curves.append(
+            np.vstack(((inner[0] + reach * first / np.hypot(*first))[::-1], inner, inner[-1] + reach * last / np.hypot(*last)))
+        )
+    return _on_table(rng, curves, studio, radius, over)
+
+
+def _on_table(rng: Generator, curves: list[Floats], studio: Studio, radius: float, first_over: bool | None) -> Motion | None:
+    """Return the motion of a cable along planar curves on a table; None if it bends too much, leaves the image or cannot rest.
+
+    first_over : for a knot, whether the first strand is on top at the first crossing; None lets the strand that comes first along
+    the cable lie below everywhere.
+    """
+    axes = []
+    for curve in curves:
+        crossed = curve_crossings(curve, np.zeros(len(curve), dtype=np.int64))
+        over = np.zeros(len(crossed.first), dtype=bool) if first_over is None else alternating(crossed) ^ first_over
+        z = resting_heights(curve, np.zeros(len(curve), dtype=np.int64), crossed, over, radius)
+        if z is None:
+            return None
+        axis = spline_axis(np.column_stack((curve, z)))
+        if not studio.contains(axis) or min_bend_radius(axis) < MIN_BEND_RADII * radius:
+            return None
+        axes.append(studio.to_camera(axis))
+    return Motion(tuple(axes), radius, studio.camera, studio.table(), studio.light)
+
+
+OWN_MOTIONS: dict[str, Callable[[Generator, Size, int], Motion | None]] = {"dragged": dragged_motion, "knot": knot_motion}
+"""Motions that need no file."""
+
+
+def table_below(motion: Motion, rng: Generator) -> Table:
+    """Return a wall behind a cable in the air, 0.2 to 0.5 m beyond it."""
+    farthest = max(float(axis[:, 2].max()) for axis in motion.axes)
+    tilt = rng.uniform(-0.15, 0.15, 2)
+    normal = np.array([*tilt, -1.0]) / np.sqrt(1 + tilt @ tilt)
+    color = TABLE_COLORS[rng.integers(len(TABLE_COLORS))]
+    return Table(np.array([0.0, 0.0, farthest + rng.uniform(0.2, 0.5)]), normal, color)

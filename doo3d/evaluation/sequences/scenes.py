@@ -1,0 +1,212 @@
+"""Sequences of scenes: a cable in motion, hands that pass before it, and frames that lose their depth."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+from scipy.spatial.transform import Rotation
+
+from ...types import Floats, Frame
+from ..rendering.renderer import Rendered, render
+from ..scenes.model import Scene, Solid, Truth, cuboid_triangles
+from ..scenes.studio import cable_color
+from .motions import FRAME_RATE, MAX_ATTEMPTS, OWN_MOTIONS, Motion, Size, captured_motion, table_below
+
+SKIN_COLORS = ((196, 148, 120), (120, 84, 66), (48, 49, 52))
+"""8-bit RGB of hands and of a gripper."""
+
+HIDDEN_SHARE, HIDDEN_SECONDS = (0.10, 0.40), (0.3, 2.0)
+"""Share of a cable that a hand hides, and for how long, s."""
+
+PASSING_SECONDS = 0.2
+"""s that a hand takes to come in, and to leave."""
+
+MAX_LOST_FRAMES = 4
+"""Frames without any depth in a row at most."""
+
+EVENT_SECONDS = 2.0
+"""s of a sequence for each hand that passes, one after the other, and for each loss of depth."""
+
+LEVELS = ("hard", "easy")
+"""With hands that pass and losses of depth, and without."""
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A solid that passes between the camera and a cable.
+
+    start, end : frames. middle : share of the cable's length at which it is. hidden : share of its length that it hides.
+    nearness : its distance from the camera as a fraction of the cable's. aside : unit vector (2,) in the image plane along which
+    it comes and goes. color : 8-bit RGB.
+    """
+
+    start: float
+    end: float
+    middle: float
+    hidden: float
+    nearness: float
+    aside: Floats
+    color: tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Depth that is not measured: in frames start to end, over a part (from, to) of the cable's length, or in the whole image."""
+
+    start: int
+    end: int
+    part: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A cable in motion with all that happens before it.
+
+    Attributes
+    ----------
+    name
+        name of the motion and the seed.
+    seed
+        seeds the noise of the sensor.
+    motion
+        the cable, the camera and the table.
+    hands
+        the solids that pass before it.
+    losses
+        where depth is not measured.
+    color
+        8-bit RGB of the cable.
+    """
+
+    name: str
+    seed: int
+    motion: Motion
+    hands: tuple[Hand, ...]
+    losses: tuple[Loss, ...]
+    color: tuple[int, int, int]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.motion.axes)
+
+    def scene(self, index: int) -> Scene:
+        """Return the scene of a frame."""
+        motion, axis = self.motion, self.motion.axes[index]
+        length = float(np.linalg.norm(np.diff(axis, axis=0), axis=1).sum())
+        shiny = tuple(
+            (loss.part[0] * length, loss.part[1] * length)
+            for loss in self.losses
+            if loss.part is not None and loss.start <= index < loss.end
+        )
+        cable = Truth(axis, motion.radius, color=self.color, shiny=shiny)
+        solids = tuple(solid for hand in self.hands if (solid := _solid(hand, axis, index)) is not None)
+        return Scene(f"{index:04d}", self.name, self.seed, motion.camera, (cable,), solids, motion.table, motion.light)
+
+    def frame(self, index: int, sensor: str = "d435") -> Rendered:
+        """Render a frame; the same arguments give the same frame."""
+        rendered = render(self.scene(index), sensor)
+        depth = rendered.frame.depth
+        if any(loss.part is None and loss.start <= index < loss.end for loss in self.losses):
+            depth = np.zeros_like(depth)
+        data = rendered.frame
+        frame = Frame(color=data.color, depth=depth, camera=data.camera, name=data.name, timestamp=index / FRAME_RATE)
+        return replace(rendered, frame=frame)
+
+    def frames(self, sensor: str = "d435") -> Iterator[Rendered]:
+        """Render all frames, one after the other."""
+        return (self.frame(index, sensor) for index in range(len(self)))
+
+
+def _solid(hand: Hand, axis: Floats, index: int) -> Solid | None:
+    """Return a hand as it is in a frame; None if it is not there."""
+    passing = PASSING_SECONDS * FRAME_RATE
+    if not hand.start - passing < index < hand.end + passing:
+        return None
+    count = len(axis)
+    low, high = (
+        int(np.clip(share, 0, 1) * (count - 1)) for share in (hand.middle - hand.hidden / 2, hand.middle + hand.hidden / 2)
+    )
+    part = axis[low : high + 1] * hand.nearness
+    middle = part.mean(axis=0)
+    along = part[-1, :2] - part[0, :2]
+    angle = float(np.arctan2(along[1], along[0]))
+    turn = Rotation.from_euler("z", angle)
+    local = turn.inv().apply(part - middle)
+    size = np.append(np.ptp(local[:, :2], axis=0) + 0.03, 0.02)
+    center = middle + turn.apply(np.append((local[:, :2].max(axis=0) + local[:, :2].min(axis=0)) / 2, 0.0))
+    outside = max(hand.start - index, index - hand.end, 0.0) / passing
+    center[:2] += hand.aside * outside * (np.hypot(*size[:2]) + 0.1)
+    corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size
+    return Solid(turn.apply(corners) + center, cuboid_triangles(), hand.color)
+
+
+def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames: int = 120, level: str = "hard") -> Sequence:
+    """Return a sequence with known truth; the same arguments give the same sequence.
+
+    Parameters
+    ----------
+    motion
+        name of a motion (a key of OWN_MOTIONS), or the path of a file of motion capture.
+    seed
+        integer, 0 or more.
+    size
+        (width, height) px of the images.
+    frames
+        number of frames, 30 a second.
+    level
+        "hard": hands pass and depth is lost; "easy": neither.
+
+    Raises
+    ------
+    InputError : the file cannot be read as motion capture.
+    ValueError : there is no such motion, or none can be drawn.
+    """
+    if level not in LEVELS:
+        raise ValueError(f"no level {level!r}: there are {', '.join(LEVELS)}")
+    is_file = str(motion) not in OWN_MOTIONS
+    name = Path(motion).stem if is_file else str(motion)
+    rng = np.random.default_rng([zlib.crc32(name.encode()), seed])
+    for _ in range(MAX_ATTEMPTS):
+        drawn = captured_motion(Path(motion), rng, size, frames) if is_file else OWN_MOTIONS[str(motion)](rng, size, frames)
+        if drawn is not None:
+            break
+    else:
+        raise ValueError(f"no motion {name!r} of {frames} frames was found in {MAX_ATTEMPTS} draws")
+    if drawn.table is None and rng.random() < 0.7:
+        drawn = replace(drawn, table=table_below(drawn, rng))
+    events = max(1, round(frames / FRAME_RATE / EVENT_SECONDS)) if level == "hard" else 0
+    slots = np.linspace(0.08 * frames, 0.97 * frames, events + 1)
+    hands = tuple(_hand(rng, float(start), float(end)) for start, end in pairwise(slots))
+    losses = tuple(_loss(rng, frames) for _ in range(events))
+    return Sequence(f"{name}-{seed}", seed, drawn, hands, losses, cable_color(rng))
+
+
+def _hand(rng: Generator, first: float, last: float) -> Hand:
+    """Return a hand that passes between two frames."""
+    passing = 2 * PASSING_SECONDS * FRAME_RATE
+    frames = min(rng.uniform(*HIDDEN_SECONDS) * FRAME_RATE, max(last - first - passing, 1.0))
+    start = rng.uniform(first + passing / 2, max(last - passing / 2 - frames, first + passing / 2))
+    turn = rng.uniform(0, 2 * np.pi)
+    return Hand(
+        start,
+        start + frames,
+        rng.uniform(0, 1),
+        rng.uniform(*HIDDEN_SHARE),
+        rng.uniform(0.75, 0.92),
+        np.array([np.cos(turn), np.sin(turn)]),
+        SKIN_COLORS[rng.integers(len(SKIN_COLORS))],
+    )
+
+
+def _loss(rng: Generator, frames: int) -> Loss:
+    start = int(rng.uniform(0.1, 0.9) * frames)
+    if rng.random() < 0.5:
+        return Loss(start, start + int(rng.integers(1, MAX_LOST_FRAMES + 1)), None)
+    share, first = rng.uniform(0.05, 0.15), rng.random() < 0.5
+    return Loss(start, start + int(rng.uniform(0.2, 0.6) * FRAME_RATE), (0.0, share) if first else (1 - share, 1.0))

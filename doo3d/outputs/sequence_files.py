@@ -1,0 +1,124 @@
+"""What the first pass leaves on disk for the second: the strands of each frame, and the objects of the whole capture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..sequence.objects import Anchor, SequenceObject
+from ..sequence.observations import Observation, Strand
+from ..types import Detection
+from . import STRANDS
+from .atomic import write_text
+from .detection_json import dumps, read_object
+from .run_reader import read_detection
+
+STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/1", "doo3d/sequence/1"
+
+OBJECTS = "objects.json"
+"""File of the objects, in the folder of the first pass."""
+
+
+@dataclass(frozen=True)
+class SequenceFile:
+    """What is known of a whole capture.
+
+    Attributes
+    ----------
+    frames
+        names of all frames, in order.
+    max_gap
+        number of frames without any strand of an object up to which it is filled in.
+    objects
+        the objects.
+    """
+
+    frames: tuple[str, ...]
+    max_gap: int
+    objects: tuple[SequenceObject, ...]
+
+
+def encode_strands(observation: Observation) -> bytes:
+    """Return the strands of a frame as JSON, UTF-8 bytes."""
+    strands = [
+        {
+            "points": strand.points.tolist(),
+            "arcs": strand.arcs.tolist(),
+            "length": strand.length,
+            "tips": list(strand.tips),
+            "chain": strand.chain,
+        }
+        for strand in observation.strands
+    ]
+    return dumps({"schema": STRANDS_SCHEMA, "strands": strands}).encode("utf-8")
+
+
+def read_observation(folder: Path, frame: str) -> Observation:
+    """Return what the first pass found in a frame; nothing for a frame that failed, which has no files.
+
+    Raises
+    ------
+    InputError : a file is damaged.
+    """
+    file = folder / f"{frame}.json"
+    if not file.exists():
+        return Observation(Detection(chains=(), frame=frame), ())
+    path = folder / f"{frame}{STRANDS}"
+    values = read_object(path, (STRANDS_SCHEMA,), "the strands of a frame")
+    try:
+        strands = tuple(_strand(item) for item in values["strands"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from None
+    return Observation(read_detection(file), strands)
+
+
+def _strand(values: dict[str, Any]) -> Strand:
+    points, arcs = np.array(values["points"], dtype=float), np.array(values["arcs"], dtype=float)
+    if points.shape != (len(arcs), 3) or not len(arcs):
+        raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
+    start, end = values["tips"]
+    return Strand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]))
+
+
+def write_objects(folder: Path, known: SequenceFile) -> None:
+    """Write what is known of a capture."""
+    objects = [asdict(item) for item in known.objects]
+    values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap, "objects": objects}
+    write_text(folder / OBJECTS, dumps(values))
+
+
+def read_objects(folder: Path) -> SequenceFile:
+    """Return what `write_objects` wrote.
+
+    Raises
+    ------
+    InputError : the file is missing or damaged.
+    """
+    path = folder / OBJECTS
+    values = read_object(path, (OBJECTS_SCHEMA,), "the objects of a sequence")
+    try:
+        objects = tuple(_object(item) for item in values["objects"])
+        return SequenceFile(tuple(map(str, values["frames"])), int(values["max_gap"]), objects)
+    except (KeyError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from None
+
+
+def _object(values: dict[str, Any]) -> SequenceObject:
+    radius = float("nan") if values["radius"] is None else float(values["radius"])
+    anchors = tuple(Anchor(int(item["frame"]), int(item["chain"]), bool(item["backwards"])) for item in values["anchors"])
+    return SequenceObject(int(values["id"]), float(values["length"]), radius, int(values["segments"]), anchors)
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    return InputError(f"{path}: a value is missing or invalid ({error!r}); run with --restart", code="results-damaged")
+
+
+def summary(objects: Sequence[SequenceObject], frames: int) -> list[dict[str, Any]]:
+    """Return the objects for the manifest of a run: id, length, radius, number of segments, and frames that show them wholly."""
+    keys = ("id", "length", "radius", "segments")
+    return [{key: getattr(item, key) for key in keys} | {"whole_frames": len(item.anchors), "frames": frames} for item in objects]

@@ -1,0 +1,108 @@
+"""How the chains of a frame of a run are found: from the frame alone, or in two passes from the whole capture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+
+from ..config import Config
+from ..errors import InputError
+from ..inputs import FrameData, FrameRef
+from ..outputs import STRANDS
+from ..pipeline import detect
+from ..types import Cloud, Detection, Frame, as_pose
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a method found in a frame.
+
+    Attributes
+    ----------
+    detection
+        the chains.
+    files
+        suffix -> content of files of the frame besides its JSON result and its picture.
+    has_picture
+        whether a picture is to be drawn.
+    """
+
+    detection: Detection
+    files: dict[str, bytes] = field(default_factory=dict)
+    has_picture: bool = True
+
+
+Method = Callable[[FrameData, FrameRef, Config], Found]
+"""A function from a frame's data, the frame and the settings to what is found; other processes must be able to import it."""
+
+
+def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
+    """Detect in a frame by itself."""
+    pose = None if config.mode == "2d" else loaded.base_pose
+    return Found(detect(loaded.data, config, loaded.mask_for(config), pose))
+
+
+def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
+    """Detect in a frame of a sequence by itself, and keep its strands for the second pass.
+
+    A frame that shows nothing, such as one without depth, counts as empty.
+    """
+    from ..outputs.sequence_files import encode_strands
+    from ..sequence.detect_sequence import observe_frame
+    from ..sequence.observations import Observation
+
+    data = loaded.data
+    assert isinstance(data, Frame | Cloud)
+    try:
+        observation = observe_frame(data, config, loaded.mask_for(config))
+    except InputError as error:
+        coordinates = data.coordinates if isinstance(data, Cloud) else "camera"
+        observation = Observation(Detection(chains=(), coordinates=coordinates, notes=(str(error),)), ())
+    return Found(observation.detection, {STRANDS: encode_strands(observation)}, has_picture=False)
+
+
+@dataclass(frozen=True)
+class SecondPass:
+    """The method that takes the chains of a frame from the whole sequence.
+
+    Attributes
+    ----------
+    folder
+        the folder that the first pass wrote.
+    digest
+        of what is known of the whole capture; nothing kept in memory for another digest is used.
+    """
+
+    folder: Path
+    digest: str
+
+    def __call__(self, loaded: FrameData, frame: FrameRef, config: Config) -> Found:
+        """Return the chains of a frame, in the base frame if it has one."""
+        from ..sequence.detect_sequence import WINDOW
+
+        start = _positions(self)[frame.name] // WINDOW * WINDOW
+        detection = _window(self, start)[frame.name]
+        return Found(detection if loaded.base_pose is None else detection.transformed(as_pose(loaded.base_pose)))
+
+
+@lru_cache(maxsize=2)
+def _positions(method: SecondPass) -> dict[str, int]:
+    """Return the positions of the frames in their capture, by their names."""
+    from ..outputs.sequence_files import read_objects
+
+    return {name: position for position, name in enumerate(read_objects(method.folder).frames)}
+
+
+@lru_cache(maxsize=2)
+def _window(method: SecondPass, start: int) -> dict[str, Detection]:
+    """Return the detections of the frames of a window, by their names; kept for the frames that follow."""
+    from ..outputs.sequence_files import read_objects, read_observation
+    from ..sequence.detect_sequence import combine_window, window_bounds
+
+    known = read_objects(method.folder)
+    first, last = window_bounds(start, len(known.frames))
+    observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
+    detections = combine_window(observations, known.objects, start, first, known.max_gap)
+    return dict(zip(known.frames[start:], detections, strict=False))

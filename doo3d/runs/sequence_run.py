@@ -1,0 +1,117 @@
+"""A run over a capture whose frames are detected together: two passes, each a run of its own."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from ..config import Config
+from ..inputs import Capture
+from ..outputs import MANIFEST
+from ..outputs.atomic import PREFIX, write_text
+from ..outputs.sequence_files import SequenceFile, read_observation, summary, write_objects
+from ..sequence.detect_sequence import check_mode, gap_frames
+from ..sequence.objects import find_objects
+from .frame_record import FrameRecord
+from .methods import SecondPass, first_pass
+from .run import RunSummary, run
+
+FIRST_PASS = f"{PREFIX}first-pass"
+"""Folder, in that of the results, that the first pass writes and the second reads; an interrupted run resumes from it."""
+
+BEGUN = "second-pass"
+"""File in it that holds the digest of what the second pass began with."""
+
+NO_OBJECTS = "sequence: no object is seen wholly in enough frames, so every frame keeps its own chains"
+
+
+def run_sequence(
+    capture: Capture,
+    out: str | Path,
+    config: Config,
+    passes: Callable[[str], AbstractContextManager[Any]],
+    *,
+    restart: bool = False,
+    **options: Any,
+) -> RunSummary:
+    """Detect in all frames of a capture together, and write the results to a folder.
+
+    Interrupted runs resume, in the pass in which they were interrupted. If frames come or are mended, the objects are found anew,
+    and the second pass begins again.
+
+    Parameters
+    ----------
+    capture, out, config
+        as for `run`.
+    passes
+        called with the name of each pass, "first pass" and "second pass": a context of the pass, with functions `report`,
+        `resumed` and `note` of `run` as attributes.
+    restart
+        do both passes again.
+    options
+        further arguments of `run`.
+
+    Raises
+    ------
+    InputError : as for `run`; or the config is for images.
+    """
+    check_mode(config)
+    folder = Path(out) / FIRST_PASS
+    with passes("first pass") as reporter:
+        first = run(
+            capture,
+            folder,
+            config,
+            **options,
+            restart=restart,
+            method=first_pass,
+            extra={"sequence": "first pass"},
+            **_functions(reporter),
+        )
+    names = [frame.name for frame in capture.frames]
+    if not first.succeeded:
+        return first
+    observations = [read_observation(folder, name) for name in names]
+    objects = find_objects(observations, config)
+    write_objects(folder, SequenceFile(tuple(names), gap_frames(observations, config), tuple(objects)))
+    del observations
+    digest = _digest(folder)
+    begun = folder / BEGUN
+    is_other = begun.exists() and begun.read_text(encoding="utf-8") != digest
+    with passes("second pass") as reporter:
+        if not objects:
+            reporter.note(NO_OBJECTS)
+        functions = _functions(reporter)
+
+        def report(record: FrameRecord) -> None:
+            if is_other or not begun.exists():
+                write_text(begun, digest)
+            functions["report"](record)
+
+        return run(
+            capture,
+            out,
+            config,
+            **options,
+            restart=restart or is_other,
+            method=SecondPass(folder.resolve(), digest),
+            extra={"sequence": {"objects": summary(objects, len(names))}},
+            **functions | {"report": report},
+        )
+
+
+def _digest(folder: Path) -> str:
+    """Return a digest of all that the first pass wrote and the second reads."""
+    result = hashlib.sha256()
+    for file in sorted(folder.glob("*.json")):
+        if file.name != MANIFEST:
+            result.update(file.name.encode() + file.read_bytes())
+    return result.hexdigest()
+
+
+def _functions(reporter: Any) -> dict[str, Any]:
+    """Return the functions that a run calls with its progress."""
+    return {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}

@@ -1,0 +1,193 @@
+"""Detect in all frames of a capture together: each frame for itself, then with what is known of the whole capture.
+
+The first pass detects in every frame as always. From all frames together it is found which objects there are and how long each
+is. In the second pass every object is found in every frame, from the frames before and after in which it is plain. The second
+pass works in windows of fixed borders, each with some frames before and after it: so it needs little memory, and any window can
+be done alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..config import Config, ConfigLike, as_config
+from ..errors import InputError
+from ..pipeline import detect_with_stages
+from ..stages.crossings import crossings_of_chains
+from ..types import Array, Chain, Cloud, Connection, Detection, Frame
+from .objects import SequenceObject, find_objects
+from .observations import Observation, observe
+from .registration import exact_lengths
+from .second_pass import Shape, follow
+
+WINDOW, CONTEXT = 300, 90
+"""Frames of a window, and frames before and after it that are looked at too: 10 s and 3 s of video."""
+
+FRAME_RATE = 30.0
+"""Frames per second of captures without times."""
+
+BREAK_NOTE = "sequence: object {id} is not found here, and too long not: no chain was made up for it"
+"""Note of a frame in which an object is missing between frames that show it."""
+
+
+def detect_sequence(
+    frames: Iterable[Frame | Cloud], config: ConfigLike | None = None, masks: Iterable[Array | None] | None = None
+) -> list[Detection]:
+    """Return the deformable linear objects in every frame of a capture, found in all frames together.
+
+    An object has the same id, the same direction and the same number of segments in all frames, and joint i is the same point of
+    the material. What one frame does not show is filled in from the frames before and after. A frame that shows the objects
+    wholly keeps the shapes that it has for itself.
+
+    Parameters
+    ----------
+    frames
+        the frames or clouds of one capture, in order; read once, and not kept.
+    config
+        the settings, as for `detect`; section `sequence` is for this.
+    masks
+        for each frame the caller's own segmentation, or None, as for `detect`; None segments all as the config says.
+
+    Returns
+    -------
+    A detection for each frame. Chains have `occluded` where nothing was seen, and `from_time` where other frames filled it in.
+
+    Raises
+    ------
+    InputError : a frame cannot be used, or the config is for images (mode "2d").
+    """
+    config = as_config(config)
+    check_mode(config)
+    given = iter(masks) if masks is not None else None
+    observations = [observe_frame(frame, config, None if given is None else next(given)) for frame in frames]
+    return list(combine(observations, config))
+
+
+def check_mode(config: Config) -> None:
+    """Raise an InputError if the config is for images."""
+    if config.mode == "2d":
+        raise InputError(
+            "a sequence is followed in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
+            code="config-mode",
+        )
+
+
+def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None) -> Observation:
+    """Detect in one frame for itself, and keep what it shows of the objects: the first pass.
+
+    frame, config, mask : as for `detect`.
+
+    Raises
+    ------
+    InputError : the frame cannot be used.
+    """
+    detection, stages = detect_with_stages(frame, config, mask)
+    return observe(detection, stages, config)
+
+
+def combine(observations: Sequence[Observation], config: Config) -> Iterator[Detection]:
+    """Yield the detection of every frame, from what each shows for itself: the second pass.
+
+    Parameters
+    ----------
+    observations
+        all frames of the capture, in order.
+    config
+        the settings; sections `sequence` and `tracking` are used.
+    """
+    objects = find_objects(observations, config)
+    max_gap = gap_frames(observations, config)
+    for start in range(0, len(observations), WINDOW):
+        first, last = window_bounds(start, len(observations))
+        yield from combine_window(observations[first:last], objects, start, first, max_gap)
+
+
+def window_bounds(start: int, count: int) -> tuple[int, int]:
+    """Return the first frame, and the one after the last, that the window from `start` on looks at, of `count` frames."""
+    return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
+
+
+def combine_window(
+    observations: Sequence[Observation], objects: Sequence[SequenceObject], start: int, first: int, max_gap: int
+) -> list[Detection]:
+    """Return the detections of the WINDOW (300) frames from `start` on.
+
+    Parameters
+    ----------
+    observations
+        the frames that the window looks at, as `window_bounds` says.
+    objects
+        the objects of the whole capture.
+    start
+        index in the capture of the first frame of the window.
+    first
+        index in the capture of the first of the observations.
+    max_gap
+        number of frames in a row without any strand of an object up to which it is filled in.
+    """
+    claimed = [_claimed(objects, first + k) for k in range(len(observations))]
+    shapes = []
+    for item in objects:
+        own = _own(item, first, len(observations))
+        of_others = [chains - mine for chains, mine in zip(claimed, own, strict=True)]
+        shapes.append(follow(item, observations, first, of_others, max_gap))
+    frames = range(start - first, min(start - first + WINDOW, len(observations)))
+    return [_detection(observations[k], objects, [shape[k] for shape in shapes]) for k in frames]
+
+
+def gap_frames(observations: Sequence[Observation], config: Config) -> int:
+    """Return `sequence.max_gap` as a number of frames."""
+    return round(config.sequence.max_gap / frame_seconds(observations))
+
+
+def frame_seconds(observations: Sequence[Observation]) -> float:
+    """Return the median time from frame to frame, s; 1/30 s if the frames have no times."""
+    times = [observation.detection.timestamp for observation in observations]
+    known = np.array([time for time in times if time is not None])
+    steps = np.diff(known)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if len(steps) else 1 / FRAME_RATE
+
+
+def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
+    """Return the chains of a frame that are whole objects."""
+    return {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
+
+
+def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
+    """Return for each of `count` frames from `first` on the chain that is the whole object, if there is one."""
+    anchors = {anchor.frame: anchor.chain for anchor in item.anchors}
+    return [{anchors[first + k]} if first + k in anchors else set() for k in range(count)]
+
+
+def _detection(observation: Observation, objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> Detection:
+    """Return the detection of a frame with the chains of the sequence in place of its own open ones."""
+    single = observation.detection
+    if not objects:
+        return single
+    chains = [as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True) if shape is not None]
+    chains += [replace(chain, id=None) for chain in single.chains if chain.closed]
+    chains.sort(key=lambda chain: -chain.length)
+    crossings = crossings_of_chains(chains, single.coordinates) if chains else ()
+    missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
+    return replace(single, chains=tuple(chains), crossings=crossings, notes=(*single.notes, *missing))
+
+
+def as_chain(item: SequenceObject, shape: Shape) -> Chain:
+    """Return an object in one frame as a chain of its number of segments."""
+    seen = shape.seen[:-1] & shape.seen[1:]
+    joints = exact_lengths(shape.joints, item.segment_length)
+    confidence = float(np.exp(-shape.cost))
+    gaps = np.flatnonzero(np.diff(np.concatenate(([True], seen)).astype(int)) < 0)
+    return Chain(
+        joints,
+        item.segment_length,
+        item.radius,
+        occluded=~seen,
+        from_time=~seen & shape.from_time[:-1],
+        connections=tuple(Connection(int(gap), confidence) for gap in gaps),
+        id=item.id,
+    )

@@ -1,0 +1,172 @@
+"""What one frame alone shows of the objects: its detection, and every strand that was seen, with what its ends are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..config import Config
+from ..pipeline import Stages
+from ..stages import Assembly, FrameContext
+from ..stages.fill import fill
+from ..stages.refine import estimate_centerline, lay_chains
+from ..types import Bools, Chain, Detection, Floats, Foreground
+
+MIN_STRAND_RADII = 6.0
+"""Radii; shorter strands tell nothing about where along an object they belong."""
+
+MIN_JOINED_CONFIDENCE = 0.3
+"""Confidence of a connection below which the two sides of it count as two strands."""
+
+LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
+"""Radii beyond an end at which the frame is asked whether the object ends there."""
+
+OCCLUDER_MARGIN_RADII = 0.6
+"""Radii by which what hides a continuation is nearer than it at least."""
+
+TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
+"""How surely the end of a strand is a tip of its object: in plain view; no depth around; hidden, or continued in the mask."""
+
+
+@dataclass(frozen=True)
+class Strand:
+    """A stretch of an object as one frame shows it, perhaps with hidden parts that are bridged.
+
+    Attributes
+    ----------
+    points
+        (K, 3) m, joints on the seen parts, in order.
+    arcs
+        (K,) m, arc length from the strand's start to each of them.
+    length
+        m, from the strand's start to its end.
+    tips
+        how surely its start and its end are tips of the object: TIP, UNKNOWN or CUT_OFF.
+    chain
+        index of the chain of the detection that it is part of; -1 for a strand that merging dropped.
+    """
+
+    points: Floats
+    arcs: Floats
+    length: float
+    tips: tuple[float, float]
+    chain: int
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One frame as it is seen by itself.
+
+    Attributes
+    ----------
+    detection
+        the detection of the frame alone.
+    strands
+        all that was seen: the chains, parted where their connections are doubtful, and what merging dropped.
+    """
+
+    detection: Detection
+    strands: tuple[Strand, ...]
+
+
+def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
+    """Return what a frame alone shows.
+
+    Parameters
+    ----------
+    detection
+        the detection of the frame.
+    stages
+        what every stage made of it.
+    config
+        the settings of the stages.
+    """
+    context = stages.context
+    strands = [strand for number, chain in enumerate(detection.chains) for strand in _strands(chain, number, context)]
+    for chain in _dropped_chains(stages, config):
+        strands += _strands(chain, -1, context)
+    return Observation(detection, tuple(strands))
+
+
+def _strands(chain: Chain, number: int, context: FrameContext) -> Iterator[Strand]:
+    """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out."""
+    if chain.closed:
+        return
+    count = len(chain.occluded)
+    doubtful = [connection.segment for connection in chain.connections if connection.confidence < MIN_JOINED_CONFIDENCE]
+    parted = ~chain.occluded
+    for segment in doubtful:
+        parted[segment] = False
+    edges = [0]
+    for segment in doubtful:
+        gap = next(((first, end) for first, end in runs(~parted) if first <= segment < end), (segment, segment + 1))
+        edges += list(gap)
+    edges.append(count)
+    for first, end in zip(edges[::2], edges[1::2], strict=True):
+        seen = _seen_joints(chain, first, end)
+        if not seen.any():
+            continue
+        low, high = int(np.flatnonzero(seen)[0]), int(np.flatnonzero(seen)[-1])
+        length = (high - low) * chain.segment_length
+        if length < MIN_STRAND_RADII * context.radius:
+            continue
+        at = np.flatnonzero(seen)
+        line = chain.joints[low : high + 1]
+        tips = _is_tip(line[::-1], context), _is_tip(line, context)
+        yield Strand(chain.joints[at], (at - low) * chain.segment_length, length, tips, number)
+
+
+def _seen_joints(chain: Chain, first: int, end: int) -> Bools:
+    """Tell which joints of a chain bound a seen segment of those from `first` to before `end`: (N + 1,) bool."""
+    seen = np.zeros(len(chain.joints), dtype=bool)
+    segments = first + np.flatnonzero(~chain.depth_filled[first:end])
+    seen[segments] = seen[segments + 1] = True
+    return seen
+
+
+def _is_tip(line: Floats, context: FrameContext) -> float:
+    """Return how surely a line (K, 3) m of joints ends at a tip of the object."""
+    foreground, radius = context.foreground, context.radius
+    back = line[max(0, len(line) - 4)]
+    direction = (line[-1] - back) / max(float(np.linalg.norm(line[-1] - back)), 1e-12)
+    ahead = line[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
+    return _tip_in_view(ahead, foreground, radius)
+
+
+def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
+    """Return how surely positions (K, 3) m beyond an end are empty."""
+    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+        return UNKNOWN
+    height, width = foreground.mask.shape
+    pixels = np.rint(foreground.camera.project(ahead)).astype(np.int64)
+    inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1)
+    if not inside.all():
+        return CUT_OFF
+    u, v = pixels.T
+    reading, masked = foreground.depth[v, u], foreground.mask[v, u]
+    if ((reading > 0) & (reading < ahead[:, 2] - OCCLUDER_MARGIN_RADII * radius)).any() or masked[1:].all():
+        return CUT_OFF
+    return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
+
+
+def runs(values: Bools) -> list[tuple[int, int]]:
+    """Return (first, end) of each run of True in (N,) bool: values[first:end] are True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8)))
+    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
+
+
+def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
+    """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
+    context = stages.context
+    least = MIN_STRAND_RADII * context.radius
+    dropped = [
+        item.chain
+        for item in stages.merged.dropped
+        if item.chain.joints.shape[1] == 3 and (len(item.chain.joints) - 1) * item.chain.segment_length >= least
+    ]
+    if not dropped:
+        return []
+    paths = fill([Assembly((chain.joints,)) for chain in dropped], context)
+    return lay_chains(estimate_centerline(paths, context, config.refine), paths, context, config.refine)

@@ -1,0 +1,266 @@
+"""Lay the strands that a frame shows onto an object whose shape is about known.
+
+An object does not stretch: a strand of a known length takes up just that length of the object, so all that is to be found is
+where it begins and which way it runs. Then the object is bent from its expected shape to the strands. What lies between strands,
+or beyond the last, moves with its neighbors and keeps its expected shape as far as its length allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solveh_banded
+from scipy.spatial.distance import cdist
+
+from ..geometry.polyline import arc_length, resample
+from ..types import Bools, Floats, Ints
+from .observations import Strand
+
+STEPS_PER_SEGMENT = 3
+"""Steps per segment at which the place of a strand is tried."""
+
+MAX_OVERHANG_SHARE = 0.03
+"""Share of the object's length by which a strand may reach beyond its ends: lengths are measured to about 1 %."""
+
+MAX_OVERLAP_SHARE = 0.2
+"""Share of a strand that may lie where another already lies."""
+
+PLACE_ERROR_SHARE, TIP_ERROR_SHARE = 0.02, 0.01
+"""Standard deviations of a strand's place from what is expected, and of a tip's, as shares of the object's length."""
+
+MAX_TIP_COST = 25.0
+"""What it costs at most that the tip of a strand is not the object's."""
+
+SHIFT_WEIGHT = 0.2
+"""Weight of a shift that all of a strand shares, against 1 for its shape."""
+
+MAX_SHIFT_TOLERANCES = 2.5
+"""Tolerances by which all of a strand may be shifted."""
+
+REACH_SHARE = 0.9
+"""Share of the straight distance between two strands that the object between them must be long."""
+
+SHAPE_WEIGHT, TURN_WEIGHT, PLACE_WEIGHT = 1.0, 0.02, 3e-6
+"""Weights of second differences, first differences and displacements from the expected shape, against 1 for a joint of a strand.
+Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far it moves much more slowly."""
+
+LENGTH_ROUNDS = 60
+"""Times at most that all segments are brought to their length."""
+
+SEEN_MOBILITY = 0.02
+"""How far a seen joint gives way where segments have the wrong length, against 1 for a joint that was not seen."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A strand on an object.
+
+    Attributes
+    ----------
+    arcs
+        (K,) m, arc length on the object of each sample of the strand.
+    points
+        (K, 3) m, the samples.
+    span
+        (first, last) m, arc lengths on the object between which the strand lies.
+    cost
+        how badly it fits there: squares of distances in standard deviations, 0 for a perfect fit.
+    """
+
+    arcs: Floats
+    points: Floats
+    span: tuple[float, float]
+    cost: float
+
+
+def place_strands(strands: Sequence[Strand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+    """Find where along an object the strands of a frame lie.
+
+    The longest are laid first. A strand goes where it is nearest to the expected shape and where its tips are the object's, not
+    on top of another, and not farther from its neighbors than the object reaches. A shift that the whole strand shares counts
+    little: the object may have moved on.
+
+    Parameters
+    ----------
+    strands
+        what was seen.
+    expected
+        (M + 1, 3) m, the joints where they are expected.
+    length
+        of the object, m.
+    tolerance
+        m, largest RMS distance of a strand from the expected shape; strands farther off belong to something else.
+
+    Returns
+    -------
+    The strands that were laid, in their order along the object.
+    """
+    step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
+    dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
+    placed: list[Placed] = []
+    for strand in sorted(strands, key=lambda strand: -strand.length):
+        found = _best_place(strand, dense, placed, step, length, tolerance)
+        if found is not None:
+            placed.append(found)
+    return sorted(placed, key=lambda item: item.span)
+
+
+def _best_place(
+    strand: Strand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
+) -> Placed | None:
+    """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
+    overhang = MAX_OVERHANG_SHARE * length
+    starts = np.arange(-overhang, max(length - strand.length + overhang, -overhang) + step, step)
+    if strand.length > length + 2 * overhang:
+        return None
+    best: tuple[float, float, bool] | None = None
+    squares = _squared_distances(strand, dense)
+    for backwards in (False, True):
+        arcs = strand.length - strand.arcs if backwards else strand.arcs
+        index = np.clip(np.rint((starts[:, None] + arcs) / step).astype(int), 0, len(dense) - 1)
+        mean = squares[np.arange(len(arcs)), index].mean(axis=1)
+        shift = strand.points.mean(axis=0) - _means(dense, index)
+        shifted = (shift**2).sum(axis=1)
+        shape = np.maximum(mean - shifted, 0.0)
+        first, last = strand.tips[::-1] if backwards else strand.tips
+        off_ends = first * _capped(starts / (TIP_ERROR_SHARE * length))
+        off_ends += last * _capped((starts + strand.length - length) / (TIP_ERROR_SHARE * length))
+        cost = (shape + SHIFT_WEIGHT * shifted) / (PLACE_ERROR_SHARE * length) ** 2 + off_ends
+        allowed = (shape <= tolerance**2) & (shifted <= (MAX_SHIFT_TOLERANCES * tolerance) ** 2)
+        allowed &= _reachable(strand, backwards, starts, placed, step)
+        if not allowed.any():
+            continue
+        at = int(np.argmin(np.where(allowed, cost, np.inf)))
+        if best is None or cost[at] < best[0]:
+            best = float(cost[at]), float(starts[at]), backwards
+    if best is None:
+        return None
+    cost_there, start, backwards = best
+    arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
+    return Placed(arcs, strand.points, (start, start + strand.length), cost_there)
+
+
+def _squared_distances(strand: Strand, dense: Floats) -> Floats:
+    return np.asarray(cdist(strand.points, dense, "sqeuclidean"))
+
+
+def _means(dense: Floats, index: Ints) -> Floats:
+    """Return the mean of the points of each row of an index (S, K) into (Q, 3): (S, 3)."""
+    return np.asarray(dense[index].mean(axis=1))
+
+
+def _capped(values: Floats) -> Floats:
+    """Return squares, at most MAX_TIP_COST: that an end is a tip may be wrong."""
+    return np.minimum(values**2, MAX_TIP_COST)
+
+
+def _reachable(strand: Strand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:
+    """Tell from which starts a strand lies on no other strand, and near enough to all others for the object between them."""
+    result = np.ones(len(starts), dtype=bool)
+    ends = strand.points[[-1, 0]] if backwards else strand.points[[0, -1]]
+    margin = MAX_OVERLAP_SHARE * strand.length
+    for other in placed:
+        low, high = other.span
+        order = np.argsort(other.arcs)
+        before, after = other.points[order[0]], other.points[order[-1]]
+        gap_after, gap_before = starts - high, low - (starts + strand.length)
+        slack = 3 * step + margin / 4
+        ok_after = (gap_after > -margin) & (gap_after >= REACH_SHARE * np.linalg.norm(ends[0] - after) - slack)
+        ok_before = (gap_before > -margin) & (gap_before >= REACH_SHARE * np.linalg.norm(ends[1] - before) - slack)
+        result &= ok_after | ok_before
+    return result
+
+
+def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
+    """Bend an object from its expected shape to the pieces laid on it.
+
+    Parameters
+    ----------
+    expected
+        (M + 1, 3) m, the joints where they are expected.
+    placed
+        the pieces.
+    length
+        of the object, m.
+
+    Returns
+    -------
+    joints : (M + 1, 3) m, neighbors about `length` / M apart.
+    seen : (M + 1,) bool, the joints that a piece covers.
+
+    Notes
+    -----
+    The displacement from the expected shape minimizes the squared distances from the samples, plus SHAPE_WEIGHT times the squares
+    of its second differences, and so on: a linear system of five bands. Then segments are brought to one length by moving their
+    joints, seen ones little (Mueller et al., "Position based dynamics", 2007).
+    """
+    count = len(expected)
+    segment = length / (count - 1)
+    seen = covered(placed, count, segment)
+    if not placed:
+        return to_lengths(expected, segment, seen), seen
+    at = np.clip(np.concatenate([item.arcs for item in placed]) / segment, 0.0, count - 1 - 1e-9)
+    low = at.astype(int)
+    part = at - low
+    target = np.concatenate([item.points for item in placed])
+    residual = target - (expected[low] * (1 - part)[:, None] + expected[low + 1] * part[:, None])
+    bands = np.zeros((3, count))  # the upper form of `solveh_banded`: diagonal last
+    bands[2] = PLACE_WEIGHT + (np.bincount(low, (1 - part) ** 2, count) + np.bincount(low + 1, part**2, count)[:count])
+    bands[1, 1:] = np.bincount(low + 1, part * (1 - part), count)[1:count]
+    bands[2, :-1] += TURN_WEIGHT
+    bands[2, 1:] += TURN_WEIGHT
+    bands[1, 1:] -= TURN_WEIGHT
+    bands[2, :-2] += SHAPE_WEIGHT
+    bands[2, 1:-1] += 4 * SHAPE_WEIGHT
+    bands[2, 2:] += SHAPE_WEIGHT
+    bands[1, 1:-1] -= 2 * SHAPE_WEIGHT
+    bands[1, 2:] -= 2 * SHAPE_WEIGHT
+    bands[0, 2:] += SHAPE_WEIGHT
+    right = np.zeros((count, 3))
+    np.add.at(right, low, (1 - part)[:, None] * residual)
+    np.add.at(right, low + 1, part[:, None] * residual)
+    return to_lengths(expected + solveh_banded(bands, right), segment, seen), seen
+
+
+def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
+    """Tell which of `count` joints, one every `segment` m, lie on pieces: (count,) bool."""
+    seen = np.zeros(count, dtype=bool)
+    for item in placed:
+        near = np.rint(item.arcs / segment).astype(int)
+        seen[near[(near >= 0) & (near < count)]] = True
+    holes = ~seen[1:-1] & seen[:-2] & seen[2:]  # joints between samples that lie a little more than a segment apart
+    seen[1:-1] |= holes
+    return seen
+
+
+def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
+    """Return joints (M + 1, 3) m moved so that neighbors are about `segment` m apart; joints that are `fixed` hardly move."""
+    result = joints.copy()
+    mobility = np.where(fixed, SEEN_MOBILITY, 1.0)
+    for _ in range(LENGTH_ROUNDS):
+        worst = 0.0
+        for first in (0, 1):
+            a, b = result[first:-1:2], result[first + 1 :: 2]
+            step = b - a
+            distance = np.maximum(np.linalg.norm(step, axis=1), 1e-12)
+            wa, wb = mobility[first:-1:2], mobility[first + 1 :: 2]
+            move = step * ((distance - segment) / distance / (wa + wb))[:, None]
+            result[first:-1:2] += wa[:, None] * move
+            result[first + 1 :: 2] -= wb[:, None] * move
+            worst = max(worst, float(np.abs(distance - segment).max(initial=0.0)))
+        if worst < 1e-3 * segment:
+            break
+    return result
+
+
+def exact_lengths(joints: Floats, segment: float) -> Floats:
+    """Return joints (M + 1, 3) m with neighbors exactly `segment` m apart, from joints where they are so to about 1 %.
+
+    Each joint keeps its direction from the one before; the sum of the small changes is spread evenly.
+    """
+    steps = np.diff(joints, axis=0)
+    steps *= segment / np.linalg.norm(steps, axis=1, keepdims=True)
+    result = joints[0] + np.concatenate((np.zeros((1, joints.shape[1])), np.cumsum(steps, axis=0)))
+    return np.asarray(result + (joints - result).mean(axis=0))

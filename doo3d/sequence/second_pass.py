@@ -1,0 +1,272 @@
+"""Find an object in every frame of a stretch of time, from the frames before and after in which it is plain.
+
+1. In an anchor, a frame in which the object is whole, the seen parts of its chain have their places along the object.
+2. From each anchor on, forward and backward in time, the object's last shape, moved on at its last speed, is what the next frame
+   is expected to show. The strands that are seen there are laid onto it, and the object is bent to them.
+3. Where the object is hidden, the shapes that come from before and from after are blended, each by how long ago it was seen.
+   Where the two disagree, the one onto which the strands fit better counts. The strands are laid once more, onto that.
+4. What was not seen is smoothed over time; what was seen stays where it was seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from ..types import Bools, Chain, Floats, Ints
+from .objects import SequenceObject
+from .observations import Observation, Strand
+from .registration import Placed, bend, place_strands, to_lengths
+
+SPEED_SHARE = 0.7
+"""Share of its last motion that an object is expected to go on with."""
+
+MIN_TOLERANCE_RADII, TOLERANCE_SHARE = 8.0, 0.06
+"""Radii, and share of the object's length, that a strand may be from where it is expected next; the larger counts."""
+
+LOST_TOLERANCES = 4.0
+"""Tolerances within which the strands are looked for where none is within one."""
+
+MISSING_COST = 25.0
+"""What it costs that a strand fits nowhere."""
+
+TIME_STIFFNESS = 30.0
+"""Weight of the second differences over time of what was not seen, against 1 for the place that the passes gave it."""
+
+NEVER = 10**6
+"""Frames since a joint was seen, if it never was."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An object in one frame.
+
+    Attributes
+    ----------
+    joints
+        (M + 1, 3) m.
+    seen
+        (M + 1,) bool, the joints where it was seen.
+    age
+        (M + 1,) int, frames since each joint was seen last.
+    cost
+        how badly the strands of the frame fit onto what was expected; 0 for an anchor.
+    from_time
+        (M + 1,) bool, the joints of which only other frames tell where they are.
+    """
+
+    joints: Floats
+    seen: Bools
+    age: Ints
+    cost: float
+    from_time: Bools
+
+
+@dataclass(frozen=True)
+class _Clues:
+    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without."""
+
+    own: tuple[Placed, ...] | None
+    whole: Floats | None
+    strands: tuple[int, ...]
+
+
+def follow(
+    item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]], max_gap: int
+) -> list[Shape | None]:
+    """Find an object in every frame of a stretch of time.
+
+    Parameters
+    ----------
+    item
+        the object; its anchors are used as far as they lie in the stretch.
+    observations
+        the frames of the stretch.
+    first
+        index in the capture of the first of them.
+    claimed
+        for each frame, the chains that are wholly another object.
+    max_gap
+        number of frames in a row without any strand of the object up to which it is filled in.
+
+    Returns
+    -------
+    For each frame the object, or None where it is not there.
+    """
+    clues = _clues(item, observations, first, claimed)
+    forward = _pass(item, observations, clues, range(len(observations)))
+    backward = _pass(item, observations, clues, range(len(observations) - 1, -1, -1))
+    shapes: list[Shape | None] = []
+    for frame, (before, after) in enumerate(zip(forward, backward, strict=True)):
+        shapes.append(_decided(item, observations[frame], clues[frame], before, after))
+    return _smoothed(item, _without_long_gaps(shapes, max_gap))
+
+
+def _clues(item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]]) -> list[_Clues]:
+    anchors = {anchor.frame - first: anchor for anchor in item.anchors}
+    result = []
+    for frame, observation in enumerate(observations):
+        anchor = anchors.get(frame)
+        own, whole = None, None
+        if anchor is not None:
+            chain = observation.detection.chains[anchor.chain]
+            own = (_own_place(chain, anchor.backwards, item),)
+            whole = _resampled(chain, anchor.backwards, item)
+        free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
+        result.append(_Clues(own, whole, free))
+    return result
+
+
+def _own_place(chain: Chain, backwards: bool, item: SequenceObject) -> Placed:
+    """Return the seen parts of a whole chain at their places along the object."""
+    seen = np.append(~chain.depth_filled, False) | np.append(False, ~chain.depth_filled)
+    along = np.flatnonzero(seen) * chain.segment_length * item.length / chain.length
+    return Placed(item.length - along if backwards else along, chain.joints[seen], (0.0, item.length), 0.0)
+
+
+def _resampled(chain: Chain, backwards: bool, item: SequenceObject) -> Floats:
+    joints = chain.nodes(item.segments + 1)
+    return to_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
+
+
+def _pass(item: SequenceObject, observations: Sequence[Observation], clues: Sequence[_Clues], order: range) -> list[Shape | None]:
+    """Follow the object frame by frame in one direction of time, from the first anchor on."""
+    shapes: list[Shape | None] = [None] * len(observations)
+    last: Shape | None = None
+    motion: Floats = np.zeros(3)
+    for frame in order:
+        clue = clues[frame]
+        if last is None:
+            if clue.whole is None:
+                continue
+            expected = clue.whole
+        else:
+            expected = last.joints + SPEED_SHARE * motion
+        shape = _fitted(item, observations[frame], clue, expected, last)
+        motion = np.zeros(3) if last is None else _motion(last, shape)
+        shapes[frame] = last = shape
+    return shapes
+
+
+def _motion(last: Shape, shape: Shape) -> Floats:
+    """Return how far each joint moved from one frame to the next (M + 1, 3); hidden joints move as the seen ones beside them."""
+    moved = shape.joints - last.joints
+    known = np.flatnonzero(shape.seen & last.seen)
+    if not len(known):
+        return np.asarray(np.zeros_like(moved))
+    at = np.arange(len(moved))
+    return np.column_stack([np.interp(at, known, column[known]) for column in moved.T])
+
+
+def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expected: Floats, last: Shape | None = None) -> Shape:
+    """Return the object bent from where it is expected to what a frame shows."""
+    cost = 0.0
+    if clue.own is not None:
+        placed: Sequence[Placed] = clue.own
+    else:
+        strands = [observation.strands[k] for k in clue.strands]
+        tolerance = max(TOLERANCE_SHARE * item.length, MIN_TOLERANCE_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
+        placed = place_strands(strands, expected, item.length, tolerance)
+        if strands and not placed:
+            placed = place_strands(strands, expected, item.length, LOST_TOLERANCES * tolerance)
+        cost = _total_cost(strands, placed)
+        if placed:
+            nearer, _ = bend(expected, placed, item.length)
+            placed = place_strands(strands, nearer, item.length, tolerance) or placed
+    joints, seen = bend(expected, placed, item.length)
+    age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
+    return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen))
+
+
+def _total_cost(strands: Sequence[Strand], placed: Sequence[Placed]) -> float:
+    """Return how badly strands fit where they were laid, a mean over their lengths; a strand that fits nowhere costs much."""
+    total = sum(strand.length for strand in strands)
+    if not total:
+        return 0.0
+    laid = sum(item.span[1] - item.span[0] for item in placed)
+    costs = sum(item.cost * (item.span[1] - item.span[0]) for item in placed)
+    return (costs + MISSING_COST * max(0.0, total - laid)) / total
+
+
+def _decided(
+    item: SequenceObject, observation: Observation, clue: _Clues, before: Shape | None, after: Shape | None
+) -> Shape | None:
+    """Return the object in a frame, from what comes from earlier and from later frames.
+
+    Where the two agree on the frame, they are blended; else the one onto which the frame's strands fit better counts.
+    """
+    if before is None or after is None:
+        known = before or after
+        return None if known is None else _fitted(item, observation, clue, known.joints)
+    expected = [_blended(before, after)]
+    if clue.own is None and np.linalg.norm(before.joints - after.joints, axis=1).max() > TOLERANCE_SHARE * item.length:
+        expected = [expected[0], before.joints, after.joints]
+        earlier = [0.0, before.cost, after.cost]
+        fitted = [_fitted(item, observation, clue, joints) for joints in expected]
+        costs = [shape.cost + past for shape, past in zip(fitted, earlier, strict=True)]
+        if before.seen.any() and after.seen.any():
+            costs[0] += min(before.cost, after.cost)
+        return fitted[int(np.argmin(costs))]
+    return _fitted(item, observation, clue, expected[0])
+
+
+def _blended(before: Shape, after: Shape) -> Floats:
+    """Return the joints (M + 1, 3) between those from earlier and from later frames, by how recently each was seen."""
+    total = before.age + after.age
+    share = np.where(total > 0, before.age / np.maximum(total, 1), 0.5)[:, None]
+    return np.asarray(before.joints * (1 - share) + after.joints * share)
+
+
+def _without_long_gaps(shapes: list[Shape | None], max_gap: int) -> list[Shape | None]:
+    """Drop the object from frames in a row without any strand of it, if there are more than `max_gap`."""
+    result = list(shapes)
+    blind = np.array([shape is None or not shape.seen.any() for shape in shapes])
+    start = 0
+    for frame in range(len(shapes) + 1):
+        if frame < len(shapes) and blind[frame]:
+            continue
+        if frame - start > max_gap or start == 0 or frame == len(shapes):
+            for gone in range(start, frame):
+                if frame - start > max_gap:
+                    result[gone] = None
+        start = frame + 1
+    return result
+
+
+def _smoothed(item: SequenceObject, shapes: list[Shape | None]) -> list[Shape | None]:
+    """Smooth over time what was not seen; the joints that were seen stay."""
+    result = list(shapes)
+    start = 0
+    for frame in range(len(shapes) + 1):
+        if frame < len(shapes) and shapes[frame] is not None:
+            continue
+        part = [shape for shape in shapes[start:frame] if shape is not None]
+        if len(part) > 2:
+            result[start:frame] = _smooth_run(item, part)
+        start = frame + 1
+    return result
+
+
+def _smooth_run(item: SequenceObject, shapes: Sequence[Shape]) -> list[Shape]:
+    joints = np.array([shape.joints for shape in shapes])
+    seen = np.array([shape.seen for shape in shapes])
+    count = len(shapes)
+    smooth = joints.copy()
+    for k in np.flatnonzero(~seen.all(axis=0)):
+        bands = np.zeros((3, count))
+        bands[2] = np.where(seen[:, k], 1e4, 1.0)
+        right = joints[:, k] * bands[2][:, None]
+        bands[2, :-2] += TIME_STIFFNESS
+        bands[2, 1:-1] += 4 * TIME_STIFFNESS
+        bands[2, 2:] += TIME_STIFFNESS
+        bands[1, 1:-1] -= 2 * TIME_STIFFNESS
+        bands[1, 2:] -= 2 * TIME_STIFFNESS
+        bands[0, 2:] += TIME_STIFFNESS
+        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], solveh_banded(bands, right))
+    return [
+        replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
+        for line, shape in zip(smooth, shapes, strict=True)
+    ]

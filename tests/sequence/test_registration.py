@@ -1,0 +1,92 @@
+"""Laying strands onto an object whose shape is about known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d.geometry.polyline import arc_length, resample
+from doo3d.sequence.observations import CUT_OFF, TIP, Strand
+from doo3d.sequence.registration import bend, exact_lengths, place_strands, to_lengths
+
+SEGMENT = 0.01
+
+
+def curve(length=0.5, turns=0.7):
+    t = np.linspace(0, 1, 2001)
+    points = np.column_stack((t, 0.3 * np.sin(2 * np.pi * turns * t), 1 + 0.1 * t**2))
+    points *= length / arc_length(points)[-1]
+    return resample(points, np.linspace(0, arc_length(points)[-1], round(length / SEGMENT) + 1))
+
+
+def strand(joints, first, last, tips=(CUT_OFF, CUT_OFF), moved=(0.0, 0.0, 0.0), backwards=False):
+    points = joints[first : last + 1] + moved
+    points, tips = (points[::-1], tips[::-1]) if backwards else (points, tips)
+    arcs = np.arange(len(points)) * SEGMENT
+    return Strand(points, arcs, float(arcs[-1]), tips, 0)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_strand_finds_its_place_and_its_direction(backwards):
+    joints = curve()
+    (placed,) = place_strands([strand(joints, 12, 30, moved=(0.004, 0.0, 0.003), backwards=backwards)], joints, 0.5, 0.05)
+    np.testing.assert_allclose(np.sort(placed.arcs), np.arange(12, 31) * SEGMENT, atol=0.012)
+    assert (placed.arcs[0] > placed.arcs[-1]) == backwards
+
+
+def test_a_tip_in_plain_view_is_the_tip_of_the_object():
+    """The object moved on along itself by 3 cm, which its shape alone does not tell."""
+    joints = np.column_stack((np.arange(51) * SEGMENT, np.zeros((51, 1)), np.ones((51, 1))))
+    seen = strand(joints, 0, 25, tips=(TIP, CUT_OFF), moved=(0.03, 0.0, 0.0))
+    (placed,) = place_strands([seen], joints, 0.5, 0.05)
+    assert placed.span == pytest.approx((0.0, 0.25), abs=0.004)
+    bent, covered = bend(joints, [placed], 0.5)
+    assert bent[0] == pytest.approx(joints[0] + (0.03, 0, 0), abs=2e-3)
+    assert bent[-1] == pytest.approx(joints[-1] + (0.03, 0, 0), abs=5e-3)
+    assert covered.tolist() == [True] * 26 + [False] * 25
+
+
+def test_strands_do_not_lie_on_each_other():
+    joints = np.column_stack((np.arange(51) * SEGMENT, np.zeros((51, 1)), np.ones((51, 1))))
+    strands = [strand(joints, 0, 20), strand(joints, 5, 24, moved=(0.0, 0.002, 0.0))]
+    placed = place_strands(strands, joints, 0.5, 0.5)
+    spans = sorted(item.span for item in placed)
+    assert len(spans) == 2
+    assert spans[1][0] - spans[0][1] > -0.2 * 0.2
+
+
+def test_a_strand_of_something_else_is_left_out():
+    joints = curve()
+    assert place_strands([strand(joints, 5, 20, moved=(0.0, 0.0, 0.6))], joints, 0.5, 0.03) == []
+    too_long = Strand(np.zeros((90, 3)), np.arange(90) * SEGMENT, 0.9, (CUT_OFF, CUT_OFF), 0)
+    assert place_strands([too_long], joints, 0.5, 1.0) == []
+
+
+def test_what_lies_between_strands_moves_with_them():
+    joints = curve()
+    moved = (0.02, 0.01, -0.01)
+    ends = [strand(joints, 0, 15, (TIP, CUT_OFF), moved), strand(joints, 36, 50, (CUT_OFF, TIP), moved)]
+    placed = place_strands(ends, joints, 0.5, 0.05)
+    bent, seen = bend(joints, placed, 0.5)
+    np.testing.assert_allclose(bent, joints + moved, atol=2.5e-3)
+    assert seen[:16].all()
+    assert seen[36:].all()
+    assert not seen[18:34].any()
+
+
+def test_without_strands_the_expected_shape_stays():
+    joints = curve()
+    bent, seen = bend(joints, [], 0.5)
+    np.testing.assert_allclose(bent, joints, atol=1e-4)
+    assert not seen.any()
+
+
+def test_segments_get_one_length():
+    rng = np.random.default_rng(0)
+    rough = curve() + rng.normal(0, 0.0015, (51, 3))
+    fixed = np.zeros(51, dtype=bool)
+    even = to_lengths(rough, SEGMENT, fixed)
+    assert np.linalg.norm(np.diff(even, axis=0), axis=1) == pytest.approx(SEGMENT, rel=0.05)
+    exact = exact_lengths(even, SEGMENT)
+    assert np.linalg.norm(np.diff(exact, axis=0), axis=1) == pytest.approx(SEGMENT, rel=1e-9)
+    assert np.abs(exact - even).max() < 2e-3
