@@ -63,10 +63,15 @@ def describe_error(error: Exception) -> str:
     """
     if isinstance(error, DooError):
         return str(error)
+    return f"{exception_place(error)} (this is a fault in doo3d, please report it)"
+
+
+def exception_place(error: Exception) -> str:
+    """Return an exception's type, the file and line in doo3d where it was raised, and its message, on one line."""
     calls = traceback.extract_tb(error.__traceback__)
     in_doo3d = [call for call in calls if "doo3d" in Path(call.filename).parts] or calls
     line = f"{Path(in_doo3d[-1].filename).name}:{in_doo3d[-1].lineno}" if in_doo3d else "?"
-    return f"{type(error).__name__} at {line}: {error} (this is a fault in doo3d, please report it)"
+    return f"{type(error).__name__} at {line}: {error}"
 
 
 def error_code(error: Exception) -> str:

@@ -1,0 +1,36 @@
+"""Names from files that become names of files: never paths."""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath, PureWindowsPath
+
+from ..errors import InputError
+
+_MAX_BYTES = 240  # of a name: file systems allow 255, with a suffix
+
+
+def is_file_name(name: object) -> bool:
+    """Return whether a value is a text that can be the name of a file in a folder, and no path, on any platform."""
+    return (
+        isinstance(name, str)
+        and name not in ("", ".", "..")
+        and PurePosixPath(name).name == name
+        and PureWindowsPath(name).name == name
+        and all(ord(letter) >= 32 for letter in name)
+        and len(name.encode("utf-8", "surrogatepass")) <= _MAX_BYTES
+    )
+
+
+def check_file_name(name: object, where: str) -> str:
+    """Return `name` if it can be the name of a file in a folder; `where` is the file that it was read from, named in the error.
+
+    Raises
+    ------
+    InputError : the name is no text, empty, or leads to another folder.
+    """
+    if isinstance(name, str) and is_file_name(name):
+        return name
+    raise InputError(
+        f"{where}: a frame is called {str(name)[:80]!r}, which cannot be the name of a file: rename the frame",
+        code="frame-name-invalid",
+    )

@@ -1,0 +1,80 @@
+"""The one place where an exception about data from outside becomes an error of doo3d."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import DooError, InputError, exception_place, unread_code
+
+
+@contextmanager
+def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, code: str = "file-damaged") -> Iterator[None]:
+    """Turn every exception of a `with` block that reads something from outside into an error of doo3d.
+
+    Errors of doo3d pass as they are. The exception itself stays as the cause of the error.
+
+    Parameters
+    ----------
+    where
+        the file, named in the error.
+    kind
+        type of the error.
+    code
+        code of the error if the content is the reason.
+    """
+    try:
+        yield
+    except DooError:
+        raise
+    except OSError as error:
+        if error.errno is None:  # raised by a library about content, not by the system
+            raise kind(f"{where}: is damaged or cut off ({first_line(error)})", code=code) from error
+        raise kind(f"{where}: cannot be read ({error.strerror or error})", code=unread_code(error)) from error
+    except MemoryError as error:
+        raise kind(f"{where}: needs more memory than there is: is it damaged?", code="size-too-large") from error
+    except Exception as error:
+        raise kind(
+            f"{where}: is damaged, or its content is not what its format prescribes ({exception_place(error)})", code=code
+        ) from error
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of an exception's message, or its type if the message is empty."""
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)
+
+
+def read_bytes(
+    path: str | Path, max_bytes: int, where: str | None = None, kind: type[DooError] = InputError, code: str = "file-damaged"
+) -> bytes:
+    """Return the content of a file.
+
+    Parameters
+    ----------
+    path
+        the file.
+    max_bytes
+        size that the file may have.
+    where
+        the file as errors name it; None: its path.
+    kind, code
+        type of the errors, and their code if the path is none.
+
+    Raises
+    ------
+    DooError : of type `kind`: the file is missing, cannot be read, is no file but a device or a pipe, or is larger.
+    """
+    name = str(path) if where is None else where
+    with guarded(name, kind, code):
+        file = Path(path)
+        size = file.stat().st_size
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise kind(f"{name}: is a device or a pipe, expected a file", code="file-unreadable")
+        if size > max_bytes:
+            raise kind(
+                f"{name}: has {size} bytes, more than such a file can have ({max_bytes}): is it another file?",
+                code="size-too-large",
+            )
+        return file.read_bytes()

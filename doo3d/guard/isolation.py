@@ -1,0 +1,140 @@
+"""Calls of native readers in a process of their own, where a library that aborts ends nothing else.
+
+One process is kept for all calls: it starts at the first one, which takes a second, and ends with this process, whatever ends that.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import pickle
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from typing import IO, Any, TypeVar
+
+from ..errors import InputError
+from .limits import current_limits
+
+LENGTH = struct.Struct("<Q")
+"""What comes before each message through a pipe: its length in bytes."""
+
+_COMMAND = "from doo3d.guard.isolated_process import main; main()"
+_lock = threading.Lock()
+_processes: dict[int, _Process] = {}  # by the number of this process: a forked one must not share its parent's
+
+T = TypeVar("T")
+
+
+def isolated(function: Callable[..., T], *args: Any, where: str) -> T:
+    """Call a function in the process for native readers, and return its value.
+
+    Its memory is bounded where the platform allows (Linux), by what clouds of `Limits.max_points` need.
+
+    Parameters
+    ----------
+    function
+        function of a module.
+    *args
+        its arguments, which can be pickled; so can its value.
+    where
+        the file that is read, named in errors.
+
+    Raises
+    ------
+    InputError : the library ended the process, as some do about damaged files. Errors of doo3d that the function raises pass as
+        they are.
+    """
+    if not sys.executable:  # Python inside of another program
+        return function(*args)
+    with _lock:
+        process = _processes.get(os.getpid())
+        if process is None or not process.is_alive():
+            _processes.clear()
+            process = _processes[os.getpid()] = _Process()
+        try:
+            kind, value = process.call((function, args, current_limits(), os.getcwd(), where))
+        except (EOFError, BrokenPipeError, pickle.UnpicklingError):
+            reason = process.end()
+            raise InputError(
+                f"{where}: is damaged: the library that reads it ended on it ({reason})", code="file-damaged"
+            ) from None
+        except BaseException:  # such as an interrupt, or the end of a frame's time
+            process.end()
+            raise
+    if kind == "error":
+        raise value
+    result: T = value
+    return result
+
+
+class _Process:
+    """The process for native readers, its pipes, and what its libraries print."""
+
+    def __init__(self) -> None:
+        paths = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
+        surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
+        self._printed: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", _COMMAND],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._printed,
+            env=surroundings,
+        )
+        atexit.register(self.end)
+
+    def is_alive(self) -> bool:
+        """Return whether the process runs."""
+        return self._process.poll() is None
+
+    def call(self, request: Any) -> Any:
+        """Send a request and return the answer: ("value", value) or ("error", error)."""
+        assert self._process.stdin is not None and self._process.stdout is not None
+        send(self._process.stdin, request)
+        return receive(self._process.stdout)
+
+    def end(self) -> str:
+        """End the process and return why it ended: its library's last words, or the signal."""
+        self._process.kill()
+        assert self._process.stdin is not None and self._process.stdout is not None
+        code = self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout):
+            try:
+                pipe.close()
+            except BrokenPipeError:
+                pass
+        words = ""
+        if not self._printed.closed:
+            self._printed.seek(0, os.SEEK_END)
+            self._printed.seek(max(self._printed.tell() - 2000, 0))
+            words = self._printed.read().decode(errors="replace").strip()
+            self._printed.close()
+        atexit.unregister(self.end)
+        if words:
+            return " ".join(words.splitlines()[-1].split())[:200]
+        return signal.Signals(-code).name if code < 0 and code != -signal.SIGKILL else f"exit code {code}"
+
+
+def send(pipe: IO[bytes], message: Any) -> None:
+    """Write a message into a pipe."""
+    data = pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
+    pipe.write(LENGTH.pack(len(data)))
+    pipe.write(data)
+    pipe.flush()
+
+
+def receive(pipe: IO[bytes]) -> Any:
+    """Read a message from a pipe; EOFError if the other end is closed."""
+    head = pipe.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        raise EOFError
+    length = LENGTH.unpack(head)[0]
+    data = pipe.read(length)
+    if len(data) < length:
+        raise EOFError
+    return pickle.loads(data)

@@ -1,0 +1,170 @@
+"""JSON and YAML from outside, as plain values of a depth, size and magnitude that the rest of the program can use."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import DooError, InputError
+from .guarding import first_line, read_bytes
+
+MAX_JSON_BYTES = 1 << 26
+"""bytes of a JSON file: an hour of a recording's metadata has 40 MB; parsed it takes up to 30 times as much."""
+
+MAX_YAML_BYTES = 1 << 20
+"""bytes of a YAML text: a bag's description of 4000 files; it is parsed in Python, at 100 kB/s."""
+
+MAX_DEPTH = 60
+"""Depth of lists and objects in each other: nothing that is read has more than 10."""
+
+_MAX_BITS = 1000  # of a whole number: larger ones are no floats
+_MAX_NUMBER_LETTERS = 400  # of a number in YAML, before it is converted
+_FREE_ALIASES = 10_000  # values that aliases may repeat in a YAML text, besides ten times those written out
+_NUMBER_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp")}
+
+
+def read_json(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
+    """Return the value in a JSON file.
+
+    Parameters
+    ----------
+    path
+        the file.
+    where
+        the file as errors name it; None: its path.
+    kind
+        type of the errors.
+
+    Raises
+    ------
+    DooError : of type `kind`: the file cannot be read, is not JSON, or no JSON that could be meant.
+    """
+    return parse_json(read_bytes(path, MAX_JSON_BYTES, where, kind), str(path) if where is None else where, kind)
+
+
+def read_yaml(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
+    """Return the value in a YAML file; the parameters and errors are those of `read_json`."""
+    return parse_yaml(read_bytes(path, MAX_YAML_BYTES, where, kind), str(path) if where is None else where, kind)
+
+
+def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError) -> Any:
+    """Return the value of a JSON text.
+
+    Parameters
+    ----------
+    text
+        the text; bytes are UTF-8.
+    where
+        the file, named in errors.
+    kind
+        type of the errors.
+
+    Raises
+    ------
+    DooError : of type `kind`, with the code "json-invalid": the text is not JSON, is nested too deeply, or holds a whole number
+        beyond the largest float.
+    """
+    try:
+        value = json.loads(text.decode("utf-8-sig") if isinstance(text, bytes) else text)
+        _check_values(value)
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise kind(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
+    return value
+
+
+def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError) -> Any:
+    """Return the value of a YAML text; plain values only, no objects of Python.
+
+    Parameters
+    ----------
+    text
+        the text; bytes are UTF-8.
+    where
+        the file or the option, named in errors.
+    kind
+        type of the errors.
+
+    Raises
+    ------
+    DooError : of type `kind`, with the code "yaml-invalid": the text is not YAML, is nested too deeply, repeats itself by aliases
+        out of proportion, or holds a whole number beyond the largest float.
+    """
+    try:
+        text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
+        if len(text) > MAX_YAML_BYTES:
+            raise ValueError(f"more than {MAX_YAML_BYTES} letters")
+        loader = _Loader(text)
+        try:
+            value = loader.get_single_data()
+        finally:
+            loader.dispose()
+        _check_values(value)
+    except Exception as error:  # PyYAML raises much besides its own errors, such as AttributeError for a damaged date
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise kind(f"{where}: is not valid YAML ({reason})", code="yaml-invalid") from None
+    return value
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's loader of plain values, with bounds; they are checked on nodes, before values are made of them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Compose a node, unless it is too deep inside others."""
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise ValueError(f"nested more than {MAX_DEPTH} deep")
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def get_single_node(self) -> Any:
+        """Compose the document, unless its numbers are too long or its aliases repeat too much."""
+        node = super().get_single_node()
+        sizes: dict[int, int] = {}
+        if node is not None and _repeated(node, sizes) > 10 * len(sizes) + _FREE_ALIASES:
+            raise ValueError("aliases repeat its values out of proportion")
+        return node
+
+
+def _repeated(node: yaml.Node, sizes: dict[int, int]) -> int:
+    """Return the number of nodes below a node and itself, with those that aliases repeat; `sizes` has it by node."""
+    if id(node) in sizes:
+        if not sizes[id(node)]:
+            raise ValueError("a value contains itself")
+        return sizes[id(node)]
+    sizes[id(node)] = 0
+    inner: list[Any] = []
+    if isinstance(node, yaml.MappingNode):
+        inner = [part for pair in node.value for part in pair]
+    elif isinstance(node, yaml.SequenceNode):
+        inner = node.value
+    elif node.tag in _NUMBER_TAGS and len(node.value) > _MAX_NUMBER_LETTERS:
+        raise ValueError(f"a number of {len(node.value)} letters")
+    sizes[id(node)] = 1 + sum(_repeated(part, sizes) for part in inner)
+    return sizes[id(node)]
+
+
+def _check_values(value: Any) -> None:
+    """Raise ValueError if lists and objects are nested too deeply, or a whole number is beyond floats."""
+    level, depth = [value], 0
+    while level:
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise ValueError(f"nested more than {MAX_DEPTH} deep")
+        deeper: list[Any] = []
+        for item in level:
+            if isinstance(item, dict):
+                deeper.extend(item.values())
+                deeper.extend(item)
+            elif isinstance(item, list | set | tuple):
+                deeper.extend(item)
+            elif isinstance(item, int) and item.bit_length() > _MAX_BITS:
+                raise ValueError("a whole number beyond the largest float")
+        level = deeper
