@@ -14,7 +14,7 @@ ROOT = ROOT / "doo3d"
 # each may import those before it; the names of one set stand side by side and do not import each other
 ORDER = [
     {"errors"},
-    {"plugins"},
+    {"plugins", "guard"},
     {"types"},
     {"config"},
     {"kernels"},
@@ -33,7 +33,7 @@ ORDER = [
     {"cli"},
 ]
 INPUTS = "inputs"  # stands beside the method: whoever reads frames may import it
-INPUTS_MAY_IMPORT = {"errors", "plugins", "types", "config"}
+INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config"}
 HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 
 

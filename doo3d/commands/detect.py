@@ -113,7 +113,7 @@ def detect(
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
         read_options = ReadOptions.from_pairs(given, camera)
         check_pose_use(read_options, effective, fuse_views)
-        opened = open_capture(capture, effective.mode == "2d", mask, read_options)
+        opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else notes_of(opened):
             typer.echo(f"note: {note}", err=True)

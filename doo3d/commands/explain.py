@@ -54,7 +54,8 @@ def explain(
     from ..inputs import ReadOptions, open_capture
 
     effective = config_of(config, overrides)
-    opened = open_capture(capture, effective.mode == "2d", mask, ReadOptions.from_pairs(input_options, camera))
+    reading = ReadOptions.from_pairs(input_options, camera)
+    opened = open_capture(capture, effective.mode == "2d", mask, reading, limits=effective.input.limits())
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import InputError, describe_error, error_code
+from ..guard.parsing import read_json
 from ..inputs import IMAGE_FORMATS, Capture, FrameRef
 from ..outputs.atomic import write_bytes, write_text
 from ..outputs.detection_json import dumps
@@ -145,8 +145,8 @@ def _check_folder(out: Path, force: bool) -> None:
         raise InputError(f"{out}: is a file, expected a folder for the results", code="out-is-file")
     if out.is_dir() and any(out.iterdir()) and not force:
         try:
-            is_comparison = json.loads((out / SUMMARY).read_text(encoding="utf-8")).get("schema") == SCHEMA
-        except (OSError, ValueError, AttributeError):
+            is_comparison = read_json(out / SUMMARY).get("schema") == SCHEMA
+        except (InputError, AttributeError):
             is_comparison = False
         if not is_comparison:
             raise InputError(

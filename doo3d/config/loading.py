@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 from pydantic import BaseModel, ValidationError
 
-from ..errors import ArgumentError, ConfigError, invalid_code, unread_code
+from ..errors import ArgumentError, ConfigError, invalid_code
+from ..guard.parsing import parse_yaml, read_yaml
 from .former import FIXED, FORMER, FORMER_VALUES
 from .models import Config
 
@@ -114,10 +114,7 @@ def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
         key, equals, text = pair.partition("=")
         if not equals or not key.strip():
             raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2", code="override-invalid")
-        try:
-            overrides[key.strip()] = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise ConfigError(f"--set {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid") from None
+        overrides[key.strip()] = parse_yaml(text, f"--set {pair[:80]}", ConfigError)
     return overrides
 
 
@@ -146,12 +143,7 @@ def _read(name: str | Path) -> dict[str, Any]:
                 f"no preset {str(name)!r}: the presets are {', '.join(preset_names())}; the name of your own file ends in .yaml",
                 code="preset-unknown",
             )
-    try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"config {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"config {path}: not valid YAML ({error})", code="yaml-invalid") from None
+    values = read_yaml(path, f"config {path}", ConfigError)
     if values is None:
         return {}
     if not isinstance(values, dict):

@@ -22,6 +22,7 @@ from .sections import (
     ExtendMaskConfig,
     FitConfig,
     FusionConfig,
+    InputConfig,
     PruneConfig,
     RefineConfig,
     SequenceConfig,
@@ -63,6 +64,7 @@ class Config(Section):
     tracking: TrackingConfig = TrackingConfig()
     sequence: SequenceConfig = SequenceConfig()
     fusion: FusionConfig = FusionConfig()
+    input: InputConfig = InputConfig()
 
     def to_yaml(self) -> str:
         """Return all settings with their values as YAML text without comments; `load_config` reads it back to an equal Config."""

@@ -1,4 +1,4 @@
-"""The settings of the stages that have few, of tracking and of fusion."""
+"""The settings of the stages that have few, of tracking, of fusion and of input."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from ..guard.limits import DEFAULT_MAX_PIXELS, DEFAULT_MAX_POINTS, Limits
 from .section import Section, expert
 
 
@@ -180,6 +181,27 @@ class SequenceConfig(Section):
         "0 or more; frames without times count as 30 a second.",
         ge=0,
     )
+
+
+class InputConfig(Section):
+    """Limits of what is read from files, checked on the size that a file announces, before memory is taken for it."""
+
+    max_pixels: int = expert(
+        DEFAULT_MAX_PIXELS,
+        "Refuse an image that announces more pixels (width times height). px, 1 or more. Raise it for larger photographs; a "
+        "pixel takes up to 30 bytes of memory.",
+        ge=1,
+    )
+    max_points: int = expert(
+        DEFAULT_MAX_POINTS,
+        "Refuse a cloud that announces more points. Points, 1 or more. Raise it for larger scans; a point takes up to 100 "
+        "bytes of memory.",
+        ge=1,
+    )
+
+    def limits(self) -> Limits:
+        """Return the settings as the readers take them."""
+        return Limits(self.max_pixels, self.max_points)
 
 
 class FusionConfig(Section):

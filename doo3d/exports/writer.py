@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..guard.file_names import check_file_name
 from ..inputs.support.pose_file import PoseLike, read_pose
 from ..outputs.atomic import PREFIX
 from ..outputs.run_reader import Results, open_results
@@ -161,7 +162,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
         return [(path, pieces)]
     if suffix in (end for name in FORMATS for end in export_class(name).suffixes):
         raise InputError(f"{path}: a file of {to} has the suffix {' or '.join(kind.suffixes)}", code="out-suffix")
-    plan: Plan = [(path / f"{piece.frame}{kind.suffix}", [piece]) for piece in pieces]
+    plan: Plan = [(path / f"{check_file_name(piece.frame, to)}{kind.suffix}", [piece]) for piece in pieces]
     if len({target for target, _ in plan}) < len(plan):
         raise InputError(
             f"several frames have the same name and would be written to one file in {path}",

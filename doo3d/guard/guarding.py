@@ -9,6 +9,8 @@ from pathlib import Path
 
 from ..errors import DooError, InputError, exception_place, unread_code
 
+_MAX_LETTERS = 300  # of another library's message
+
 
 @contextmanager
 def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, code: str = "file-damaged") -> Iterator[None]:
@@ -36,14 +38,13 @@ def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, co
     except MemoryError as error:
         raise kind(f"{where}: needs more memory than there is: is it damaged?", code="size-too-large") from error
     except Exception as error:
-        raise kind(
-            f"{where}: is damaged, or its content is not what its format prescribes ({exception_place(error)})", code=code
-        ) from error
+        reason = " ".join(exception_place(error).split())[:_MAX_LETTERS]
+        raise kind(f"{where}: is damaged, or its content is not what its format prescribes ({reason})", code=code) from error
 
 
 def first_line(error: BaseException) -> str:
     """Return the first line of an exception's message, or its type if the message is empty."""
-    return next(iter(str(error).strip().splitlines()), type(error).__name__)
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)[:_MAX_LETTERS]
 
 
 def read_bytes(

@@ -21,8 +21,8 @@ _HEAD_BYTES = 1 << 16  # within which the boxes of AVIF and JPEG 2000, and the h
 def announced_size(data: bytes) -> Size | None:
     """Return (width, height) px that the header of an encoded image announces; None if it has no header that is known.
 
-    Known are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun raster. Of
-    several sizes in one file the largest counts.
+    Known are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun raster.
+    Of several sizes in one file the largest counts.
     """
     try:
         return _announced(data)

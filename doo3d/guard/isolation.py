@@ -1,6 +1,6 @@
 """Calls of native readers in a process of their own, where a library that aborts ends nothing else.
 
-One process is kept for all calls: it starts at the first one, which takes a second, and ends with this process, whatever ends that.
+One process is kept for all calls: it starts at the first one, which takes a second, and ends with this process.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import IO, Any, TypeVar
 
 from ..errors import InputError
@@ -23,6 +24,7 @@ from .limits import current_limits
 LENGTH = struct.Struct("<Q")
 """What comes before each message through a pipe: its length in bytes."""
 
+_END_SECONDS = 5.0  # for an aborted process to end, which may write its memory to disk
 _COMMAND = "from doo3d.guard.isolated_process import main; main()"
 _lock = threading.Lock()
 _processes: dict[int, _Process] = {}  # by the number of this process: a forked one must not share its parent's
@@ -59,7 +61,7 @@ def isolated(function: Callable[..., T], *args: Any, where: str) -> T:
         try:
             kind, value = process.call((function, args, current_limits(), os.getcwd(), where))
         except (EOFError, BrokenPipeError, pickle.UnpicklingError):
-            reason = process.end()
+            reason = process.end(is_ending=True)
             raise InputError(
                 f"{where}: is damaged: the library that reads it ended on it ({reason})", code="file-damaged"
             ) from None
@@ -78,7 +80,7 @@ class _Process:
     def __init__(self) -> None:
         paths = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
         surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
-        self._printed: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
+        self._printed: IO[bytes] = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
             [sys.executable, "-c", _COMMAND],
             stdin=subprocess.PIPE,
@@ -86,6 +88,9 @@ class _Process:
             stderr=self._printed,
             env=surroundings,
         )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._from = self._process.stdin, self._process.stdout
         atexit.register(self.end)
 
     def is_alive(self) -> bool:
@@ -94,16 +99,20 @@ class _Process:
 
     def call(self, request: Any) -> Any:
         """Send a request and return the answer: ("value", value) or ("error", error)."""
-        assert self._process.stdin is not None and self._process.stdout is not None
-        send(self._process.stdin, request)
-        return receive(self._process.stdout)
+        send(self._to, request)
+        return receive(self._from)
 
-    def end(self) -> str:
-        """End the process and return why it ended: its library's last words, or the signal."""
+    def end(self, is_ending: bool = False) -> str:
+        """End the process and return why it ended: its library's last words, or the signal.
+
+        is_ending : whether it ends by itself, so that its signal is known soon.
+        """
+        if is_ending:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_END_SECONDS)
         self._process.kill()
-        assert self._process.stdin is not None and self._process.stdout is not None
         code = self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
+        for pipe in (self._to, self._from):
             try:
                 pipe.close()
             except BrokenPipeError:

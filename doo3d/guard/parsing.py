@@ -75,7 +75,7 @@ def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError)
     return value
 
 
-def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError) -> Any:
+def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError, *, ignore_tags: bool = False) -> Any:
     """Return the value of a YAML text; plain values only, no objects of Python.
 
     Parameters
@@ -86,6 +86,9 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError)
         the file or the option, named in errors.
     kind
         type of the errors.
+    ignore_tags
+        read an object of an unknown type, such as OpenCV's `!!opencv-matrix`, as the object without its tag, and the first of
+        several documents that is not empty.
 
     Raises
     ------
@@ -96,9 +99,9 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError)
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
         if len(text) > MAX_YAML_BYTES:
             raise ValueError(f"more than {MAX_YAML_BYTES} letters")
-        loader = _Loader(text)
+        loader = (_UntaggedLoader if ignore_tags else _Loader)(text)
         try:
-            value = loader.get_single_data()
+            value = loader.first() if ignore_tags else loader.get_single_data()
         finally:
             loader.dispose()
         _check_values(value)
@@ -124,13 +127,35 @@ class _Loader(yaml.SafeLoader):
         self._depth -= 1
         return node
 
-    def get_single_node(self) -> Any:
-        """Compose the document, unless its numbers are too long or its aliases repeat too much."""
-        node = super().get_single_node()
+    def first(self) -> Any:
+        """Return the first document that is not empty; None if there is none."""
+        value = None
+        while value is None and super().check_data():  # type: ignore[no-untyped-call]
+            value = self.get_data()
+        return value
+
+    def compose_document(self) -> Any:
+        """Compose a document, unless its numbers are too long or its aliases repeat too much."""
+        node = super().compose_document()
         sizes: dict[int, int] = {}
         if node is not None and _repeated(node, sizes) > 10 * len(sizes) + _FREE_ALIASES:
             raise ValueError("aliases repeat its values out of proportion")
         return node
+
+
+class _UntaggedLoader(_Loader):
+    """A loader that ignores unknown tags."""
+
+
+def _untagged(loader: _UntaggedLoader, suffix: str, node: yaml.Node) -> Any:
+    if isinstance(node, yaml.MappingNode):
+        return loader.construct_mapping(node, deep=True)
+    if isinstance(node, yaml.SequenceNode):
+        return loader.construct_sequence(node, deep=True)
+    return loader.construct_scalar(node) if isinstance(node, yaml.ScalarNode) else None
+
+
+_UntaggedLoader.add_multi_constructor("", _untagged)
 
 
 def _repeated(node: yaml.Node, sizes: dict[int, int]) -> int:
@@ -149,6 +174,15 @@ def _repeated(node: yaml.Node, sizes: dict[int, int]) -> int:
         raise ValueError(f"a number of {len(node.value)} letters")
     sizes[id(node)] = 1 + sum(_repeated(part, sizes) for part in inner)
     return sizes[id(node)]
+
+
+def is_plain(value: Any) -> bool:
+    """Return whether a parsed value is one that `parse_json` would return: not too deep, no whole number beyond floats."""
+    try:
+        _check_values(value)
+    except ValueError:
+        return False
+    return True
 
 
 def _check_values(value: Any) -> None:

@@ -11,7 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, unread_code
+from ..errors import InputError
+from ..guard.guarding import guarded
+from ..guard.limits import DEFAULT as DEFAULT_LIMITS
+from ..guard.limits import Limits, limited
 from ..plugins import READERS, Registry
 from ..types import Frame
 from .base_pose import BasePoseCapture
@@ -65,6 +68,7 @@ def open_capture(
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
     camera: str | Path | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Capture:
     """Open a recording, a cloud or an image as a sequence of frames.
 
@@ -88,6 +92,8 @@ def open_capture(
         that in a file pose.yaml or pose.json beside the images). A value given here replaces the capture's.
     camera
         a file with the intrinsics of the depth images (JSON, YAML, RealSense's text): short for `ReadOptions(camera_file=...)`.
+    limits
+        the largest images and clouds that are read, such as `config.input.limits()`; a frame that announces more fails.
 
     Returns
     -------
@@ -110,7 +116,7 @@ def open_capture(
     path = Path(path)
     if camera is not None:
         options = options.model_copy(update={"camera_file": Path(camera)})
-    try:
+    with guarded(path), limited(limits):
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
         capture = _open_with_camera_file(path, images_only, options)
@@ -119,8 +125,6 @@ def open_capture(
         if masks is not None:
             capture = MaskedCapture(capture, Path(masks))
         return capture if images_only else _in_base_frame(capture, options)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
 
 
 def _in_base_frame(capture: Capture, options: ReadOptions) -> Capture:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Protocol
 
 from ..config import Config
+from ..guard.guarding import guarded
+from ..guard.limits import Limits, current_limits, limited
 from ..types import Bools, Cloud, Floats, Frame, Image
 from .read_options import DEFAULT, ReadOptions
 
@@ -57,21 +59,25 @@ class FrameRef:
         function without arguments that reads the data. It raises InputError with the file's name, and can be pickled.
     timestamp
         time of the frame, s; None if the capture has no times.
+    limits
+        the largest data that is read; by default those of `open_capture`, which makes the reference.
     """
 
     name: str
     source: Path
     loader: Callable[[], FrameData]
     timestamp: float | None = None
+    limits: Limits = field(default_factory=current_limits, compare=False)
 
     def load(self) -> FrameData:
         """Read the frame from disk and return its FrameData (`data`, `mask`, `pose`). Nothing is cached.
 
         Raises
         ------
-        InputError : a file cannot be read, or its content does not follow the format.
+        InputError : a file cannot be read, or its content does not follow the format, or announces more than the limits allow.
         """
-        return self.loader()
+        with guarded(self.source), limited(self.limits):
+            return self.loader()
 
 
 class Capture(Protocol):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from ..errors import InputError, invalid_code
+from ..guard.parsing import parse_yaml
 from .support.pose_file import CAPTURE, TF, read_pose
 
 
@@ -69,12 +69,7 @@ class ReadOptions(BaseModel):
                     f"--input-option {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
                     code="override-invalid",
                 )
-            try:
-                values[key.strip()] = yaml.safe_load(text)
-            except yaml.YAMLError as error:
-                raise InputError(
-                    f"--input-option {pair}: the value cannot be read as YAML ({error})", code="yaml-invalid"
-                ) from None
+            values[key.strip()] = parse_yaml(text, f"--input-option {pair[:80]}")
         if camera_file is not None:
             values["camera_file"] = camera_file.absolute()
         try:

@@ -8,7 +8,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, unread_code
+from ..errors import InputError
+from ..guard.parsing import read_json
 from ..types import Cloud, Detection, Frame, Image
 
 # a list of numbers, spread over lines: it holds neither lists nor objects nor strings
@@ -54,12 +55,7 @@ def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[s
     InputError
         the file is missing, is not JSON, or has another schema.
     """
-    try:
-        values = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
-    except ValueError as error:
-        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
+    values = read_json(path)
     if not isinstance(values, dict) or values.get("schema") not in schemas:
         raise InputError(f"{path}: is not {what}: expected an object with schema {schemas[0]!r}", code="schema-unknown")
     return values

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import InputError
+from ..guard.file_names import is_file_name
 from . import MANIFEST
 from .atomic import PREFIX
 from .run_identity import read_manifest
@@ -25,7 +26,7 @@ def check_names(path: Path, names: Sequence[str]) -> None:
             raise InputError(
                 f"two frames are called {name}: both would be written to {path / name}.json, rename one", code="frame-names-clash"
             )
-        if f"{name}.json" == MANIFEST or not name or Path(name).name != name:
+        if f"{name}.json" == MANIFEST or not is_file_name(name):
             raise InputError(
                 f"a frame is called {name!r}: {path / name}.json cannot be its file, rename the frame", code="frame-name-invalid"
             )

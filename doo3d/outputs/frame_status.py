@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 
 from ..errors import InputError
+from ..guard.image_size import announced_size
+from ..guard.limits import current_limits
 from ..types import Array
 from . import JOURNAL, MANIFEST, SUFFIXES
 from .journal import Journal
@@ -82,5 +84,8 @@ def read_picture(path: Path) -> Array | None:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError:
         return None
-    picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if len(data) else None
+    announced = announced_size(data.tobytes())
+    if announced is None or announced[0] * announced[1] > current_limits().max_pixels:
+        return None
+    picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
     return None if picture is None else np.asarray(picture)

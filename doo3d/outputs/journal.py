@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from ..guard.parsing import is_plain
 from .atomic import write_bytes
 from .detection_json import finite
 
@@ -51,7 +52,7 @@ class Journal:
                 values = None
             if not isinstance(values, dict):
                 break
-            if is_frame_line(values):
+            if is_frame_line(values) and is_plain(values):
                 entries.append(values)
             self._size += len(line)
         return entries

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import platform
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,6 +13,9 @@ from typing import Any
 
 from .. import __version__
 from ..config import Config
+from ..errors import InputError
+from ..guard.file_names import is_file_name
+from ..guard.parsing import read_json
 from . import MANIFEST
 from .atomic import PREFIX
 
@@ -75,8 +77,8 @@ def _versions() -> dict[str, str]:
 def read_manifest(path: Path) -> dict[str, Any] | None:
     """Return the content of `manifest.json` in a folder; None if it is missing, is not JSON, or was not written by doo3d."""
     try:
-        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        manifest = read_json(path / MANIFEST)
+    except InputError:
         return None
     is_ours = isinstance(manifest, dict) and str(manifest.get("schema", "")).startswith("doo3d/manifest/")
     return manifest if is_ours else None
@@ -139,7 +141,7 @@ def frame_names(manifest: dict[str, Any] | None, lines: Iterable[Any]) -> set[st
     frames = (manifest or {}).get("frames")
     entries = [*(frames if isinstance(frames, list) else []), *lines]
     names = [entry.get("name") for entry in entries if isinstance(entry, dict)]
-    return {name for name in names if isinstance(name, str) and name and Path(name).name == name}
+    return {name for name in names if isinstance(name, str) and is_file_name(name)}
 
 
 def _mapping(values: dict[str, Any], key: str) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..guard.file_names import check_file_name
+from ..guard.guarding import first_line
+from ..guard.parsing import read_json
 from ..types import (
     COORDINATES,
     DEPTH_WORDS,
@@ -70,15 +72,22 @@ def open_results(path: str | Path) -> Results:
     """
     path = Path(path)
     try:
-        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        manifest = read_json(path / MANIFEST)
         if not str(manifest["schema"]).startswith("doo3d/manifest/"):
             raise KeyError("schema")
-        frames = tuple(str(frame["name"]) for frame in manifest["frames"] if frame["status"] == "ok")
-    except OSError as error:
-        raise InputError(
-            f"{path}: holds no results: no {MANIFEST} ({error.strerror}); run doo3d detect first", code="results-missing"
-        ) from None
-    except (ValueError, KeyError, TypeError) as error:
+        if not all(isinstance(manifest.get(key, {}), dict) for key in ("input", "versions")):
+            raise TypeError("input and versions are objects")
+        names = {id(frame): check_file_name(frame["name"], str(path / MANIFEST)) for frame in manifest["frames"]}
+        frames = tuple(names[id(frame)] for frame in manifest["frames"] if frame["status"] == "ok")
+    except InputError as error:
+        if error.code in ("file-missing", "file-unreadable"):
+            raise InputError(
+                f"{path}: holds no results: no {MANIFEST} that can be read; run doo3d detect first", code="results-missing"
+            ) from None
+        if error.code == "frame-name-invalid":
+            raise
+        raise InputError(f"{error}: damaged or not of doo3d", code="results-damaged") from None
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
     return Results(path, manifest, frames)
 
@@ -95,11 +104,13 @@ def read_detection(path: str | Path) -> Detection:
     """
     values = read_object(path, (SCHEMA, FORMER_SCHEMA), "a detection")
     try:
-        return _detection(values)
-    except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
+        detection = _detection(values)
+    except (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, InputError) as error:
         raise InputError(
-            f"{path}: a value is missing or invalid ({error!r}); run doo3d detect again", code="results-damaged"
+            f"{path}: a value is missing or invalid ({first_line(error)}); run doo3d detect again", code="results-damaged"
         ) from None
+    check_file_name(detection.frame, str(path))
+    return detection
 
 
 def _detection(values: dict[str, Any]) -> Detection:
@@ -110,9 +121,9 @@ def _detection(values: dict[str, Any]) -> Detection:
         mode=values["mode"],
         coordinates=names[values["coordinates"]],
         frame=str(values["frame"]),
-        timestamp=values.get("timestamp"),
+        timestamp=None if values.get("timestamp") is None else float(values["timestamp"]),
         seconds={stage: float(duration) for stage, duration in values.get("seconds", {}).items()},
-        notes=tuple(values.get("notes", ())),
+        notes=tuple(map(str, values.get("notes", ()))),
         crossings=tuple(_crossing(crossing) for crossing in values.get("crossings", ())),
         plane=_plane(values.get("plane")),
         pose=None if values.get("pose") is None else _finite_array(values["pose"], (4, 4)),
@@ -144,9 +155,15 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         from_time=np.array(values.get("from_time", ()), dtype=bool),
         closed=bool(values["closed"]),
         connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
-        id=values.get("id"),
+        id=_integer(values.get("id")),
         confidence=_confidence(values) if {"confidence", "sure"} & values.keys() else float("nan"),
     )
+
+
+def _integer(value: Any) -> int | None:
+    if value is None or (isinstance(value, int) and not isinstance(value, bool)):
+        return value
+    raise ValueError(f"id {value!r}, expected a whole number")
 
 
 def _crossing(values: dict[str, Any]) -> Crossing:

@@ -6,7 +6,6 @@ the run. Interrupted runs resume: call `run` again with the same arguments.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -18,6 +17,7 @@ import numpy as np
 
 from ..config import Config
 from ..errors import InputError
+from ..guard.parsing import read_json
 from ..inputs import IMAGE_FORMATS, Capture, ReadOptions
 from ..inputs.support.fingerprint import FramePaths, file_states
 from ..outputs import SUFFIXES
@@ -231,4 +231,4 @@ def _resume_tracker(capture: Capture, config: Config, folder: ResultsFolder) -> 
         return None
     succeeded = [name for name, line in folder.done.items() if line["status"] == OK]
     files = (folder.file(name, SUFFIXES["json"]) for name in succeeded)
-    return Tracker.resumed((json.loads(file.read_text(encoding="utf-8")) for file in files), config.tracking)
+    return Tracker.resumed(map(read_json, files), config.tracking)

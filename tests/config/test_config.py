@@ -162,7 +162,7 @@ def test_no_such_preset():
         ("hello", "section-expected"),
         ("merge: 3", "value-invalid"),
         ("merge:\n  chian: 1", "key-unknown"),
-        ("a: &a [*a]", "key-unknown"),
+        ("a: &a [*a]", "yaml-invalid"),
         ("!!python/object:os.system {}", "yaml-invalid"),
     ],
 )

@@ -239,7 +239,7 @@ def test_aliases_of_aliases_are_not_unfolded(tmp_path):
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
     (tmp_path / "camera.yaml").write_text("\n".join([*lines, "K: *a11\n"]))
-    with refuses("intrinsics-invalid", "camera.yaml"):
+    with refuses("yaml-invalid", "camera.yaml", "aliases"):
         read_camera_file(tmp_path / "camera.yaml")
 
 

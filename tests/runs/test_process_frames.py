@@ -142,4 +142,4 @@ def test_a_frame_is_detected_whatever_its_loader_raises():
     def load():
         raise ZeroDivisionError
 
-    assert detect_frame(FrameCache(), FrameRef("a", Path("a.ply"), load), Config()).record.code == "unexpected"
+    assert detect_frame(FrameCache(), FrameRef("a", Path("a.ply"), load), Config()).record.code == "file-damaged"

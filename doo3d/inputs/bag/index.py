@@ -12,9 +12,9 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ...errors import DooError, InputError, require, unread_code
+from ...guard.parsing import read_yaml
 from ...types import Array
 from ..support.git_lfs import check_not_pointer
 from . import mcap_storage as _mcap
@@ -254,13 +254,13 @@ def files_of(path: Path) -> tuple[list[Path], bool]:
     if not metadata.exists():  # a killed recorder has not written it
         return sorted(file for file in path.iterdir() if file.suffix in SUFFIXES), False
     try:
-        metadata_values = yaml.safe_load(metadata.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        metadata_values = read_yaml(metadata)["rosbag2_bagfile_information"]
         names = [Path(str(name)).name for name in metadata_values["relative_file_paths"]]
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError) as error:
+        mode = str(metadata_values.get("compression_mode") or "").lower()
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{metadata}: cannot be read as the description of a ROS 2 bag ({error!r})", code="yaml-invalid"
         ) from None
-    mode = str(metadata_values.get("compression_mode") or "").lower()
     if mode == "file":
         raise InputError(
             f"{path}: its files are compressed as a whole: decompress them first, with zstd -d or ros2 bag convert",

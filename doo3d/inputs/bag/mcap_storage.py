@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 from ...errors import require
-from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, read_exactly, ros2_type
+from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, check_chunk, complete, read_exactly, ros2_type
 
 MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
@@ -92,7 +92,8 @@ class Mcap(Chunked):
         data = read_exactly(self.file, begin, int.from_bytes(read_exactly(self.file, begin - 8, 8), "little"))
         if name not in ("lz4", "zstd"):
             raise DamagedRecord(f"is compressed by {name!r}, only lz4 and zstd can be read")
-        content = unzstd(data) if name == "zstd" else _unlz4(data)
+        check_chunk(size)
+        content = unzstd(data) if name == "zstd" else unlz4(data)
         if len(content) != size or (checksum and zlib.crc32(content) != checksum):
             raise DamagedRecord("its checksum does not match")
         return content
@@ -107,14 +108,15 @@ def unzstd(data: bytes) -> bytes:
     """
     zstd = require("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd", "bags")
     try:
-        return bytes(zstd.decompress(data))
+        return bytes(complete(zstd.ZstdDecompressor(), data))
     except (zstd.ZstdError, ValueError, EOFError) as error:
         raise DamagedRecord(f"cannot be decompressed: {error}") from None
 
 
-def _unlz4(data: bytes) -> bytes:
+def unlz4(data: bytes) -> bytes:
+    """Decompress LZ4 data; the errors are those of `unzstd`."""
     try:
-        return bytes(require("lz4.frame", "bags").decompress(data))
+        return bytes(complete(require("lz4.frame", "bags").LZ4FrameDecompressor(), data))
     except (RuntimeError, ValueError, EOFError) as error:
         raise DamagedRecord(f"cannot be decompressed: {error}") from None
 

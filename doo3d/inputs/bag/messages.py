@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
+from ...guard.image_size import announced_size
+from ...guard.limits import check_pixels, check_points
 from ...types import Array
 from ..support.native_output import capture_native_output
 
@@ -175,6 +177,7 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
         )
     kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     height, width, step = message.height, message.width, message.step
+    check_pixels(width, height, "an image")
     used = width * channels * kind.itemsize
     data = np.asarray(message.data, dtype=np.uint8)
     if not height or not width or step < used or data.size < step * (height - 1) + used:
@@ -190,6 +193,8 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
 
 
 def _decompress(data: bytes) -> Array:
+    if (size := announced_size(data)) is not None:
+        check_pixels(*size, "a compressed image")
     image = None
     with capture_native_output() as native:
         try:
@@ -230,6 +235,7 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
         raise InputError(
             f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is incomplete", code="message-damaged"
         )
+    check_points(width * height, "a cloud")
     names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
     names += [name for name in ("r", "g", "b") if name in fields and fields[name][0][1:] == "u1"]
     layout = np.dtype(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, Protocol
+from typing import Any, BinaryIO, NamedTuple, Protocol
 
 MessageLocation = tuple[int, int, int, int]
 """Number of the file, offset of its chunk (-1: not compressed), offset in the chunk or in the file, length; bytes."""
@@ -19,6 +19,10 @@ READ_TYPES = {
     *("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "geometry_msgs/msg/Transform", "std_msgs/msg/Float32"),
 }
 """Message types that are read; others are skipped."""
+
+
+MAX_CHUNK_BYTES = 1 << 28
+"""Bytes of a decompressed chunk: recorders begin a new one at 1 to 16 MB, unless a single message is larger."""
 
 
 class DamagedRecord(Exception):
@@ -177,6 +181,26 @@ class Chunked:
         DamagedRecord : the chunk cannot be decompressed.
         """
         return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
+
+
+def complete(decompressor: Any, data: bytes) -> bytes:
+    """Return what data decompress to, by a decompressor of bz2, lz4 or zstd; at most `MAX_CHUNK_BYTES`.
+
+    Raises
+    ------
+    DamagedRecord : they decompress to more. EOFError : they are cut off.
+    """
+    content = bytes(decompressor.decompress(data, MAX_CHUNK_BYTES + 1))
+    check_chunk(len(content))
+    if not decompressor.eof:
+        raise EOFError("it ends too early")
+    return content
+
+
+def check_chunk(size: int) -> None:
+    """Raise DamagedRecord if a chunk decompresses to more bytes than recorders write into one."""
+    if size > MAX_CHUNK_BYTES:
+        raise DamagedRecord(f"decompresses to more than {MAX_CHUNK_BYTES} bytes")
 
 
 def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:

@@ -6,8 +6,8 @@ import bz2
 from collections.abc import Iterator
 from typing import BinaryIO
 
-from ...errors import require
-from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, read_exactly, ros2_type
+from .mcap_storage import unlz4
+from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, complete, read_exactly, ros2_type
 
 MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7  # op codes
@@ -78,7 +78,7 @@ class Rosbag1(Chunked):
         length = int.from_bytes(read_exactly(self.file, at - 4, 4), "little")
         data = read_exactly(self.file, at, length)
         try:
-            return bz2.decompress(data) if data.startswith(b"BZh") else bytes(require("lz4.frame", "bags").decompress(data))
+            return complete(bz2.BZ2Decompressor(), data) if data.startswith(b"BZh") else unlz4(data)
         except (OSError, RuntimeError, ValueError, EOFError) as error:
             raise DamagedRecord(f"cannot be decompressed: {error}") from None
 

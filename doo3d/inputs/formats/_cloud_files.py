@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import zipfile
 from pathlib import Path
@@ -10,11 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...guard.limits import check_points, current_limits
 from ...types import Array
 from ..support.native_output import capture_native_output
 from ..support.open3d import open3d
 
+MAX_CLOUD_HEADER_BYTES = 1 << 16  # of PLY and PCD
+_MAX_LZF_RATIO = 100  # bytes that a byte of a compressed PCD unpacks to at most (LZF: 88)
 HEAD_BYTES = 4096  # read to detect the format, and of a header
+_MAX_LINE = 1000  # letters of a line of XYZ
+_MAX_POINT_BYTES = 64  # of an array of points: three coordinates of 16 bytes
+_MAX_ZIP_RATIO = 1100  # bytes that a byte of a ZIP unpacks to at most (deflate: 1032)
 COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
@@ -46,6 +53,7 @@ def read_open3d(path: Path, kind: str) -> Points:
     ------
     InputError : the file has no points, or is damaged. MissingDependency : Open3D is not installed.
     """
+    _check_announced(path, kind)
     reader = open3d().io
     with capture_native_output() as native:
         cloud = reader.read_point_cloud(str(path), format=kind)
@@ -60,6 +68,27 @@ def read_open3d(path: Path, kind: str) -> Points:
         _check_ascii_pcd(path, len(points))
     viewpoint = _pcd_viewpoint(path) if kind == "pcd" else None
     return Points(points, colors if len(colors) else None, viewpoint)
+
+
+def _check_announced(path: Path, kind: str) -> None:
+    """Raise InputError if the header of a PLY or PCD announces more points than are allowed, or than the file can hold."""
+    with path.open("rb") as file:
+        head = file.read(MAX_CLOUD_HEADER_BYTES)
+    end = re.search(rb"^end_header|^DATA", head, re.MULTILINE)
+    head = head[: end.end()] if end else head
+    least, pattern = 1, rb"^element\s+vertex\s+(\d{1,30})"
+    if kind == "pcd":
+        least, pattern = _MAX_LZF_RATIO, rb"^POINTS\s+(\d{1,30})"
+    announced = max((int(match[1]) for match in re.finditer(pattern, head, re.MULTILINE)), default=0)
+    if kind == "pcd":
+        sizes = [int(number) for number in re.findall(rb"^(?:WIDTH|HEIGHT)\s+(\d{1,30})", head, re.MULTILINE)]
+        announced = max(announced, math.prod(sizes[:2]) if sizes else 0)
+    check_points(announced, str(path))
+    if announced > least * path.stat().st_size:
+        raise InputError(
+            f"{path}: is cut off or damaged: its header declares {announced} points, more than fit into the file",
+            code="file-damaged",
+        )
 
 
 def _check_ascii_pcd(path: Path, count: int) -> None:
@@ -114,6 +143,7 @@ def read_xyz(path: Path) -> Points:
     InputError : the file has no rows, a row has fewer than three numbers or another number of columns than the others, or a
         value is not a number.
     """
+    check_points(_count_lines(path), str(path))
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
     first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)), "")
@@ -135,6 +165,12 @@ def read_xyz(path: Path) -> Points:
     return Points(rows[:, :3], rest.astype(np.uint8) if has_colors else None)
 
 
+def _count_lines(path: Path) -> int:
+    """Return the number of lines of a file; one of millions of letters counts as many."""
+    with path.open("rb") as file:
+        return max(sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b"")), path.stat().st_size // _MAX_LINE)
+
+
 def read_npz(path: Path) -> Points:
     """Read a cloud of N points from an NPZ file with the array `points`, (N, 3) m, and optionally `colors`, (N, 3) RGB.
 
@@ -148,6 +184,22 @@ def read_npz(path: Path) -> Points:
                 raise InputError(
                     f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres", code="points-missing"
                 )
-            return Points(arrays["points"], arrays["colors"] if "colors" in arrays else None)
+            names = [name for name in ("points", "colors") if name in arrays]
+            _check_arrays(path, names)
+            return Points(*(arrays[name] for name in names))
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})", code="file-damaged") from None
+
+
+def _check_arrays(path: Path, names: list[str]) -> None:
+    """Raise InputError if arrays of an NPZ file announce more than the points that are allowed, or than the file can hold."""
+    with zipfile.ZipFile(path) as archive:
+        for name in names:
+            with archive.open(f"{name}.npy") as file:
+                version = np.lib.format.read_magic(file)
+                read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+                shape, _, dtype = read(file)
+            check_points(shape[0] if shape else 0, f"{path}: {name}")
+            size = math.prod(shape) * dtype.itemsize
+            if size > min(_MAX_POINT_BYTES * current_limits().max_points, _MAX_ZIP_RATIO * path.stat().st_size):
+                raise InputError(f"{path}: {name} has shape {shape}, too large for this file", code="array-too-large")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, require
+from ...guard.limits import check_points
 from ...types import Array, Floats
 from ._cloud_files import Points
 
@@ -36,9 +37,11 @@ def read_las(path: Path) -> Points:
         raise InputError(f"{path}: is cut off or damaged: {fault}", code="file-damaged")
     try:
         with laspy.open(path) as file:
-            declared, las = file.header.point_count, file.read()
+            declared = file.header.point_count
+            check_points(declared, str(path))
+            las = file.read()
         points = np.asarray(las.xyz, dtype=float)
-    except OSError:
+    except (OSError, InputError, MemoryError):
         raise
     except Exception as error:  # from laspy, its decompressor, or numpy for half a record
         raise InputError(
@@ -62,6 +65,10 @@ def _las_fault(path: Path) -> str | None:
     size = path.stat().st_size
     with path.open("rb") as file:
         header = file.read(_LAS_HEADER_BYTES)
+    points, fault = _las_points(header, size)
+    if fault:
+        return fault
+    check_points(points, str(path))
     header_size, points_at, records = struct.unpack_from("<HII", header.ljust(_LAS_HEADER_BYTES, b"\0"), 94)
     if records * _VLR_HEADER_BYTES > max(min(points_at, size) - header_size, 0):
         return f"its header declares {records} variable length records, more than fit into the file"
@@ -70,6 +77,19 @@ def _las_fault(path: Path) -> str | None:
         if extended * _EVLR_HEADER_BYTES > max(size - start, 0):
             return f"its header declares {extended} extended variable length records, more than fit into the file"
     return None
+
+
+def _las_points(header: bytes, size: int) -> tuple[int, str]:
+    """Return the number of points that a LAS header announces, and its fault ("" for none) if they are not compressed."""
+    header = header.ljust(_LAS_HEADER_BYTES, b"\0")
+    points_at, record_format, record_bytes, points = struct.unpack_from("<I4xBHI", header, 96)
+    if header[25] >= 4:
+        points = max(points, struct.unpack_from("<Q", header, 247)[0])
+    is_compressed = record_format & 0xC0
+    if not is_compressed and points * record_bytes > max(size - points_at, 0):
+        held = max(size - points_at, 0) // record_bytes
+        return points, f"its header declares {points} points, it holds {held}"
+    return points, ""
 
 
 def count_e57(path: Path) -> int:
@@ -152,6 +172,7 @@ def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Arr
     colored = all(map(prototype.isDefined, _COLORS))
     names = [*axes, *(_COLORS if colored else ()), *([invalid] if prototype.isDefined(invalid) else [])]
     count = records.childCount()
+    check_points(count, "the scan")
     values = {name: np.zeros(count) for name in names}
     buffers = library.VectorSourceDestBuffer()
     for name, array in values.items():

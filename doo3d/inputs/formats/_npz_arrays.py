@@ -13,6 +13,7 @@ from typing import IO, Any, Literal
 import numpy as np
 
 from ...errors import InputError
+from ...guard.limits import check_pixels
 from ...types import Array
 
 STACKS = {"depth": 2, "color": 3, "mask": 2}  # arrays read frame by frame; dimensions of one frame's part
@@ -26,6 +27,7 @@ _ALIASES = {  # other names of the arrays, in lower case, tried in this order
     "timestamps": ("timestamp",),
 }
 _MAX_PART_BYTES = 1 << 28  # of one frame's part of a stack, and of a small array as a whole
+_MAX_FRAMES = 1_000_000  # nine hours at 30 Hz
 _MAX_ZIP_RATIO = 1100  # bytes that a byte of a ZIP unpacks to at most (deflate: 1032)
 _DAMAGE_ERRORS = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, RuntimeError, NotImplementedError)
 
@@ -146,6 +148,10 @@ def array_header(path: Path, name: str, stored: str) -> ArrayHeader:
     total = header.part_bytes * (header.shape[0] if header.stacked else 1)
     if (header.part_bytes if name in STACKS else total) > _MAX_PART_BYTES or total > _MAX_ZIP_RATIO * path.stat().st_size:
         raise InputError(f"{where}: has shape {header.shape}, too large for this file or for any frame", code="array-too-large")
+    if header.stacked and header.shape[0] > _MAX_FRAMES:
+        raise InputError(f"{where}: has shape {header.shape}, more frames than a recording has", code="array-too-large")
+    if name in STACKS:
+        check_pixels(header.part[1], header.part[0], where)
     return header
 
 

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...errors import InputError, unread_code
+from ...guard.isolation import isolated
 from ...types import Array, Cloud
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
@@ -56,7 +57,7 @@ class CloudCapture:
 
 def _frames_of(file: Path, single: bool) -> list[FrameRef]:
     try:
-        count = count_e57(file) if _kind(file) == "e57" else 1
+        count = isolated(count_e57, file, where=str(file)) if _kind(file) == "e57" else 1
         if not count:
             raise InputError(f"{file}: holds no scans: export at least one scan into it", code="file-empty")
     except (InputError, OSError):
@@ -108,7 +109,7 @@ def _load(path: Path, name: str, scan: int = 0) -> FrameData:
     try:
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
-        read = read_e57(path, scan) if (kind := _kind(path) or "") == "e57" else _READERS[kind](path)
+        read = _read(path, scan)
         cloud = Cloud(read.points, _colors_8_bit(read.colors), read.viewpoint, name)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
@@ -117,6 +118,14 @@ def _load(path: Path, name: str, scan: int = 0) -> FrameData:
     if not len(cloud.points):
         raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
     return FrameData(cloud)
+
+
+def _read(path: Path, scan: int) -> Points:
+    """Read a cloud; formats that a native library reads, in a process of their own."""
+    kind = _kind(path) or ""
+    if kind == "e57":
+        return isolated(read_e57, path, scan, where=str(path))
+    return isolated(_NATIVE[kind], path, where=str(path)) if kind in _NATIVE else _READERS[kind](path)
 
 
 def _colors_8_bit(colors: Array | None) -> Array | None:
@@ -128,10 +137,9 @@ def _colors_8_bit(colors: Array | None) -> Array | None:
     return np.asarray(np.rint(colors * 255), dtype=np.uint8)
 
 
-_READERS: dict[str, Callable[[Path], Points]] = {
+_NATIVE: dict[str, Callable[[Path], Points]] = {
     "ply": partial(read_open3d, kind="ply"),
     "pcd": partial(read_open3d, kind="pcd"),
-    "xyz": read_xyz,
-    "npz": read_npz,
     "las": read_las,
 }
+_READERS: dict[str, Callable[[Path], Points]] = {"xyz": read_xyz, "npz": read_npz}

@@ -7,10 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from ...errors import InputError, invalid_code, unread_code
+from ...errors import InputError, invalid_code
+from ...guard.guarding import guarded
+from ...guard.parsing import parse_yaml
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from ..support.depth_frames import DepthSensor, ImageFiles, check_pose, load_files
@@ -149,13 +150,8 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
 
 
 def _values(file: Path) -> dict[str, object]:
-    try:
-        with file.open("rb") as opened:
-            values = yaml.safe_load(opened.read(_MAX_YAML_BYTES))
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: is not YAML ({str(error).splitlines()[0]})", code="yaml-invalid") from None
+    with guarded(file), file.open("rb") as opened:
+        values = parse_yaml(opened.read(_MAX_YAML_BYTES), str(file))
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise InputError(f"{file}: expected keys and values, with at least camera: [fx, fy, cx, cy]", code="yaml-invalid")
     return values

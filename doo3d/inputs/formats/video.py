@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
+from ...guard.limits import check_pixels
 from ...types import Array, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
@@ -100,6 +101,7 @@ def _probe(path: Path) -> _VideoContent:
         video = _open(path)
     if not video.isOpened():
         raise _not_opened(path, native.text)
+    check_pixels(int(video.get(cv2.CAP_PROP_FRAME_WIDTH)), int(video.get(cv2.CAP_PROP_FRAME_HEIGHT)), str(path))
     rate = video.get(cv2.CAP_PROP_FPS)
     messages, container_ended = _decode_all(video)
     frames = len(messages) - 1

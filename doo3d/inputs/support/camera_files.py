@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from ...errors import InputError, unread_code
+from ...guard.parsing import parse_json, parse_yaml
 from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinhole
 from .git_lfs import check_not_pointer
 
@@ -60,37 +58,15 @@ def read_camera_file(path: Path) -> list[Calibration]:
 
 
 def _parse_json(path: Path, data: bytes) -> Any:
-    try:
-        values = json.loads(data.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON ({error})", code="json-invalid") from None
+    values = parse_json(data, str(path))
     if not isinstance(values, dict) and not (isinstance(values, list) and values and isinstance(values[0], dict | list)):
         raise InputError(f"{path}: expected a JSON object, got {type(values).__name__}", code="json-invalid")
     return {"K": values} if isinstance(values, list) and isinstance(values[0], list) else values
 
 
-class _Loader(yaml.SafeLoader):
-    """A loader of plain YAML that reads a tagged object, such as OpenCV's `!!opencv-matrix`, as the object without its tag."""
-
-
-def _untagged(loader: _Loader, suffix: str, node: yaml.Node) -> Any:
-    if isinstance(node, yaml.MappingNode):
-        return loader.construct_mapping(node, deep=True)
-    if isinstance(node, yaml.SequenceNode):
-        return loader.construct_sequence(node, deep=True)
-    return loader.construct_scalar(node) if isinstance(node, yaml.ScalarNode) else None
-
-
-_Loader.add_multi_constructor("", _untagged)
-
-
 def _parse_yaml(path: Path, data: bytes) -> Any:
     text = re.sub(rb"\A\s*%YAML[^\n]*\n", b"", data.removeprefix(b"\xef\xbb\xbf"))  # OpenCV writes %YAML:1.0, which is no YAML
-    try:
-        documents = [document for document in yaml.load_all(text, _Loader) if document is not None]
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: is not YAML ({next(iter(str(error).splitlines()), '')})", code="yaml-invalid") from None
-    return documents[0] if documents else {}
+    return parse_yaml(text, str(path), ignore_tags=True) or {}
 
 
 def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:

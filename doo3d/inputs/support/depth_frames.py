@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import read_bytes
+from ...guard.parsing import MAX_JSON_BYTES, parse_json
 from ...types import Array, Bools, Camera, Floats, Frame
 from ..capture import FrameData
 from .calibration import Pinhole as Pinhole
@@ -18,6 +19,7 @@ from .listing import with_file
 
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
+_MAX_LETTERS = 100  # of a wrong value that an error shows
 _MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
 
 
@@ -260,12 +262,21 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
     """
     try:
         values = np.asarray(given, dtype=float).ravel()
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         values = np.zeros(0)
     if isinstance(given, str) or values.size != count or not np.isfinite(values).all():
-        got = repr(given) if np.size(given) <= _MAX_SHOWN else f"{np.size(given)} values"
+        got = _shown(given)
         raise InputError(f"{where}: expected {count} finite numbers, got {got}", code=code)
     return values
+
+
+def _shown(given: Any) -> str:
+    """Return values for an error: themselves if they are few, else their number."""
+    try:
+        size = int(np.size(given))
+    except ValueError:  # lists of several lengths
+        return "lists of several lengths"
+    return repr(given)[:_MAX_LETTERS] if size <= _MAX_SHOWN else f"{size} values"
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -275,10 +286,7 @@ def read_json(path: Path) -> dict[str, Any]:
     ------
     InputError : the file is missing, is not JSON, or its top level is not an object.
     """
-    try:
-        return json_object(path.read_bytes(), str(path))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+    return json_object(read_bytes(path, MAX_JSON_BYTES), str(path))
 
 
 def json_object(data: bytes, where: str) -> dict[str, Any]:
@@ -288,10 +296,7 @@ def json_object(data: bytes, where: str) -> dict[str, Any]:
     ------
     InputError : the text is not JSON, or its top level is not an object.
     """
-    try:
-        values = json.loads(data.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{where}: is not valid JSON ({error})", code="json-invalid") from None
+    values = parse_json(data, where)
     if not isinstance(values, dict):
         raise InputError(f"{where}: expected a JSON object, got {type(values).__name__}", code="json-invalid")
     return values

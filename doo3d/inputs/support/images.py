@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 
 from ...errors import InputError, unread_code
+from ...guard.image_size import announced_size
+from ...guard.limits import check_pixels
 from ...types import Array, Bools
 from .arrays import read_color_array, read_depth_array
 from .git_lfs import check_not_pointer
@@ -140,6 +142,8 @@ def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     _check_complete(path, data)
+    if (size := announced_size(data)) is not None:
+        check_pixels(*size, str(path))
     image, exception = None, ""
     with capture_native_output() as native:
         try:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ...errors import InputError, unread_code
+from ...guard.guarding import guarded, read_bytes
+from ...guard.parsing import MAX_YAML_BYTES, parse_json, parse_yaml
 from ...types import Array, Floats, as_pose
 
 PoseLike = str | Path | Array | Sequence[Any]
@@ -29,6 +30,8 @@ POSE_KEYS = ("pose", "transform", "transformation", "matrix", "transforms", "T")
 
 POSITION_KEYS = ("position", "translation", "xyz", "t")
 ROTATION_KEYS = ("orientation", "rotation", "quaternion", "q", "R")
+
+_CODES = {"json-invalid": "pose-invalid", "yaml-invalid": "pose-invalid"}
 
 EXPECTED = "expected `pose:` with a 4x4 matrix, x, y, z, qx, qy, qz, qw, or `position` and `orientation` (quaternion x, y, z, w)"
 
@@ -60,14 +63,17 @@ def read_pose(pose: PoseLike) -> Floats:
     if isinstance(pose, str) and "," in pose and not Path(pose).exists():
         return as_pose(pose, name)
     try:
-        return as_pose(_content(Path(pose), name), name)
-    except OSError as error:
+        Path(pose).stat()
+    except (OSError, ValueError) as error:
         raise InputError(
-            f"{name}: cannot be read ({error.strerror}), nor is it x,y,z,qx,qy,qz,qw", code=unread_code(error)
+            f"{name[:200]}: cannot be read ({getattr(error, 'strerror', error)}), nor is it x,y,z,qx,qy,qz,qw",
+            code=unread_code(error) if isinstance(error, OSError) else "pose-invalid",
         ) from None
-    except (ValueError, EOFError, RecursionError, yaml.YAMLError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"{name}: cannot be read ({reason})", code="pose-invalid") from None
+    try:
+        with guarded(name, code="pose-invalid"):
+            return as_pose(_content(Path(pose), name), name)
+    except InputError as error:
+        raise InputError(str(error), code=_CODES.get(error.code, error.code)) from None
 
 
 def pose_file_beside(path: Path) -> Path | None:
@@ -79,14 +85,14 @@ def pose_file_beside(path: Path) -> Path | None:
 def _content(path: Path, name: str) -> Any:
     """Return the numbers in a file, as `as_pose` takes them."""
     suffix = path.suffix.lower()
+    data = read_bytes(path, MAX_YAML_BYTES, name)
     if suffix == ".npy":
-        return np.load(path)
-    text = path.read_text(encoding="utf-8-sig")
+        return np.load(BytesIO(data), allow_pickle=False)
     if suffix == ".json":
-        return _numbers(json.loads(text), name)
+        return _numbers(parse_json(data, name), name)
     if suffix in (".yaml", ".yml"):
-        return _numbers(yaml.safe_load(text), name)
-    return text
+        return _numbers(parse_yaml(data, name), name)
+    return data.decode("utf-8-sig")
 
 
 def _numbers(value: Any, name: str) -> Any:

@@ -14,6 +14,7 @@ from builders.errors import refuses
 from doo3d import errors
 from doo3d.errors import InputError, MissingDependency
 from doo3d.inputs import open_capture
+from doo3d.inputs.formats import cloud
 
 COUNT = 400
 UTM = np.array((450123.25, 5412345.5, 210.125))
@@ -314,5 +315,6 @@ def test_missing_package(tmp_path, points, suffix, module, monkeypatch):
         return found(name, *rest)
 
     monkeypatch.setattr(errors.importlib, "import_module", refuse)
+    monkeypatch.setattr(cloud, "isolated", lambda function, *args, where: function(*args))
     with pytest.raises(MissingDependency, match=rf"pip install 'doo3d\[{suffix.replace('laz', 'las')}\]'"):
         clouds(path)
