@@ -114,7 +114,7 @@ def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
         key, equals, text = pair.partition("=")
         if not equals or not key.strip():
             raise ConfigError(f"--set {pair}: expected key=value, such as merge.chains=2", code="override-invalid")
-        overrides[key.strip()] = parse_yaml(text, f"--set {key.strip()}", ConfigError)
+        overrides[key.strip()] = parse_yaml(text, f"--set {' '.join(pair[:80].split())}", ConfigError)
     return overrides
 
 

@@ -69,7 +69,7 @@ class ReadOptions(BaseModel):
                     f"--input-option {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
                     code="override-invalid",
                 )
-            values[key.strip()] = parse_yaml(text, f"--input-option {key.strip()}")
+            values[key.strip()] = parse_yaml(text, f"--input-option {' '.join(pair[:80].split())}")
         if camera_file is not None:
             values["camera_file"] = camera_file.absolute()
         try:
