@@ -115,7 +115,7 @@ def test_a_notebook_shows_a_table_and_a_drawing():
 def test_a_figure_has_the_chains_and_the_points():
     detection = doo3d.detect(FRAME, {"merge.chains": 1}, MASK)
     drawn = detection.plot(FRAME)
-    assert {"chain 0", "points"} <= {trace.name for trace in drawn.data}
+    assert {"chain 0", "object's points"} <= {trace.name for trace in drawn.data}
     tube = next(trace for trace in drawn.data if trace.type == "mesh3d")
     axis = detection.chains[0].joints
     gap = np.linalg.norm(np.column_stack((tube.x, tube.y, tube.z))[:, None] - axis[None], axis=2).min(axis=1)

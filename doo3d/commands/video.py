@@ -31,7 +31,8 @@ def video(
 ) -> None:
     """Write the pictures of a run as a video.
 
-    The file is WebM if its name ends in .webm, MP4 otherwise. Prints the number of frames, the frame rate and the size of the video.
+    The file is WebM if its name ends in .webm, MP4 otherwise. Prints the number of frames, the frame rate and the
+    size of the video.
 
     \b
     Examples:

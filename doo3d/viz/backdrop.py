@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from ..geometry.projection import Projection, spread_axes, upright_axes_along
@@ -53,7 +52,7 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
 
 
 def depth_picture(depth: Array) -> Array:
-    """Return a depth image (H, W), m, as a picture in bluish gray, (H, W, 3) uint8 RGB: near is bright, far is dark.
+    """Return a depth image (H, W), m, as a picture in gray, (H, W, 3) uint8 RGB: near is bright, far is dark.
 
     Pixels without depth (0) are nearly black. The shades span the 2nd to the 98th percentile of the depths.
     """
@@ -62,7 +61,7 @@ def depth_picture(depth: Array) -> Array:
         return np.full((*depth.shape, 3), 20, np.uint8)
     near, far = np.percentile(depth[measured], (2, 98))
     brightness = np.clip((far - depth) / max(far - near, 1e-6), 0, 1)
-    picture = cv2.applyColorMap(np.uint8(40 + 150 * brightness), cv2.COLORMAP_BONE)[:, :, ::-1].copy()
+    picture = np.repeat((40 + 150 * brightness).astype(np.uint8)[:, :, None], 3, axis=2)
     picture[~measured] = 20
     return np.asarray(picture)
 
@@ -108,7 +107,7 @@ def _points_picture(cloud: Cloud, projection: Projection) -> Array:
     """Return the points as small squares on a dark background, far ones first: (H, W, 3) uint8 RGB."""
     width, height = SIZE
     background = np.linspace(46, 22, height)[:, None, None]
-    picture: Array = np.rint(background * np.array((0.86, 0.95, 1.15))).repeat(width, axis=1).astype(np.uint8)
+    picture: Array = np.rint(background * np.ones(3)).repeat(width, axis=1).astype(np.uint8)
     distance = projection.distance(cloud.points)
     order = np.argsort(-distance, kind="stable")
     if cloud.colors is not None:
@@ -116,7 +115,7 @@ def _points_picture(cloud: Cloud, projection: Projection) -> Array:
     else:
         low, high = np.percentile(distance, (1, 99))
         nearness = 1 - np.clip((distance[order] - low) / max(high - low, 1e-9), 0, 1)
-        colors = np.rint((110 + 110 * nearness[:, None]) * np.array((0.9, 0.97, 1.0))).astype(np.uint8)
+        colors = np.rint((110 + 110 * nearness[:, None]) * np.ones(3)).astype(np.uint8)
     at = projection.project(cloud.points[order])
     in_view = np.isfinite(at).all(axis=1) & (np.abs(at) < 4 * max(SIZE)).all(axis=1)
     at, colors = np.rint(at[in_view]).astype(int), colors[in_view]

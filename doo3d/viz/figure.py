@@ -54,7 +54,18 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
     drawn.add_traces(_points(go, detection, data))
     view = CAMERA_VIEW if detection.coordinates == "camera" else WORLD_VIEW
     axes = {f"{axis}axis_title": f"{axis} (m)" for axis in "xyz"}
-    return drawn.update_layout(scene={"aspectmode": "data", "camera": view, **axes}, height=600)
+    scene = {"aspectmode": "manual", "aspectratio": _sides(drawn), "camera": view, **axes}
+    return drawn.update_layout(scene=scene, height=600)
+
+
+def _sides(drawn: Any) -> dict[str, float]:
+    """Return the sides of the box around all traces; the longest is 1."""
+    extents = {}
+    for axis in "xyz":
+        values = [np.asarray(trace[axis], dtype=float) for trace in drawn.data if len(trace[axis])]
+        extents[axis] = float(np.ptp(np.concatenate(values))) if values else 1.0
+    longest = max(*extents.values(), 1e-9)
+    return {axis: max(extent / longest, 1e-3) for axis, extent in extents.items()}
 
 
 def _alone(chain: Chain, data: Frame | Cloud | Image | Array | None) -> Detection:
@@ -121,16 +132,26 @@ def _triangles(joints: int) -> tuple[Array, Array, Array]:
 
 
 def _points(go: Any, detection: Detection, data: Frame | Cloud | Image | Array | None) -> list[Any]:
-    """Return the trace of the points around the chains; none without data in space."""
+    """Return the traces of the points around the chains; none without data in space."""
     if not isinstance(data, Frame | Cloud):
         return []
     pose = np.eye(4) if isinstance(data, Cloud) and data.coordinates == detection.coordinates else None
     sample = sample_surroundings(FrameData(data, pose=pose), detection, MAX_POINTS)
     if sample is None:
         return []
-    color = QUIET if sample.colors is None else [f"rgb({r},{g},{b})" for r, g, b in sample.colors.tolist()]
-    x, y, z = sample.points.T
-    return [go.Scatter3d(x=x, y=y, z=z, mode="markers", marker={"size": 1.5, "color": color}, hoverinfo="skip", name="points")]
+    # points of the object are gray, to be told from its chain, and lie on its surface, so they are shown on a click
+    parts = (
+        ("object's points", slice(0, sample.on_object), None),
+        ("surroundings", slice(sample.on_object, None), sample.colors),
+    )
+    traces = []
+    for name, part, colors in parts:
+        color = QUIET if colors is None else [f"rgb({r},{g},{b})" for r, g, b in colors[part].tolist()]
+        x, y, z = sample.points[part].T
+        marker = {"size": 1.5, "color": color}
+        traces.append(go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, hoverinfo="skip", name=name))
+    traces[0].visible = "legendonly"
+    return traces
 
 
 def _flat(go: Any, chain: Chain, name: str, color: str) -> list[Any]:

@@ -9,10 +9,11 @@ from ..types import Array, Chain, Cloud, Detection, Frame, Image
 from .backdrop import backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, upper_pieces
-from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color
+from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color, chain_numbers
 
 _MAX_CAPTION_LINES = 8
 _FONT = cv2.FONT_HERSHEY_DUPLEX
+LABEL_SIZE, LABEL_OFFSET_PX = 0.5, 9.0  # of the number of a chain, at unit size
 
 
 def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
@@ -21,10 +22,11 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
     - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
       pale and the line dashed.
-    - A disc marks the first joint, a ring the last.
+    - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint: its
+      id, or without tracking its index.
     - Where chains cross in the view, the upper one is drawn on top, between two white lines if the detection knows which one is
       upper. For a cloud without a viewpoint, the one nearer in the picture is drawn on top.
-    - A panel in a corner lists length, radius and occluded share of each chain.
+    - A panel in a corner lists number, length, radius and occluded share of each chain.
 
     Parameters
     ----------
@@ -54,7 +56,25 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
             strands[index].paint_bridge_edges(canvas, chosen)
     for strand in reversed(strands):
         strand.paint_ends(canvas)
-    return _caption(canvas.blend_over(backdrop.image), canvas, detection)
+    picture = _caption(canvas.blend_over(backdrop.image), canvas, detection)
+    if len(strands) > 1:
+        for number, strand in zip(chain_numbers(detection), strands, strict=True):
+            _label(picture, str(number), strand)
+    return picture
+
+
+def _label(picture: Array, text: str, strand: Strand) -> None:
+    """Write the number of a chain beside its first joint into a picture, white with a dark rim; nothing if it is out of view."""
+    first = strand.points[0]
+    if not ((first >= 0) & (first < picture.shape[1::-1])).all():
+        return
+    size = LABEL_SIZE * strand.unit
+    (width, height), _ = cv2.getTextSize(text, _FONT, size, 1)
+    limit = np.array(picture.shape[1::-1]) - (width + 2, 2)
+    offset = LABEL_OFFSET_PX * strand.unit
+    left, base = np.clip(first + np.array((offset, -offset)), (2, height + 2), limit).astype(int).tolist()
+    for color, thickness in ((DARK, 4.0), (LIGHT, 1.4)):
+        cv2.putText(picture, text, (left, base), _FONT, size, color, max(1, round(thickness * strand.unit)), cv2.LINE_AA)
 
 
 def caption_lines(detection: Detection) -> list[str]:
@@ -68,7 +88,7 @@ def caption_lines(detection: Detection) -> list[str]:
 
 def _colors(detection: Detection) -> list[Rgb]:
     """Return the color of each chain: of its id, the same in all frames, or of its index without one."""
-    return [chain_color(i if chain.id is None else chain.id) for i, chain in enumerate(detection.chains)]
+    return [chain_color(number) for number in chain_numbers(detection)]
 
 
 def _line(chain: Chain, in_metres: bool) -> str:
@@ -83,6 +103,8 @@ def _line(chain: Chain, in_metres: bool) -> str:
 def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     """Return the image with a panel that describes the chains, in the corner where it covers the least of them."""
     lines = caption_lines(detection) or ["nothing found"]
+    if len(lines) > 1:
+        lines = [f"{number}   {line}" for number, line in zip(chain_numbers(detection), lines, strict=True)]
     if len(lines) > _MAX_CAPTION_LINES:
         lines = [*lines[: _MAX_CAPTION_LINES - 1], f"and {len(lines) - _MAX_CAPTION_LINES + 1} more"]
     height, width = image.shape[:2]

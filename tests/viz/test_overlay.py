@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
+import doo3d
 from doo3d.types import Camera, Chain, Cloud, Crossing, Detection, Frame, SegmentRef
-from doo3d.viz import draw
+from doo3d.viz import draw, palette
 from doo3d.viz.backdrop import SIZE, backdrop_of, depth_picture
 from doo3d.viz.overlay import caption_lines
 from doo3d.viz.palette import chain_color
@@ -205,3 +207,41 @@ def test_depth_picture():
     picture = depth_picture(depth)
     assert picture[5, 5].sum() > picture[15, 5].sum() > picture[0, 0].sum()
     assert depth_picture(np.zeros((4, 4), np.float32)).shape == (4, 4, 3)
+
+
+CONES_MISSING = {  # Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB
+    "none": np.eye(3),
+    "red": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]),
+    "green": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]),
+    "blue": np.array([[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]),
+}
+
+
+@pytest.mark.parametrize("missing", CONES_MISSING)
+def test_any_two_chains_have_colors_that_the_color_blind_tell_apart(missing):
+    rgb = np.array(palette.CHAINS) / 255
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(linear @ CONES_MISSING[missing].T, 0, 1)
+    display = np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055).astype(np.float32)
+    lab = cv2.cvtColor(display[None], cv2.COLOR_RGB2Lab)[0]
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2) + 1e3 * np.eye(len(lab))
+    assert apart.min() > 30
+
+
+def test_chains_are_numbered_where_there_are_several():
+    joints = np.column_stack((np.arange(9) * 20.0 + 200, np.full(9, 100.0)))
+    chains = [doo3d.Chain(joints + np.array((0, 150 * k)), 20.0, 4.0, id=k) for k in range(2)]
+    blank = np.full((400, 600, 3), 128, np.uint8)
+    alone = doo3d.draw(blank, doo3d.Detection(tuple(chains[:1]), mode="2d", coordinates="image"))
+    both = doo3d.draw(blank, doo3d.Detection(tuple(chains), mode="2d", coordinates="image"))
+    beside = np.s_[76:92, 207:225]  # up and to the right of the first joint
+    assert (alone[beside] == 128).all()
+    assert both[beside].max() > 240
+    assert both[beside].min() < 70
+
+
+def test_points_without_color_are_gray_and_no_chain_is():
+    cloud = doo3d.Cloud(np.random.default_rng(0).random((500, 3)) + np.array((0, 0, 1)), viewpoint=np.zeros(3))
+    picture = doo3d.draw(cloud, doo3d.Detection((), coordinates="cloud"))[200:]
+    assert np.ptp(picture.astype(int), axis=2).max() == 0
+    assert min(np.ptp(palette.CHAINS, axis=1)) > 80

@@ -96,6 +96,8 @@ function chainTraces(chain, number) {
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
     x: ends.map((n) => joints[n][0]), y: ends.map((n) => joints[n][1]), z: ends.map((n) => joints[n][2]), hovertext: [`${name}, first joint`, `${name}, last joint`],
     marker: { size: 9, color, symbol: ["circle", "circle-open"].slice(0, ends.length), line: { color: css("--text"), width: 2 } } });
+  traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [String(chain.id ?? number)],
+    x: [joints[0][0]], y: [joints[0][1]], z: [joints[0][2]], textposition: "top center", textfont: { size: 16, color: css("--text") } });
   return traces;
 }
 
@@ -104,7 +106,8 @@ function cloudTraces(cloud) {
   return [["object's points", 0, cloud.on_object, 2], ["surroundings", cloud.on_object, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
     type: "scatter3d", mode: "markers", name, hoverinfo: "skip", x: Array.from(columns[0].slice(from, to)),
     y: Array.from(columns[1].slice(from, to)), z: Array.from(columns[2].slice(from, to)),
-    marker: { size, color: cloud.has_color ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
+    // points of the object are gray, to be told from its chain, whatever the color of both
+    marker: { size, color: cloud.has_color && from > 0 ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
 }
 
 /** Return the sides of the bounding box of all traces; the longest is 1. */
