@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .config import Config, ConfigLike, as_config
 from .errors import ArgumentError, InputError
+from .plausibility import frame_notes
 from .stages import FrameContext
 from .stages.confidence import Evidence, with_confidence
 from .stages.crossings import find_crossings
@@ -276,6 +277,7 @@ def detect_with_stages(
             *stages.traversal.notes,
             *stages.merged.notes,
             *stages.extension_notes,
+            *frame_notes(data, stages.chains),
         ),
         crossings=stages.crossings,
         plane=stages.plane,

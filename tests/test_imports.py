@@ -18,6 +18,7 @@ ORDER = [
     {"types"},
     {"config"},
     {"kernels"},
+    {"plausibility"},
     {"geometry"},
     {"bare_surface"},
     {"visibility"},
@@ -33,7 +34,7 @@ ORDER = [
     {"cli"},
 ]
 INPUTS = "inputs"  # stands beside the method: whoever reads frames may import it
-INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config"}
+INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config", "plausibility"}
 HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 
 

@@ -159,6 +159,8 @@ def detect(
         if len(names) > 1:
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)
         raise typer.Exit(NOTHING_DONE)
+    for sentence in () if quiet else summary.notes:
+        typer.echo(f"note: {sentence}", err=True)
     if not quiet:
         typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out)))
     write_debug_frames(out, debugged, effective)

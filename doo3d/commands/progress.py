@@ -41,6 +41,7 @@ class Reporter:
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
         self.total, self.column, self.quiet = total, column, quiet
         self.finished = 0
+        self._topics: set[str] = set()
         self._bar = bar
 
     def note(self, sentence: str) -> None:
@@ -73,9 +74,18 @@ class Reporter:
         elif not self.quiet:
             values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
             line = frame_line(record.name, *values, self.column)
-            echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in record.notes)]))
+            echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
         if self._bar:
             self._bar.advance(record)
+
+    def _unsaid(self, notes: Sequence[str]) -> list[str]:
+        """Return the notes of a frame without those of a check that has given one for an earlier frame."""
+        from ..plausibility import topic_of
+
+        topics = {note: topic for note in notes if (topic := topic_of(note)) is not None}
+        unsaid = [note for note in notes if topics.get(note) not in self._topics]
+        self._topics |= set(topics.values())
+        return unsaid
 
 
 @contextmanager

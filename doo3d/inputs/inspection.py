@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..plausibility.camera import camera_notes
+from ..plausibility.depth_unit import depth_samples, depth_step, unit_notes
+from ..plausibility.registration import ColorShift, color_shift, registration_notes
 from ..types import Camera, Cloud, Floats, Frame
 from .capture import Capture, FrameData, FrameRef, notes_of
 
 SCHEMA = "doo3d/info/2"
 PERCENTILES = (1, 50, 99)  # of the depth; the extremes themselves are often single wrong measurements
-DEPTH_RANGE_M = (0.05, 30.0)  # range of depth cameras; a median outside it suggests a wrong unit
-FOCAL_RANGE_WIDTHS = (0.25, 8.0)  # focal length in image widths, from a fish eye's to a telescope's
-PRINCIPAL_POINT_RANGE = (0.25, 0.75)  # share of the width and of the height in which the principal point is plausible
 CLOUD_SIZE_RANGE_M = (0.01, 100.0)  # diagonal of a plausible cloud with a cable in it
 _MAX_STEP_MEDIANS = 3.0  # median time steps; a longer step between two frames gives a warning
 
@@ -41,8 +41,12 @@ class FrameSummary:
         whether the frame has color, a mask, a camera pose, a sensor position (of a cloud).
     depth
         1st, 50th and 99th percentile of the measured depth, m; None if no pixel has depth.
+    depth_step
+        the length that all sampled depths are multiples of, mm; None if there is none of 0.1 mm or more.
     missing
         share of the pixels without depth, 0 to 1; None for clouds and images.
+    color_shift
+        shift of the color against the depth, by their edges; None if the edges do not tell.
     points
         number of points of a cloud.
     low, high
@@ -61,7 +65,9 @@ class FrameSummary:
     pose: bool = False
     viewpoint: bool = False
     depth: tuple[float, float, float] | None = None
+    depth_step: float | None = None
     missing: float | None = None
+    color_shift: ColorShift | None = None
     points: int | None = None
     low: tuple[float, float, float] | None = None
     high: tuple[float, float, float] | None = None
@@ -152,10 +158,10 @@ class CaptureSummary:
     def warnings(self) -> list[str]:
         """Warnings about the capture, one sentence each; empty if nothing looks wrong.
 
-        There are warnings for implausible depth units, intrinsics and cloud sizes, frames of different sizes, long gaps in time,
-        and frames that cannot be read.
+        There are warnings for implausible depth units, intrinsics and cloud sizes, color that is not registered to the depth,
+        frames of different sizes, long gaps in time, and frames that cannot be read.
         """
-        checks = (_depth_warnings, _camera_warnings, _cloud_warnings, _frame_warnings)
+        checks = (_depth_warnings, _camera_warnings, _color_warnings, _cloud_warnings, _frame_warnings)
         return [warning for check in checks for warning in check(self)]
 
     def to_dict(self) -> dict[str, Any]:
@@ -227,6 +233,7 @@ def _summarize_frame(index: int, frame: FrameRef) -> tuple[FrameSummary, FrameDa
     elif isinstance(data, Frame):
         values |= {"kind": "depth", "size": data.depth.shape[::-1], "camera": data.camera, "color": data.color is not None}
         values |= {"depth": _percentiles(data.depth[data.depth > 0]), "missing": float((data.depth == 0).mean())}
+        values |= {"depth_step": depth_step(depth_samples(data.depth)), "color_shift": color_shift(data)}
     else:
         values |= {"kind": "image", "size": data.color.shape[1::-1], "color": True}
     return FrameSummary(index, frame.name, frame.timestamp, **values), loaded
@@ -257,34 +264,25 @@ def _depth_warnings(summary: CaptureSummary) -> list[str]:
     if summary.depth is None:
         without = [frame for frame in summary.readable if frame.kind == "depth"]
         return ["none of the checked frames has any depth"] if without else []
-    median, (near, far) = summary.depth[1], DEPTH_RANGE_M
-    if near <= median <= far:
-        return []
-    adjective, factor = ("large", median) if median > far else ("small", 1 / median)
-    return [
-        f"the median depth is {median:.4g} m, too {adjective} for a depth camera, as if the unit were wrong by a factor of about "
-        f"{factor:.0g}: check the units per metre (--input-option depth_scale=...; 1000 for millimetres)"
-    ]
+    near, median, _ = summary.depth
+    steps = {frame.depth_step for frame in summary.readable if frame.depth is not None}
+    step = min((each for each in steps if each is not None), default=None) if None not in steps else None
+    camera = next(frame.camera for frame in summary.readable if frame.depth is not None)
+    return unit_notes(median, near, step, camera, "the median depth")
 
 
 def _camera_warnings(summary: CaptureSummary) -> list[str]:
-    warnings = []
-    low, high = PRINCIPAL_POINT_RANGE
     cameras = {frame.camera for frame in summary.readable if frame.camera is not None}
-    for camera in sorted(cameras, key=lambda camera: (camera.width, camera.fx)):
-        if not FOCAL_RANGE_WIDTHS[0] <= camera.fx / camera.width <= FOCAL_RANGE_WIDTHS[1]:
-            warnings.append(
-                f"a focal length of {camera.fx:.0f} px for an image {camera.width} px wide is unlikely: "
-                "are the intrinsics of this resolution?"
-            )
-        elif not (low < camera.cx / camera.width < high and low < camera.cy / camera.height < high):
-            warnings.append(
-                f"the principal point ({camera.cx:.0f}, {camera.cy:.0f}) lies far from the middle of the "
-                f"{camera.width}x{camera.height} px image: are the intrinsics of this resolution?"
-            )
+    warnings = [note for camera in sorted(cameras, key=lambda camera: (camera.width, camera.fx)) for note in camera_notes(camera)]
     if len({frame.size for frame in summary.readable}) > 1:
         warnings.append("the frames have different sizes")
     return warnings
+
+
+def _color_warnings(summary: CaptureSummary) -> list[str]:
+    judged = [frame for frame in summary.readable if frame.color_shift is not None]
+    width = max((frame.size[0] for frame in judged if frame.size is not None), default=None)
+    return registration_notes([frame.color_shift for frame in judged if frame.color_shift is not None], width)
 
 
 def _cloud_warnings(summary: CaptureSummary) -> list[str]:

@@ -204,7 +204,7 @@ class ResultsFolder:
         Parameters
         ----------
         values
-            the entries "counts", "figures" and "frames" of the manifest. Input, configuration and versions are added.
+            the entries "counts", "figures", "notes" and "frames" of the manifest. Input, configuration and versions are added.
 
         Raises
         ------
@@ -262,7 +262,10 @@ class ResultsFolder:
             _remove_files(self.path, self._former_names)
             self._journal.remove()
         # the manifest first: it marks the folder as this run's, also if the run is killed before its first frame
-        write_text(self.path / MANIFEST, dumps(self._identity | {"finished": False, "counts": {}, "figures": {}, "frames": []}))
+        write_text(
+            self.path / MANIFEST,
+            dumps(self._identity | {"finished": False, "counts": {}, "figures": {}, "notes": [], "frames": []}),
+        )
         write_text(self.path / CONFIG, self._config.to_yaml())
         for line in self._early_failures:
             self._journal.add(line)

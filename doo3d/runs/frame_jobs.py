@@ -12,7 +12,9 @@ from dataclasses import dataclass, field, replace
 from ..config import Config
 from ..errors import describe_error, error_code
 from ..inputs import FrameRef
+from ..pipeline import detect
 from ..types import Detection
+from .capture_checks import chain_evidence, frame_evidence
 from .frame_cache import FrameCache
 from .frame_files import encode_frame, encode_result
 from .frame_record import OK, FrameRecord
@@ -44,7 +46,9 @@ class DetectedFrame:
     has_picture: bool = True
 
 
-def detect_frame(cache: FrameCache, frame: FrameRef, config: Config, method: Method = detect_alone) -> DetectedFrame:
+def detect_frame(
+    cache: FrameCache, frame: FrameRef, config: Config, method: Method = detect_alone, thorough: bool = False
+) -> DetectedFrame:
     """Read one frame, detect its chains, and keep its data in the cache for rendering.
 
     Parameters
@@ -57,6 +61,8 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config, method: Met
         configuration of the detection.
     method
         how the chains are found.
+    thorough
+        whether to look also for color that is not registered to the depth, and for red and blue exchanged.
 
     Returns
     -------
@@ -70,12 +76,14 @@ def detect_frame(cache: FrameCache, frame: FrameRef, config: Config, method: Met
         read_seconds = time.perf_counter() - start
         found = method(loaded, frame, config)
         detection = replace(found.detection, frame=frame.name, timestamp=frame.timestamp)
+        evidence = frame_evidence(loaded, detection, config, lambda data: detect(data, config)) if thorough else {}
     except Exception as error:
         seconds = time.perf_counter() - start
         return DetectedFrame(replace(record, error=describe_error(error), code=error_code(error), seconds=seconds))
     key = cache.add(loaded.data) if found.has_picture else ""
     stages = {"read": read_seconds, **detection.seconds}
-    record = replace(record, status=OK, seconds=time.perf_counter() - start, notes=detection.notes, stages=stages)
+    seconds = time.perf_counter() - start
+    record = replace(record, status=OK, seconds=seconds, notes=detection.notes, stages=stages, evidence=evidence)
     return DetectedFrame(record, replace(detection, seconds={}), key, found.files, found.has_picture)
 
 
@@ -118,5 +126,6 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
         radii=tuple(chain.radius for chain in chains),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
         units="m" if detected.detection.mode == "3d" else "px",
+        evidence=detected.record.evidence | chain_evidence(detected.detection, data),
     )
     return record, files

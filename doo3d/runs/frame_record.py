@@ -41,6 +41,8 @@ class FrameRecord:
         the journal is of an early version.
     stages
         name of a step -> time that it took, s. The steps are "read", each stage of the detection, and "draw".
+    evidence
+        what the checks over all frames need to know of this one; see `capture_checks`.
     """
 
     name: str
@@ -56,6 +58,7 @@ class FrameRecord:
     error: str | None = None
     code: str | None = None
     stages: dict[str, float] = field(default_factory=dict)
+    evidence: dict[str, Any] = field(default_factory=dict)
 
     @staticmethod
     def failed(frame: FrameRef, error: str | None = None, code: str | None = None) -> FrameRecord:
@@ -101,4 +104,5 @@ class FrameRecord:
         numbers = {
             key: tuple(float("nan") if value is None else float(value) for value in values[key]) for key in ("lengths", "radii")
         }
-        return FrameRecord(**known | numbers | {"notes": tuple(values["notes"])})
+        evidence = known.get("evidence") if isinstance(known.get("evidence"), dict) else {}
+        return FrameRecord(**known | numbers | {"notes": tuple(values["notes"]), "evidence": evidence})

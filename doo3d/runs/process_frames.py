@@ -60,7 +60,12 @@ class JobSize:
 
 
 def process_frames(
-    frames: Sequence[FrameRef], config: Config, executor: Executor, tracker: Tracker | None, method: Method = detect_alone
+    frames: Sequence[FrameRef],
+    config: Config,
+    executor: Executor,
+    tracker: Tracker | None,
+    method: Method = detect_alone,
+    thorough: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame, in order, with at most `executor.max_jobs` jobs in progress.
 
@@ -79,6 +84,8 @@ def process_frames(
         gives chains their ids; None for frames that are not a sequence.
     method
         how the chains of a frame are found.
+    thorough
+        names of the frames to look at thoroughly; see `detect_frame`.
     """
     size = JobSize(executor.workers, executor.max_frames_per_job)
     detecting: deque[tuple[Sequence[FrameRef], Future]] = deque()
@@ -87,7 +94,8 @@ def process_frames(
     while True:
         while len(detecting) + len(rendering) < executor.max_jobs and submitted < len(frames):
             group = frames[submitted : submitted + size.frames(len(frames) - submitted)]
-            detecting.append((group, executor.submit(detect_frame, [(frame, config, method) for frame in group])))
+            calls = [(frame, config, method, frame.name in thorough) for frame in group]
+            detecting.append((group, executor.submit(detect_frame, calls)))
             submitted += len(group)
         if detecting and (not rendering or detecting[0][1].done()):
             rendering.append(_Rendering(*detecting.popleft(), executor, tracker))

@@ -28,6 +28,7 @@ def remaining_frames(
     tracker: Tracker | None,
     folder: ResultsFolder,
     method: Method = detect_alone,
+    thorough: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame that is to be done, in order; the others are confirmed in the folder.
 
@@ -49,18 +50,21 @@ def remaining_frames(
         the folder of the run.
     method
         how the chains of a frame are found.
+    thorough
+        names of the frames to look at thoroughly; see `detect_frame`.
     """
     position = 0
     while position < len(frames):
         group = list(takewhile(lambda frame: frame.name not in folder.later, frames[position:]))
-        yield from process_frames(group, config, executor, tracker, method)
+        yield from process_frames(group, config, executor, tracker, method, thorough)
         position += len(group)
         while position < len(frames) and frames[position].name in folder.later:
             name = frames[position].name
             if folder.later[name]["status"] == OK and tracker is not None:
                 state, same = tracker.state, _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
                 if not same:
-                    yield from process_frames(frames[position:], config, executor, Tracker(config.tracking, state), method)
+                    later = Tracker(config.tracking, state)
+                    yield from process_frames(frames[position:], config, executor, later, method, thorough)
                     return
             folder.keep(name)
             position += 1

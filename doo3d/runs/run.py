@@ -25,6 +25,7 @@ from ..outputs.folder_checks import check_names
 from ..outputs.input_state import InputState
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
+from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .methods import Method, detect_alone
@@ -55,6 +56,11 @@ class RunSummary:
     def succeeded(self) -> int:
         """Number of frames that did not fail, with or without chains."""
         return len(self.records) - self.failed
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is implausible about the frames taken together, a sentence each; the notes of single frames are in the records."""
+        return capture_notes(self.records)
 
     def counts(self) -> dict[str, int]:
         """Return a dict of four numbers: "frames", of these "ok" and "failed", and "chains" in all frames together."""
@@ -180,14 +186,16 @@ def run(
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
         with _executor(executor if frames else SerialExecutor(), workers, scheduler, time_limit) as chosen:
-            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method):
+            thorough = thorough_frames(names)
+            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough):
                 folder.add(record.name, record.to_journal(), files)
                 records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
                 report(record)
         summary = RunSummary(tuple(records[name] for name in names))
         if summary.succeeded:
             entries = [record.to_dict() for record in summary.records]
-            folder.finish({"counts": summary.counts(), "figures": summary.figures(), "frames": entries} | (extra or {}))
+            content = {"counts": summary.counts(), "figures": summary.figures(), "notes": list(run_notes(summary.records))}
+            folder.finish(content | {"frames": entries} | (extra or {}))
         else:
             folder.abandon()
     return summary

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...errors import InputError, require
+from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
@@ -135,6 +136,7 @@ def _depth_frames(
     if color is not None:
         lens, extrinsics = color_geometry(bag, index, depth, color, transforms, int(times[0]))
         setup = replace(setup, color=color.topic_index.topic, color_lens=lens, extrinsics=extrinsics)
+        notes += [] if extrinsics is None else baseline_notes(np.array(extrinsics))
     frames = []
     for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
         time, color_location = int(times[i]), None

@@ -22,25 +22,37 @@ function median(values) {
   return sorted.length % 2 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
 }
 
+/** Return the number of cables, which tracking tells from that of the chains in all frames, and of the frames with chains. */
+function cableFigures(chains) {
+  const ids = new Set(chains.map((chain) => chain.id)), tracked = chains.length > 0 && !ids.has(null);
+  return [tracked ? ["Cables", ids.size] : ["Chains", chains.length], ["Frames with chains", `${succeeded.filter((frame) => frame.chains.length).length} of ${frames.length}`]];
+}
+
 function heading() {
   const name = data.input.split(/[\\/]/).filter(Boolean).pop() || data.results;
   by("title").textContent = name;
   by("about").textContent = `${data.input} (${data.format}), doo3d ${data.version}`;
-  const chains = succeeded.flatMap((frame) => frame.chains), times = frames.map((frame) => frame.seconds).filter((each) => each !== null);
+  const chains = succeeded.flatMap((frame) => frame.chains), times = succeeded.map((frame) => frame.seconds).filter((each) => each !== null);
   const shares = succeeded.map((frame) => frame.occluded).filter((each) => each !== null);
-  const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ["Chains", chains.length]];
+  const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ...cableFigures(chains)];
   if (chains.length) {
     figures.push(["Length, median", lengthText(median(chains.map((chain) => chain.length)))]);
     const radii = chains.map((chain) => chain.radius).filter((each) => each !== null);
     if (radii.length) figures.push(["Radius, median", radiusText(median(radii))]);
     figures.push(["Occluded, mean", percent(sum(shares) / shares.length)]);
   }
-  if (times.length) figures.push(["Time, median", timeText(median(times))], ["Time, longest", timeText(Math.max(...times))]);
+  if (times.length) figures.push(["Time, median", timeText(median(times))], ["Time, first frame", timeText(times[0])]);
+  if (times.length > 1) figures.push(["Time, longest of the others", timeText(Math.max(...times.slice(1)))]);
   for (const [label, value, bad] of figures) {
     const box = make("div", undefined, by("figures"), bad ? "bad" : "");
     make("dt", label, box);
     make("dd", value, box);
   }
+}
+
+function doubts() {
+  by("doubts").hidden = !data.notes.length;
+  for (const note of data.notes) make("li", note, by("doubts").querySelector("ul"));
 }
 
 function failures() {
@@ -115,6 +127,7 @@ function open(number) {
 }
 
 heading();
+doubts();
 failures();
 for (const name of Object.keys(orders)) make("option", name, by("order"));
 by("empty").hidden = frames.length > 0;

@@ -33,8 +33,8 @@ WithProgress = Callable[[list[FrameStatus]], Iterable[FrameStatus]]
 def report_page(results: Results, folder: Path | None = None, clouds: bool = True, with_progress: WithProgress = iter) -> str:
     """Return a report of a run as the text of one self-contained HTML page.
 
-    The page has the key numbers of the run, plots over the frames, thumbnails of the pictures, and an interactive view of each
-    frame's chains. It needs no network.
+    The page has the key numbers of the run, what seems wrong with it, plots over the frames, thumbnails of the pictures, and an
+    interactive view of each frame's chains. It needs no network.
 
     Parameters
     ----------
@@ -61,6 +61,7 @@ def report_page(results: Results, folder: Path | None = None, clouds: bool = Tru
     thumbnail_bytes = min(int(MAX_PICTURE_BYTES * BASE64_RATIO / max(len(frames), 1)), MAX_THUMBNAIL_BYTES)
     packed = [_frame_data(frame, results, source_points, thumbnail_bytes) for frame in with_progress(frames)]
     source = results.manifest.get("input", {})
+    manifest_notes = results.manifest.get("notes")
     values = {
         "input": str(source.get("path", "")),
         "format": str(source.get("format", "")),
@@ -68,6 +69,7 @@ def report_page(results: Results, folder: Path | None = None, clouds: bool = Tru
         "version": str(results.manifest.get("versions", {}).get("doo3d", __version__)),
         "pictures": None if folder is None else quote(Path(os.path.relpath(results.path, folder)).as_posix()) + "/",
         "clouds_warning": source_points.warning if source_points else "",
+        "notes": [note for note in manifest_notes if isinstance(note, str)] if isinstance(manifest_notes, list) else [],
         "frames": packed,
     }
     parts = {

@@ -24,13 +24,19 @@ function plotLayout(unit, percentages) {
   };
 }
 
-/** Return a trace of values over frames: [number of the frame, value, text]. */
-function line(values, name, color, lines = true) {
+const failedNumbers = frames.flatMap((frame, number) => frame.error === null ? [] : [number]);
+
+/** Return values with an empty one for each failed frame, where a line has a gap. */
+const withGaps = (values) => values.length < 2 ? values : [...values, ...failedNumbers.map((number) => [number, null, ""])].sort((a, b) => a[0] - b[0]);
+
+/** Return a trace of values over frames: [number of the frame, value, text, symbol]. */
+function line(measured, name, color, lines = true) {
+  const values = lines ? withGaps(measured) : measured;
   return {
     type: "scatter", mode: lines && values.length > 1 && values.length <= 300 ? "lines+markers" : "markers", name,
     x: values.map(([number]) => xOf(number)), y: values.map(([, value]) => value), customdata: values.map(([number]) => number),
     text: values.map(([number, , text]) => `${safe(frames[number].name)}<br>${safe(text)}`), hovertemplate: "%{text}<extra></extra>",
-    marker: { color, size: values.length > 300 ? 3 : 6 }, line: { color, width: 1.5 }, connectgaps: false,
+    marker: { color, size: values.length > 300 ? 3 : 6, symbol: values.map(([, , , symbol]) => symbol ?? "circle") }, line: { color, width: 1.5 }, connectgaps: false,
   };
 }
 
@@ -46,9 +52,15 @@ function lengths() {
 function times() {
   const slow = (frame) => Object.entries(frame.stages).filter(([, duration]) => duration > 0).sort((a, b) => b[1] - a[1]).slice(0, 4)
     .map(([stage, duration]) => `${stage} ${timeText(duration)}`).join(", ");
-  return [line(frames.flatMap((frame, number) => frame.seconds === null ? [] : [
-    [number, 1000 * frame.seconds, `${timeText(frame.seconds)}${slow(frame) ? `: ${slow(frame)}` : ""}`]]), "", css("--strong"))];
+  return [line(frames.flatMap((frame, number) => frame.error !== null || frame.seconds === null ? [] : [
+    [number, 1000 * Math.min(frame.seconds, number === 0 ? firstTop : Infinity), `${timeText(frame.seconds)}${slow(frame) ? `: ${slow(frame)}` : ""}`,
+      number === 0 && frame.seconds > firstTop ? "triangle-up" : "circle"]]), "", css("--strong"))];
 }
+
+// the first frame also loads the method: it is drawn at the top of the plot if it took longer than all others
+const laterTimes = frames.slice(1).filter((frame) => frame.error === null && frame.seconds !== null).map((frame) => frame.seconds);
+const firstTop = laterTimes.length ? 1.1 * Math.max(...laterTimes) : Infinity;
+const firstNote = frames.length && frames[0].error === null && frames[0].seconds > firstTop ? ` (first frame: ${timeText(frames[0].seconds)}, drawn at the top)` : "";
 
 function shares() {
   const values = (key, label) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
@@ -58,7 +70,7 @@ function shares() {
 
 const plots = [
   [`Length of each chain, ${metric ? "m" : "px"}`, lengths, "", false],
-  ["Time, ms", times, "", false],
+  [`Time, ms${firstNote}`, times, "", false],
   ["Confidence of the weakest connection (blue) and occluded share (orange)", shares, " %", true],
 ].filter(([, values]) => values().some((trace) => trace.x.length));
 

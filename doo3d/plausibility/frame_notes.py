@@ -1,0 +1,53 @@
+"""The checks of one frame and its chains that are cheap enough for every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..types import Chain, Cloud, Frame, Image
+from .cable import distance_of, radius_notes
+from .camera import camera_notes
+from .depth_unit import depth_samples, depth_step, unit_notes
+
+PREFIX = "check "
+
+
+def frame_notes(data: Frame | Cloud | Image, chains: Sequence[Chain]) -> tuple[str, ...]:
+    """Return what is implausible about a frame and the chains found in it, a sentence each.
+
+    The intrinsics, the unit of depth, and the radius and distance of the longest chain are compared with cameras and cables that
+    exist. Takes about 0.1 ms.
+
+    Parameters
+    ----------
+    data
+        the frame or cloud; nothing is checked of an image.
+    chains
+        the chains found, longest first, in the coordinates of the data.
+    """
+    if isinstance(data, Image):
+        return ()
+    viewpoint = np.zeros(3) if isinstance(data, Frame) else data.viewpoint
+    distance = None if viewpoint is None else distance_of(chains, viewpoint)
+    notes = list[str]()
+    if isinstance(data, Frame):
+        notes += camera_notes(data.camera)
+        samples = depth_samples(data.depth)
+        if distance is not None:
+            notes += unit_notes(distance, distance, depth_step(samples), data.camera, "the distance of the longest chain")
+        elif len(samples):
+            near, median = np.percentile(samples, (1, 50)).tolist()
+            notes += unit_notes(median, near, depth_step(samples), data.camera, "the median depth")
+    elif distance is not None and data.coordinates != "world":
+        notes += unit_notes(distance, distance, None, None, "the distance of the longest chain")
+    if not any(topic_of(note) == "depth unit" for note in notes):  # one sentence for one cause
+        notes += radius_notes(chains, distance)
+    return tuple(notes)
+
+
+def topic_of(note: str) -> str | None:
+    """Return the topic of a note of these checks, such as "radius" of "check the radius: ..."; None for any other note."""
+    head, colon, _ = note.partition(":")
+    return head.removeprefix(PREFIX).removeprefix("the ") if colon and head.startswith(PREFIX) else None

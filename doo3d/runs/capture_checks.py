@@ -1,0 +1,133 @@
+"""Checks over the frames of a run: evidence from each frame, and sentences about the whole capture.
+
+Registration of the color, and exchanged channels, are looked at in a few frames only, chosen by their place in the capture. So
+the evidence is the same with any number of workers, and in a run that was resumed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..config import Config
+from ..errors import DooError
+from ..inputs import FrameData
+from ..plausibility import topic_of
+from ..plausibility.lengths import ChainLength, is_whole, length_notes
+from ..plausibility.registration import ColorShift, color_shift, registration_notes
+from ..types import Cloud, Detection, Frame, Image
+from .frame_record import OK, FrameRecord
+
+MIN_FRAMES_APART = 32
+"""Frames from one that is looked at thoroughly to the next: it takes 3 ms, hence 0.1 ms per frame of a capture."""
+
+MAX_THOROUGH = 8
+"""Frames of a capture that are looked at thoroughly, at most."""
+
+SHIFT, EXCHANGED, LENGTHS, WIDTH = "shift", "exchanged", "lengths", "width"
+"""Keys of the evidence of a frame: (right, down, gain) px; chains found with red and blue exchanged; (id, length) of chains that
+are whole in view, m or px; width of the image, px."""
+
+
+def thorough_frames(names: Sequence[str]) -> frozenset[str]:
+    """Return the names of the frames to look at thoroughly: the first, and at most seven more, evenly spaced."""
+    return frozenset(names[:: max(MIN_FRAMES_APART, math.ceil(len(names) / MAX_THOROUGH))])
+
+
+def frame_evidence(
+    loaded: FrameData, detection: Detection, config: Config, detect: Callable[[Frame | Cloud | Image], Detection]
+) -> dict[str, Any]:
+    """Return the evidence of one frame about registration and channels, for `capture_notes`.
+
+    Parameters
+    ----------
+    loaded
+        the frame.
+    detection
+        the chains found in it.
+    config
+        the settings they were found with.
+    detect
+        function that finds chains in other data with the same settings; called if no chain was found in ranges of color.
+    """
+    data, evidence = loaded.data, dict[str, Any]()
+    if config.mode != "2d" and isinstance(data, Frame) and (shift := color_shift(data)) is not None:
+        evidence |= {SHIFT: list(shift), WIDTH: data.depth.shape[1]}
+    by_color = config.segment.method in ("auto", "hsv") and config.segment.ranges and loaded.mask_for(config) is None
+    if by_color and not detection.chains and (exchanged := _exchanged(data)) is not None:
+        try:
+            evidence[EXCHANGED] = len(detect(exchanged).chains)
+        except DooError:
+            pass  # the settings do not fit these colors either
+    return evidence
+
+
+def chain_evidence(detection: Detection, data: Frame | Cloud | Image) -> dict[str, Any]:
+    """Return the lengths of the tracked chains that are whole in view, for `capture_notes`."""
+    chains = detection.in_camera().chains
+    border = None if isinstance(data, Cloud) else data
+    whole = [chain for chain in chains if chain.id is not None and is_whole(chain, border)]
+    return {LENGTHS: [[chain.id, chain.length] for chain in whole]} if whole else {}
+
+
+def capture_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
+    """Return what is implausible about the frames of a run taken together, a sentence each.
+
+    records : of all frames, in the order of the capture.
+    """
+    succeeded = [record for record in records if record.status == OK]
+    shifts, exchanged, lengths, width = list[ColorShift](), list[int](), list[ChainLength](), 0
+    for record in succeeded:
+        try:
+            if SHIFT in record.evidence:
+                right, down, gain = record.evidence[SHIFT]
+                shifts.append(ColorShift(int(right), int(down), float(gain)))
+                width = max(width, int(record.evidence[WIDTH]))
+            exchanged += [int(record.evidence[EXCHANGED])] if EXCHANGED in record.evidence else []
+            lengths += [ChainLength(int(number), record.name, float(each)) for number, each in record.evidence.get(LENGTHS, ())]
+        except (TypeError, ValueError, KeyError, OverflowError):
+            continue  # a journal that was edited; the results do not depend on it
+    units = succeeded[0].units if succeeded else "m"
+    return (
+        *registration_notes(shifts, width),
+        *_exchange_notes(exchanged, sum(bool(record.lengths) for record in succeeded)),
+        *length_notes(lengths, units),
+    )
+
+
+def run_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
+    """Return the notes of `capture_notes`, and before them the first note of each topic that the checks of the frames gave.
+
+    Such a note ends with the name of its frame and the number of frames that have one of its topic.
+    """
+    first, counts = dict[str, str](), dict[str, int]()
+    for record in records:
+        for topic, note in {topic: note for note in record.notes if (topic := topic_of(note)) is not None}.items():
+            first.setdefault(topic, f"{note} (frame {record.name}")
+            counts[topic] = counts.get(topic, 0) + 1
+    of_frames = (f"{note}; so in {counts[topic]} of {len(records)} frames)" for topic, note in first.items())
+    return (*of_frames, *capture_notes(records))
+
+
+def _exchange_notes(exchanged: Sequence[int], with_chains: int) -> list[str]:
+    """Return a sentence if frames without chains have some once red and blue are exchanged, and no frame has one as it is."""
+    found = [count for count in exchanged if count]
+    if with_chains or 2 * len(found) <= len(exchanged):
+        return []
+    chains = "1 chain is found" if max(found) == 1 else f"{max(found)} chains are found"
+    return [
+        f"check the colors: nothing is found in segment.ranges, but with red and blue exchanged {chains} (in {len(found)} of "
+        f"{len(exchanged)} frames tried): the images seem to be BGR where RGB is expected, or the ranges were made from "
+        "such images: convert the images (OpenCV writes files from BGR), or make the ranges anew with doo3d tune"
+    ]
+
+
+def _exchanged(data: Frame | Cloud | Image) -> Frame | Cloud | Image | None:
+    """Return the data with red and blue exchanged; None without color."""
+    if isinstance(data, Cloud):
+        return None
+    return None if data.color is None else replace(data, color=np.ascontiguousarray(data.color[..., ::-1]))
