@@ -19,6 +19,9 @@ MAX_SHIFT_WORK_PX = 20
 MIN_SHIFT_WIDTHS = 0.011
 """Least shift that counts, in image widths: 14 px of 1280. Depth edges of stereo cameras lie up to 10 px beside the real ones."""
 
+PRECISION_WIDTHS = 0.003
+"""Image widths, 4 px of 1280, within which a shift is known; a smaller part of it, along rows or columns, is not told."""
+
 MIN_DEPTH_JUMP = 0.008
 """Least jump of depth between pixels beside each other that is an edge, as a share of the depth: 6 mm at 0.7 m."""
 
@@ -99,7 +102,8 @@ def registration_notes(shifts: Sequence[ColorShift], width: int | None = None) -
         return []
     gain = float(np.median([shift.gain for shift in agreeing]))
     parts = [(right, "to the right", "to the left"), (down, "down", "up")]
-    way = " and ".join(f"{abs(size)} px {ahead if size > 0 else back}" for size, ahead, back in parts if size)
+    exact = PRECISION_WIDTHS * (width or 0)
+    way = " and ".join(f"{abs(size)} px {ahead if size > 0 else back}" for size, ahead, back in parts if abs(size) > exact)
     times = f"{gain:.1f} times as well" if gain < 20 else "only"
     return [
         f"check the registration: the color lies {way} of where the depth has its edges ({times} there as where it is, in "
