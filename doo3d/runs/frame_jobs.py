@@ -107,8 +107,11 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
     assert detected.detection is not None
     start = time.perf_counter()
     try:
+        evidence = detected.record.evidence
         if detected.has_picture:
-            files = encode_frame(detected.detection, cache.take(detected.cache_key) or frame.load().data)
+            data = cache.take(detected.cache_key) or frame.load().data
+            files = encode_frame(detected.detection, data)
+            evidence = evidence | chain_evidence(detected.detection, data)
         else:
             files = encode_result(detected.detection)
         files |= detected.files
@@ -126,6 +129,6 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
         radii=tuple(chain.radius for chain in chains),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
         units="m" if detected.detection.mode == "3d" else "px",
-        evidence=detected.record.evidence | chain_evidence(detected.detection, data),
+        evidence=evidence,
     )
     return record, files
