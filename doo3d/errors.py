@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
+_MAX_LETTERS = 1400  # of a message
+
 UNEXPECTED = "unexpected"
 """The code of any exception that is not a DooError: a fault in doo3d."""
 
@@ -23,12 +25,18 @@ class DooError(Exception):
     """
 
     def __init__(self, message: str, *, code: str) -> None:
-        super().__init__(message)
+        super().__init__(_shortened(message))
         self.code = code
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the code when the error crosses a process boundary."""
         return _rebuild, (type(self), str(self), self.code)
+
+
+def _shortened(message: str) -> str:
+    """Return a message without the middle of what it quotes, if that makes it longer than a screen."""
+    half = _MAX_LETTERS // 2
+    return message if len(message) <= _MAX_LETTERS else f"{message[:half]} ... {message[-half:]}"
 
 
 class InputError(DooError):

@@ -8,10 +8,14 @@ import math
 import numpy as np
 
 from ..config import FitConfig
+from ..errors import ConfigError
 from ..geometry.polyline import steps
 from ..kernels import traverse_contour
 from ..types import Chain, Floats, Path
 from . import FrameContext
+
+MAX_SEGMENTS = 20_000
+"""Segments of all chains of a frame; 500 chains of 40 segments are a pile. More take minutes."""
 
 
 def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
@@ -35,7 +39,12 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
     -------
     The chains, in the order of the paths and along each path; a path whose points all lie within a segment of its start gives
     none. What is left at the end of a path, less than a segment, is not covered.
+
+    Raises
+    ------
+    ConfigError : the segments are so short that there would be more than `MAX_SEGMENTS`.
     """
+    _check_number(paths, context.segment_length)
     chains: list[Chain] = []
     min_cosine = math.cos(math.radians(config.max_turn))
     for path in paths:
@@ -47,6 +56,17 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
         for start, end in itertools.pairwise(bounds.tolist()):
             chains.append(Chain(joints[start:end], context.segment_length, closed=closed))
     return chains
+
+
+def _check_number(paths: list[Path], length: float) -> None:
+    """Raise ConfigError if segments of `length` m (px in 2-D) would be so many that nothing could come of them."""
+    total = math.fsum(float(steps(path.points).sum()) for path in paths)
+    if not total <= MAX_SEGMENTS * length:
+        raise ConfigError(
+            f"fit.segment_length: {length:g} would make {total / length:.0f} segments of this frame's paths: give it in m, in 2-D in "
+            "px, as long as a few radii",
+            code="value-out-of-bounds",
+        )
 
 
 def _divided(points: Floats, length: float) -> Floats:

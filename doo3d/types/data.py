@@ -10,6 +10,15 @@ from ..errors import InputError
 from .arrays import Array, Bools, Floats, set_sealed
 from .display import Displayed
 
+MAX_LENGTH_M = 1e8
+"""m; a coordinate or a depth beyond is no measurement but damage: coordinates from the Earth's center have 6.4e6."""
+
+MIN_DEPTH_M = 1e-6
+"""m; a depth below is none: no camera measures so near."""
+
+MIN_FOCAL_PX, MAX_INTRINSIC_PX = 1e-2, 1e8
+"""px; focal lengths and principal points beyond belong to no camera."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -40,10 +49,11 @@ class Camera:
 
     def __post_init__(self) -> None:
         numbers = np.array([self.fx, self.fy, self.cx, self.cy], dtype=float)
-        if not np.isfinite(numbers).all() or self.fx <= 0 or self.fy <= 0:
+        focal = np.array([self.fx, self.fy])
+        if not (np.abs(numbers) < MAX_INTRINSIC_PX).all() or (focal <= 0).any() or (focal < MIN_FOCAL_PX).any():
             raise InputError(
                 f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: expected finite numbers in pixels, "
-                "focal lengths above zero",
+                f"focal lengths from {MIN_FOCAL_PX:g}",
                 code="intrinsics-invalid",
             )
         if self.width < 1 or self.height < 1:
@@ -140,8 +150,9 @@ class Frame(Displayed):
                     code="color-size",
                 )
         with np.errstate(invalid="ignore"):
-            good = np.isfinite(depth) & (depth > 0)
-        set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32))
+            good = (depth > MIN_DEPTH_M) & (depth < MAX_LENGTH_M)
+        color = None if color is None else np.ascontiguousarray(color)
+        set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32, order="C"))
 
     def summary(self) -> str:
         """Return the facts of the frame in one short line, such as "'000000', 640x480, color, depth 0.52 to 0.71 m"."""
@@ -181,7 +192,7 @@ class Image(Displayed):
             raise InputError(
                 f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB", code="image-shape"
             )
-        set_sealed(self, color=color)
+        set_sealed(self, color=np.ascontiguousarray(color))
 
     def summary(self) -> str:
         """Return name and size of the image in one short line, such as "'photo', 1280x720"."""
@@ -227,7 +238,7 @@ class Cloud(Displayed):
     Attributes
     ----------
     points
-        (N, 3) float, metres. Rows with NaN or infinity are dropped on construction.
+        (N, 3) float, metres. Rows with NaN, infinity or more than 1e8 are dropped on construction.
     colors
         (N, 3) uint8 RGB, one per given point; None if there is no color. Rows of dropped points are dropped.
     viewpoint
@@ -270,8 +281,11 @@ class Cloud(Displayed):
             raise InputError(
                 f"points have shape {points.shape} and type {points.dtype}, expected (N, 3) float metres", code="points-shape"
             )
-        points = points.astype(float)
-        finite = np.isfinite(points).all(axis=1)
+        if np.issubdtype(points.dtype, np.complexfloating):
+            raise InputError("points are complex numbers, expected float metres", code="points-shape")
+        points = points.astype(float, order="C")
+        with np.errstate(invalid="ignore"):
+            finite = (np.abs(points) < MAX_LENGTH_M).all(axis=1)
         colors = self.colors
         if colors is not None:
             colors = np.asarray(colors)
@@ -284,7 +298,7 @@ class Cloud(Displayed):
         viewpoint = self.viewpoint
         if viewpoint is not None:
             viewpoint = np.asarray(viewpoint, dtype=float)
-            if viewpoint.shape != (3,) or not np.isfinite(viewpoint).all():
+            if viewpoint.shape != (3,) or not (np.abs(viewpoint) < MAX_LENGTH_M).all():
                 raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres", code="viewpoint-invalid")
         set_sealed(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)
 

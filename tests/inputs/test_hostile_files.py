@@ -162,6 +162,28 @@ def test_a_null_byte_in_a_path(tmp_path, capture):
         open_capture(folder).frames[0].load()
 
 
+def test_segments_too_short_for_the_unit(doo3d, capture):
+    """A length in metres in the 2-D mode, where it is in pixels."""
+    sentence, code = failed(doo3d, capture(mask=True), "-c", "image", "--set", "fit.segment_length=0.001")
+    assert code == "value-out-of-bounds"
+    assert "fit.segment_length" in sentence
+
+
+def test_arrays_that_no_camera_gives():
+    from builders.errors import refuses
+
+    from doo3d import Camera, Cloud, Frame
+
+    for focal in (1e300, 1e-300, -1.0):
+        with refuses("intrinsics-invalid"):
+            Camera(focal, 60, 2, 2, 4, 4)
+    depth = np.array([[1.0, 1e30], [1e-30, np.inf]])
+    assert Frame(None, depth, Camera(9, 9, 1, 1, 2, 2)).depth.tolist() == [[1, 0], [0, 0]]
+    assert len(Cloud(np.array([[0, 0, 1.0], [1e200, 0, 1], [np.nan, 0, 1]])).points) == 1
+    flipped = np.asfortranarray(np.ones((4, 6)))[::-1]
+    assert Frame(None, flipped, Camera(9, 9, 1, 1, 6, 4)).depth.flags.c_contiguous
+
+
 def test_the_limits_stay_with_a_frame(tmp_path):
     from builders.errors import refuses
 
