@@ -63,8 +63,8 @@ def _check_number(paths: list[Path], length: float) -> None:
     total = math.fsum(float(steps(path.points).sum()) for path in paths)
     if not total <= MAX_SEGMENTS * length:
         raise ConfigError(
-            f"fit.segment_length: {length:g} would make {total / length:.0f} segments of this frame's paths: give it in m, in 2-D in "
-            "px, as long as a few radii",
+            f"fit.segment_length: {length:g} would make {total / length:.0f} segments in this frame: give it in m, in 2-D in px, "
+            "as long as a few radii",
             code="value-out-of-bounds",
         )
 
