@@ -128,6 +128,10 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
     return _smoothed_samples(samples, estimate)
 
 
+MAX_STRENGTH = 1e8
+"""Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
+
+
 def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
     """Return samples on the smoothed axes, with the estimated radii."""
     weight = estimate.weight + PATH_WEIGHT * np.eye(samples.positions.shape[1])
@@ -136,7 +140,7 @@ def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
         part = samples.of_path(p)
         spacing = float(np.median(steps(samples.positions[part])))
         strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(spacing, 1e-9)) ** 4
-        positions[part] = _smoothed(estimate.target[part], weight[part], strength, closed)
+        positions[part] = _smoothed(estimate.target[part], weight[part], min(strength, MAX_STRENGTH), closed)
     return replace(samples, positions=positions, radius=estimate.radius, radii=estimate.radii)
 
 
