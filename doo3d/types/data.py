@@ -149,7 +149,7 @@ class Frame(Displayed):
                     "align one to the other first (same size, same view)",
                     code="color-size",
                 )
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore", under="ignore"):  # 16-bit floats do not hold the bounds
             good = (depth > MIN_DEPTH_M) & (depth < MAX_LENGTH_M)
         color = None if color is None else np.ascontiguousarray(color)
         set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32, order="C"))
