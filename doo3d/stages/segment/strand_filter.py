@@ -177,10 +177,7 @@ def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, 
 def _is_torn(depth: Floats, bounds: Ints, radius: float) -> bool:
     """Tell whether the depth (S,) m along the branches jumps so often that it is torn; a strand that bends away has slopes."""
     step, together = _steps(depth, bounds)
-    onwards = np.zeros(len(step) + 2)  # the neighboring steps, as far as they go on in the same direction
-    onwards[1:-1] = step
-    slope = np.maximum(onwards[:-2] * np.sign(step), onwards[2:] * np.sign(step))
-    jumps = (np.abs(step) > JUMP_RADII * radius) & (slope < SLOPE_SHARE * np.abs(step))
+    jumps = (np.abs(step) > JUMP_RADII * radius) & ~_are_slopes(step)
     return bool(np.count_nonzero(jumps) > MAX_JUMP_SHARE * np.count_nonzero(together))
 
 
@@ -189,6 +186,14 @@ def _steps(depth: Floats, bounds: Ints) -> tuple[Floats, Bools]:
     together = (depth[1:] > 0) & (depth[:-1] > 0)
     together[bounds[1:-1] - 1] = False
     return np.where(together, np.diff(depth), 0.0), together
+
+
+def _are_slopes(step: Floats) -> Bools:
+    """Tell which steps (S - 1,) m are part of a slope: a step before or after them goes on in the same direction."""
+    onwards = np.zeros(len(step) + 2)
+    onwards[1:-1] = step
+    slope = np.maximum(onwards[:-2] * np.sign(step), onwards[2:] * np.sign(step))
+    return np.asarray(slope >= SLOPE_SHARE * np.abs(step))
 
 
 def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
@@ -286,10 +291,14 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
 def _bridges(line: Ints, bounds: Ints, depth: Floats, radius: float, frame: Frame) -> Floats:
     """Return points (K, 3) m along steep stretches of the skeleton's branches.
 
+    Only steps that are part of a slope are bridged: a single step is where a strand disappears beneath another one, and a bridge
+    there would join the two.
+
     line : (S, 2) px, the skeleton, branch by branch as `bounds` says. depth : (S,) m, 0 = none.
     """
-    step = np.abs(_steps(depth, bounds)[0]) / radius
-    steep = np.flatnonzero((step > MIN_STEEP_RADII) & (step < MAX_STEEP_RADII))
+    change = _steps(depth, bounds)[0]
+    step = np.abs(change) / radius
+    steep = np.flatnonzero((step > MIN_STEEP_RADII) & (step < MAX_STEEP_RADII) & _are_slopes(change))
     count = np.ceil(step[steep] / BRIDGE_SPACING_RADII).astype(int)
     number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     share = ((number + 0.5) / np.repeat(count, count))[:, None]
