@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders.paths import SAMPLES
+from builders.paths import DATA, SAMPLES
 from builders.runs import files_of, read_manifest
 
 YELLOW = "segment.ranges=[{low: [15, 90, 60], high: [32, 255, 255]}]"
@@ -62,6 +62,18 @@ def test_right_numbers(doo3d):
     assert (code, err) == (0, "")
     assert "note" not in out
     assert read_manifest(Path("out"))["notes"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (DATA / "device_files").is_dir(), reason="third-party data are absent")
+def test_real_recordings(doo3d):
+    """A script wrote millimetres into a folder that is read as 5000 units per metre; the other recordings are right."""
+    _, out, _ = doo3d("info", DATA / "device_files" / "tum_unsorted", "--samples", 2)
+    assert "check the depth unit: depths come in steps of 0.2 mm" in out
+    assert "smaller by a factor of 5;" in out
+    for name in ("device_files/realsense_sdk.bag", "rope_d435"):
+        assert "check the" not in doo3d("info", DATA / name, "--samples", 2)[1]
+    assert "check the" not in "".join(doo3d("detect", DATA / "rope_d435", "-o", "out")[1:])
 
 
 @pytest.mark.slow
