@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .config import Config, ConfigLike, as_config
+from .config import Config, ConfigLike, SegmentConfig, as_config
 from .errors import ArgumentError, InputError
 from .plausibility import frame_notes
 from .stages import FrameContext
+from .stages.branches import Branched, find_branches
 from .stages.confidence import Evidence, with_confidence
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
@@ -72,6 +73,8 @@ class Stages:
         messages to the user: that the mask was not extended, since there were too many chains.
     evidence
         for each chain, what speaks against it; its confidence comes from that.
+    branched
+        junctions and trees of chains; None without `merge.branches`.
     """
 
     segmentation: Segmentation
@@ -88,6 +91,7 @@ class Stages:
     plane: Plane | None = None
     extension_notes: tuple[str, ...] = ()
     evidence: list[Evidence] = field(default_factory=list)
+    branched: Branched | None = None
 
     @property
     def paths(self) -> list[Path]:
@@ -142,7 +146,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
         clock("extend_mask")
         if extended is None:
             break
-        segmentation = segment_extended(data, config.segment, extended, segmentation)
+        segmentation = segment_extended(data, _segment_config(config), extended, segmentation)
         clock("segment")
         stages = run_from_segmentation(segmentation, config, clock)
     stages.plane = find_supporting_plane(data, segmentation, config.segment, config.seed)
@@ -193,7 +197,14 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     context = replace(context, segment_length=config.fit.segment_length)
     chains = lay_chains(samples, extended, context, config.refine)
     clock("lay_chains")
+    branched = None
+    if config.merge.branches:
+        branched = find_branches(chains, context, config.merge)
+        chains = branched.chains
+        clock("branches")
     crossings = find_crossings(chains, context, config.crossings)
+    if branched is not None:
+        crossings = branched.without_junctions(crossings)
     dropped = sum(item.chain.length for item in merged.dropped if item.setting == "merge.chains")
     chains, evidence = with_confidence(chains, crossings, dropped, context)
     clock("crossings")
@@ -210,6 +221,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
         crossings,
         clock.seconds,
         evidence=evidence,
+        branched=branched,
     )
 
 
@@ -281,6 +293,8 @@ def detect_with_stages(
         ),
         crossings=stages.crossings,
         plane=stages.plane,
+        junctions=() if stages.branched is None else stages.branched.junctions,
+        objects=() if stages.branched is None else stages.branched.objects,
     )
     return detection, stages
 
@@ -382,11 +396,16 @@ def _wrong_type(data: object) -> ArgumentError:
 def _segment(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> Segmentation:
     """Return the segmentation; an error names the frame, unless its name is the default of its type."""
     try:
-        return segment(data, config.segment, mask, config.seed)
+        return segment(data, _segment_config(config), mask, config.seed)
     except InputError as error:
         if data.name == type(data).__name__.lower():
             raise
         raise InputError(f"frame {data.name}: {error}", code=error.code) from None
+
+
+def _segment_config(config: Config) -> SegmentConfig:
+    """Return the settings of segmentation: strands of branched objects differ in width, and are not divided by it."""
+    return config.segment.model_copy(update={"equal_widths": False}) if config.merge.branches else config.segment
 
 
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:

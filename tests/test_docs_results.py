@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 from builders.paths import ROOT
 
 from doo3d.runs.frame_record import FrameRecord
-from doo3d.types import SCHEMA, Chain, Connection, Crossing, Detection, SegmentRef
+from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
 
 PAGES = ROOT / "docs" / "pages"
 
@@ -30,6 +31,13 @@ def detection() -> Detection:
 def test_keys_of_a_detection():
     assert documented("results.md", "key | type") == set(detection().to_dict())
     assert SCHEMA in (PAGES / "results.md").read_text(encoding="utf-8")
+
+
+def test_keys_of_a_junction_and_an_object():
+    junction = Junction(np.zeros(3), (ChainEnd(0, 0), ChainEnd(0, 1)), np.ones(2))
+    values = replace(detection(), junctions=(junction,), objects=(LinearObject((0,), (0,)),)).to_dict()
+    assert documented("results.md", "key of a junction | type") == set(values["junctions"][0])
+    assert documented("results.md", "key of an object | type") == set(values["objects"][0])
 
 
 def test_keys_of_a_chain_and_a_crossing():

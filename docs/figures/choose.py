@@ -118,6 +118,7 @@ PICTURES: dict[str, Callable[[], np.ndarray]] = {
     "thin": lambda: scene("thin", 3, {"merge.chains": 1}),
     "ring": ring,
     "tubes": tubes,
+    "harness": lambda: scene("tree_crossing", 0, {}, "harness"),
     "fused": fused,
     "photo": lambda: sample("photos/tangle.jpg", "image"),
     "photo_without_mask": lambda: sample("photos/loop.jpg", "image", own_mask=False),

@@ -75,6 +75,11 @@ class MergeConfig(Section):
         description="Allow the two ends of a chain to be connected to each other, which makes a ring, when nothing else "
         "is left to join. true or false. Set it for loops such as belts.",
     )
+    branches: bool = Field(
+        False,
+        description="Look for junctions, where strands of one body meet, and give each object as a tree of chains that run "
+        "from junction to junction or to a tip. true or false. Set it for wiring harnesses and hoses with T-pieces.",
+    )
     strategy: Literal["greedy", "global"] = expert(
         "global",
         "How connections are chosen. greedy makes the cheapest connection first, as Keipour et al. (RA-L 2022) do; "

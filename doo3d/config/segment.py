@@ -194,6 +194,11 @@ class SegmentConfig(Section):
         "Lower it for thin wires far away in small images.",
         ge=1,
     )
+    equal_widths: bool = expert(
+        True,
+        "Divide stretches of a mask that are as wide as several strands into strands of equal width where the image shows "
+        "no valleys between them. true or false; merge.branches turns it off. Turn it off for objects of several widths.",
+    )
 
     @model_validator(mode="after")
     def _needs(self) -> SegmentConfig:

@@ -19,10 +19,13 @@ from ..types import (
     FORMER_SCHEMA,
     SCHEMA,
     Chain,
+    ChainEnd,
     Connection,
     Crossing,
     Detection,
     Floats,
+    Junction,
+    LinearObject,
     Plane,
     SegmentRef,
 )
@@ -127,6 +130,8 @@ def _detection(values: dict[str, Any]) -> Detection:
         crossings=tuple(_crossing(crossing) for crossing in values.get("crossings", ())),
         plane=_plane(values.get("plane")),
         pose=None if values.get("pose") is None else _finite_array(values["pose"], (4, 4)),
+        junctions=tuple(_junction(junction, dim) for junction in values.get("junctions", ())),
+        objects=tuple(_object(item) for item in values.get("objects", ())),
     )
 
 
@@ -169,6 +174,16 @@ def _integer(value: Any) -> int | None:
 def _crossing(values: dict[str, Any]) -> Crossing:
     upper, lower = (SegmentRef(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
     return Crossing(upper, lower, np.array(values["point"], dtype=float), _confidence(values))
+
+
+def _junction(values: dict[str, Any], dim: int) -> Junction:
+    ends = tuple(ChainEnd(int(end["chain"]), int(end["end"])) for end in values["ends"])
+    radii = np.array([float("nan") if each is None else each for each in values["radii"]], dtype=float)
+    return Junction(_finite_array(values["position"], (dim,)), ends, radii, _confidence(values))
+
+
+def _object(values: dict[str, Any]) -> LinearObject:
+    return LinearObject(tuple(map(int, values["chains"])), tuple(map(int, values["junctions"])), int(values["trunk"]))
 
 
 def _confidence(values: dict[str, Any]) -> float:

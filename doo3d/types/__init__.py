@@ -15,6 +15,7 @@ from .results import (
     Detection,
     SegmentRef,
 )
+from .tree import ChainEnd, Junction, LinearObject
 
 __all__ = [
     "COORDINATES",
@@ -26,6 +27,7 @@ __all__ = [
     "Camera",
     "CameraView",
     "Chain",
+    "ChainEnd",
     "Cloud",
     "CloudSampling",
     "Connection",
@@ -36,6 +38,8 @@ __all__ = [
     "Frame",
     "Image",
     "Ints",
+    "Junction",
+    "LinearObject",
     "Path",
     "Plane",
     "SegmentRef",

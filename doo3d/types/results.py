@@ -13,6 +13,7 @@ from . import tables
 from .arrays import Bools, Floats, set_sealed
 from .display import Drawn, Rows, counted, length_text, radius_text
 from .pose import Plane
+from .tree import Junction, LinearObject
 
 SCHEMA = "doo3d/detection/2"
 FORMER_SCHEMA = "doo3d/detection/1"
@@ -263,6 +264,11 @@ class Detection(Drawn):
     pose
         (4, 4) m, pose of the camera in the coordinates of the joints, if those are not the camera's (or the cloud's) own:
         (p, 1) = pose @ (p_camera, 1). None otherwise.
+    junctions
+        where strands of one body meet; found with `merge.branches` only.
+    objects
+        the connected bodies, the one with the greatest length of chains first: trees of chains and junctions. Empty without
+        `merge.branches`, where each chain is an object.
     """
 
     chains: tuple[Chain, ...]
@@ -275,6 +281,8 @@ class Detection(Drawn):
     crossings: tuple[Crossing, ...] = ()
     plane: Plane | None = None
     pose: Floats | None = None
+    junctions: tuple[Junction, ...] = ()
+    objects: tuple[LinearObject, ...] = ()
 
     def __post_init__(self) -> None:
         set_sealed(self, pose=None if self.pose is None else np.asarray(self.pose, dtype=float))
@@ -324,8 +332,8 @@ class Detection(Drawn):
     def transformed(self, pose: Floats) -> Detection:
         """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.
 
-        Joints, points of crossings and the plane are moved, `coordinates` is "world", and `pose` says where the camera is.
-        Lengths, radii and everything else stay.
+        Joints, junctions, points of crossings and the plane are moved, `coordinates` is "world", and `pose` says where the camera
+        is. Lengths, radii and everything else stay.
 
         pose : (4, 4) m, (p_new, 1) = pose @ (p, 1), with an orthonormal rotation, as `as_pose` makes it.
 
@@ -341,6 +349,7 @@ class Detection(Drawn):
             coordinates="world",
             chains=tuple(replace(chain, joints=chain.joints @ rotation.T + translation) for chain in self.chains),
             crossings=tuple(replace(each, point=rotation @ each.point + translation) for each in self.crossings),
+            junctions=tuple(replace(each, position=rotation @ each.position + translation) for each in self.junctions),
             plane=None if self.plane is None else self.plane.transformed(pose),
             pose=pose if self.pose is None else pose @ self.pose,
         )
@@ -356,8 +365,10 @@ class Detection(Drawn):
 
         Keys: "schema", "frame", "timestamp", "mode", "units" ("m" or "px"), "coordinates" (a description of the frame), "chains"
         (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "plane" (`Plane.to_dict` or None), "pose" (4x4 or None),
-        "confidence", "seconds" and "notes".
+        "confidence", "seconds" and "notes". With branched objects looked for, also "junctions" (`Junction.to_dict`) and
+        "objects" (`LinearObject.to_dict`).
         """
+        tree = {"junctions": [each.to_dict() for each in self.junctions], "objects": [each.to_dict() for each in self.objects]}
         return {
             "schema": SCHEMA,
             "frame": self.frame,
@@ -367,6 +378,7 @@ class Detection(Drawn):
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
+            **(tree if self.objects else {}),
             "plane": None if self.plane is None else self.plane.to_dict(),
             "pose": None if self.pose is None else self.pose.tolist(),
             "confidence": self.confidence,

@@ -189,16 +189,19 @@ class Strand:
                 canvas.line(edge, DARK, 0.9, 3.6 * self.unit)
                 canvas.line(edge, LIGHT, 1.0, 1.6 * self.unit)
 
-    def paint_ends(self, canvas: Canvas) -> None:
-        """Mark the first joint with a disc and the last joint with a ring; a closed chain gets only the disc."""
+    def paint_ends(self, canvas: Canvas, marked: tuple[bool, bool] = (True, True)) -> None:
+        """Mark the first joint with a disc and the last joint with a ring; a closed chain gets only the disc.
+
+        marked : whether the first joint is marked, and the last; ends at junctions are not.
+        """
         first, last, u = self.points[0], self.points[-1], self.unit
-        if np.isfinite(last).all() and not self.closed:
+        if marked[1] and np.isfinite(last).all() and not self.closed:
             canvas.disc(last, 8.2 * u, DARK, 0.85)
             canvas.disc(last, 7.0 * u, LIGHT, 1.0)
             canvas.disc(last, 6.0 * u, self.color, 1.0)
             canvas.disc(last, 3.6 * u, DARK, 0.85)
             canvas.disc(last, 2.8 * u, DARK, 0.0)
-        if np.isfinite(first).all():
+        if marked[0] and np.isfinite(first).all():
             canvas.disc(first, 8.2 * u, DARK, 0.85)
             canvas.disc(first, 7.0 * u, LIGHT, 1.0)
             canvas.disc(first, 5.6 * u, self.color, 1.0)

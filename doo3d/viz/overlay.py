@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
-from .backdrop import backdrop_of, planar_backdrop
+from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, upper_pieces
 from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color, chain_numbers
@@ -24,6 +24,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
       pale and the line dashed.
     - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint: its
       id, or without tracking its index.
+    - Where chains meet at a junction, a white square stands for their ends.
     - Where chains cross in the view, the upper one is drawn on top, between two white lines if the detection knows which one is
       upper. For a cloud without a viewpoint, the one nearer in the picture is drawn on top.
     - A panel in a corner lists number, length, radius and occluded share of each chain.
@@ -54,8 +55,10 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
         strands[index].paint(canvas, chosen)
         if known:
             strands[index].paint_bridge_edges(canvas, chosen)
-    for strand in reversed(strands):
-        strand.paint_ends(canvas)
+    joined = {end for junction in detection.junctions for end in junction.ends}
+    for index in reversed(range(len(strands))):
+        strands[index].paint_ends(canvas, ((index, 0) not in joined, (index, 1) not in joined))
+    _paint_junctions(canvas, detection, backdrop, unit)
     picture = _caption(canvas.blend_over(backdrop.image), canvas, detection)
     if len(strands) > 1:
         for number, strand in zip(chain_numbers(detection), strands, strict=True):
@@ -75,6 +78,17 @@ def _label(picture: Array, text: str, strand: Strand) -> None:
     left, base = np.clip(first + np.array((offset, -offset)), (2, height + 2), limit).astype(int).tolist()
     for color, thickness in ((DARK, 4.0), (LIGHT, 1.4)):
         cv2.putText(picture, text, (left, base), _FONT, size, color, max(1, round(thickness * strand.unit)), cv2.LINE_AA)
+
+
+def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, unit: float) -> None:
+    """Mark each junction with a white square that stands on a corner."""
+    if not detection.junctions:
+        return
+    corners = np.array(((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)))
+    for point in backdrop.projection.project(np.array([junction.position for junction in detection.junctions])):
+        if np.isfinite(point).all():
+            canvas.polygon(point + 10.0 * unit * corners, DARK, 0.85)
+            canvas.polygon(point + 8.0 * unit * corners, LIGHT, 1.0)
 
 
 def caption_lines(detection: Detection) -> list[str]:

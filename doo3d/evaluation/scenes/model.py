@@ -123,6 +123,27 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Tree:
+    """A branched object of a scene, whose strands are cables of the scene.
+
+    Attributes
+    ----------
+    nodes
+        (N, 3) m, the tips and the junctions, in the camera's optical frame; a junction is a node of three or more strands.
+    edges
+        for each strand: (index in `Scene.cables`, node at the first point of its axis, node at the last).
+    """
+
+    nodes: Floats
+    edges: tuple[tuple[int, int, int], ...]
+
+    @property
+    def degree(self) -> Ints:
+        """The number of strands at each node, (N,): 1 at a tip, 3 or more at a junction."""
+        return np.bincount(np.array(self.edges)[:, 1:].ravel(), minlength=len(self.nodes))
+
+
+@dataclass(frozen=True)
 class Scene:
     """Cables, other solids, table, light and camera: all that is needed to render a frame.
 
@@ -146,6 +167,8 @@ class Scene:
         (3,) unit vector towards the light.
     background
         8-bit RGB of pixels where there is no surface.
+    trees
+        which cables are strands of one branched object; empty for scenes of single cables.
     """
 
     name: str
@@ -157,6 +180,7 @@ class Scene:
     table: Table | None = None
     light: Array | tuple[float, float, float] = (0.0, 0.0, -1.0)
     background: Color = (28, 30, 34)
+    trees: tuple[Tree, ...] = ()
 
 
 def cuboid_triangles() -> Ints:
@@ -190,4 +214,5 @@ def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: C
         occluders=tuple(replace(solid, vertices=np.asarray(move_points(solid.vertices))) for solid in scene.occluders),
         table=None if table is None else Table(move_points(table.point[None])[0], rotate(table.normal), table.color),
         light=tuple(rotate(np.asarray(scene.light)).tolist()),
+        trees=tuple(replace(tree, nodes=np.asarray(move_points(tree.nodes))) for tree in scene.trees),
     )

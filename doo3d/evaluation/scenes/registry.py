@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from . import families, knots, tubes
+from . import families, harnesses, knots, tubes
 from . import handled_families as handled
 from . import hard_families as hard
 from . import wound_families as wound
@@ -51,6 +51,12 @@ FAMILIES: dict[str, Builder] = {
 GROUPS = {"all": tuple(FAMILIES), "basic": tuple(FAMILIES)[:14], "more": tuple(FAMILIES)[14:]}
 """Names of several families: cables of one kind in common and hard positions, and cables as they are handled and wound."""
 
+TREES = harnesses.TREES
+"""The families of branched objects: name -> builder."""
+
+MOTION = "tree_motion"
+"""The family of measured branched cables, read from a file of motion capture."""
+
 TUBES = "tubes"
 """The family whose scenes are read from a file."""
 
@@ -69,8 +75,9 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     Parameters
     ----------
     family
-        name of a kind of scene such as "crossing" (a key of FAMILIES), or "tubes:" and the path of a text file of tubes, in the
-        format that `read_tubes` reads.
+        name of a kind of scene such as "crossing" (a key of FAMILIES) or of branched object (a key of TREES); "tubes:" and the
+        path of a text file of tubes, in the format that `read_tubes` reads; or "tree_motion:" and the path of a motion capture,
+        in the format that `motion_tree` reads.
     seed
         integer, 0 or more.
     size
@@ -83,9 +90,11 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     InputError : the file of tubes cannot be read, or is not a tube configuration.
     """
     family, _, path = family.partition(":")
-    if family not in FAMILIES and not (family == TUBES and path):
-        raise ValueError(f"no scene family {family!r}: there are {', '.join(FAMILIES)} and {TUBES}:FILE")
-    builder = partial(tubes.tubes, path) if family == TUBES else FAMILIES[family]
+    readers: dict[str, Callable[..., Scene | None]] = {TUBES: tubes.tubes, MOTION: harnesses.motion_tree}
+    known = FAMILIES | TREES
+    if family not in known and not (family in readers and path):
+        raise ValueError(f"no scene family {family!r}: there are {', '.join(known)}, {TUBES}:FILE and {MOTION}:FILE")
+    builder = partial(readers[family], path) if family in readers else known[family]
     rng = family_rng(family + Path(path).stem, seed)
     for _ in range(MAX_ATTEMPTS):
         scene = builder(rng, size)

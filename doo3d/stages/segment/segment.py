@@ -114,7 +114,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     split = SplitMask(cleaned.mask, 0, None)
     if method != "everything":
-        split = split_strands(cleaned.mask, selected, frame.color, frame.depth)
+        split = split_strands(cleaned.mask, selected, frame.color, frame.depth, config.equal_widths)
         cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
     readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
@@ -149,7 +149,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
-    split = split_strands(cleaned.mask, selected, image.color, None)
+    split = split_strands(cleaned.mask, selected, image.color, None, config.equal_widths)
     cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
     foreground = Foreground(

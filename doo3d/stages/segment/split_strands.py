@@ -47,7 +47,7 @@ class SplitMask(NamedTuple):
     side_by_side: Bools | None
 
 
-def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None) -> SplitMask:
+def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None, equal_widths: bool = True) -> SplitMask:
     """Remove the valleys between strands that run side by side from a mask.
 
     Parameters
@@ -61,6 +61,8 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     depth
         (H, W) m, 0 = unknown, used without color: a valley is farther away. Without either, or where they are flat, a wide
         stretch is split into equal widths.
+    equal_widths
+        False leaves such a wide stretch without valleys whole: it may be one thicker strand.
 
     Returns
     -------
@@ -75,7 +77,10 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     if bundles is None:
         return whole
     inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
-    shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth)[inner]
+    shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth, equal_widths)
+    if shade is None:
+        return whole
+    shade = shade[inner]
     bundles = Bundles(
         bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
     )

@@ -72,9 +72,15 @@ def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
 
 
 def shade_strands(
-    part: Bools, box: tuple[slice, slice], radius: float, widest: float, color: Array | None, depth: Array | None
-) -> Array:
-    """Return an image in which strands are ridges, in units of the contrast within the mask.
+    part: Bools,
+    box: tuple[slice, slice],
+    radius: float,
+    widest: float,
+    color: Array | None,
+    depth: Array | None,
+    equal_widths: bool = True,
+) -> Array | None:
+    """Return an image in which strands are ridges, in units of the contrast within the mask; None if nothing shows them.
 
     Parameters
     ----------
@@ -88,6 +94,8 @@ def shade_strands(
         (H, W, 3) uint8 RGB of the whole frame, or None.
     depth
         (H, W) m of the whole frame, used without color; or None.
+    equal_widths
+        whether a mask without contrast is divided into strands of equal width.
 
     Returns
     -------
@@ -102,7 +110,7 @@ def shade_strands(
     low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
     contrast = (high - low) / 2
     if contrast < (MIN_CONTRAST if color is not None else MIN_NEARNESS):
-        return _equal_widths(part, radius, widest)
+        return _equal_widths(part, radius, widest) if equal_widths else None
     return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
 
 

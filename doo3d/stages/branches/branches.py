@@ -1,0 +1,80 @@
+"""Find the junctions of branched objects, and give each object as a tree of chains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...config import MergeConfig
+from ...types import Chain, Crossing, Junction, LinearObject
+from .. import FrameContext
+from .readings import body_meetings, end_meetings
+from .strands import free_ends, strands_of
+from .tree import cut, nodes_of
+
+CROSSING_RADII = 3.0
+"""Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
+
+
+@dataclass(frozen=True)
+class Branched:
+    """The chains of one frame, cut at junctions, and the trees that they make.
+
+    Attributes
+    ----------
+    chains
+        from junction to junction or to a tip; object by object, in each the trunk first.
+    junctions
+        where chains meet.
+    objects
+        the trees; the one with the greatest length of chains first.
+    """
+
+    chains: list[Chain]
+    junctions: tuple[Junction, ...] = ()
+    objects: tuple[LinearObject, ...] = ()
+
+    def without_junctions(self, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
+        """Return the crossings without those at junctions, where chains end on each other's axes."""
+        return tuple(
+            each
+            for each in crossings
+            if not any(
+                {each.upper.chain, each.lower.chain} <= {end.chain for end in junction.ends}
+                and ((each.point - junction.position) ** 2).sum() < (CROSSING_RADII * float(junction.radii.max())) ** 2
+                for junction in self.junctions
+            )
+        )
+
+
+def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeConfig) -> Branched:
+    """Decide where strands of one body meet, cut the chains there, and put them together to trees.
+
+    At every place where strands come together the readings compete by cost: a branch (axes that meet at one depth), a crossing
+    (two layers, each going on straight with its radius), a touch, or an end near a strand. All places are decided at once, as the
+    spanning forest of the greatest gain: the object is a tree, and an end belongs to one junction.
+
+    Parameters
+    ----------
+    chains
+        chains along the objects' axes, m (px in 2-D).
+    context
+        the data of the frame; visibility and segment length are used.
+    config
+        section `merge` of the settings: `max_gap`.
+
+    Returns
+    -------
+    The chains from junction to junction or to a tip, the junctions, and the objects.
+    """
+    if not chains:
+        return Branched([])
+    strands = strands_of(chains)
+    ends = free_ends(chains, strands)
+    visibility = context.visibility
+    if visibility is not None:
+        visibility = visibility.with_bare_surface([chain.joints for chain in chains], context.radius, context.foreground)
+    meetings = [*body_meetings(strands), *end_meetings(ends, strands, visibility, config.max_gap * context.gap_unit)]
+    nodes = nodes_of(meetings, strands, ends)
+    pieces, junctions, objects = cut(chains, strands, ends, nodes, context.segment_length)
+    return Branched(pieces, tuple(junctions), tuple(objects))

@@ -1,0 +1,117 @@
+"""Strands: the chains of a frame as dense samples along their axes, with radius, tangents and ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.polyline import arc_length, resample, unit
+from ...kernels import end_tangents
+from ...types import Bools, Chain, Floats, Ints
+
+SPACING_RADII = 0.4
+"""Radii between the samples of a strand."""
+
+TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
+"""Length of strand from which tangent and curvature of an end are taken: radii, and segments at least."""
+
+ARM_RADII = (2.0, 8.0)
+"""Radii from a place between which the direction and the radius of a strand beside it are measured."""
+
+
+@dataclass(frozen=True)
+class Strand:
+    """One chain as S samples along its axis.
+
+    Attributes
+    ----------
+    points
+        (S, D) m (px in 2-D), evenly spaced, both ends included.
+    along
+        (S,) m (px in 2-D), arc length of each sample.
+    radii
+        (S,) m (px in 2-D), radius at each sample.
+    occluded
+        (S,) bool, whether the sample was filled in, not seen.
+    radius
+        m (px in 2-D), of the whole strand.
+    closed
+        True for a ring.
+    """
+
+    points: Floats
+    along: Floats
+    radii: Floats
+    occluded: Bools
+    radius: float
+    closed: bool
+
+    @property
+    def length(self) -> float:
+        """The length of the strand, m (px in 2-D)."""
+        return float(self.along[-1])
+
+    def at(self, position: float) -> Floats:
+        """Return the point of the axis at an arc length, (D,)."""
+        return np.asarray(resample(self.points, np.array([position]))[0])
+
+    def radius_near(self, position: float, side: int) -> float:
+        """Return the median radius beside a position, before it (side -1) or after it (1), m (px in 2-D)."""
+        offset = side * (self.along - position)
+        low, high = (factor * self.radius for factor in ARM_RADII)
+        chosen = (offset > low) & (offset < high) & ~self.occluded
+        if not chosen.any():
+            chosen = (offset > 0) & ~self.occluded
+        return float(np.median(self.radii[chosen])) if chosen.any() else self.radius
+
+    def arm(self, position: float, side: int, clear: float) -> Floats:
+        """Return the direction (D,) unit in which the strand leaves a position, before it (side -1) or after it (1).
+
+        clear : m (px in 2-D) beside the position that are left out, since the other strand bends the axis there.
+        """
+        near, far = position + side * clear, position + side * (clear + ARM_RADII[1] * self.radius)
+        near, far = (float(np.clip(value, 0, self.length)) for value in (near, far))
+        if abs(far - near) < self.radius:
+            near = position
+        return unit(self.at(far) - self.at(near))
+
+
+def strands_of(chains: Sequence[Chain]) -> list[Strand]:
+    """Return chains as strands, in the same order."""
+    strands = []
+    for chain in chains:
+        radius = chain.radius if chain.radius > 0 else chain.segment_length
+        along = arc_length(chain.joints)
+        at = np.linspace(0, along[-1], max(2, round(along[-1] / (SPACING_RADII * radius)) + 1))
+        segment = np.minimum((at / chain.segment_length).astype(int), len(chain.occluded) - 1)
+        measured = np.where(np.isfinite(chain.radii) & (chain.radii > 0), chain.radii, radius)
+        radii = np.interp(at, along, measured)
+        strands.append(Strand(resample(chain.joints, at), at, radii, chain.occluded[segment], radius, chain.closed))
+    return strands
+
+
+@dataclass(frozen=True)
+class FreeEnds:
+    """The E ends of open strands: (E,) strand and side (0 first, 1 last); (E, D) position, outward unit tangent, curvature."""
+
+    strand: Ints
+    side: Ints
+    points: Floats
+    tangents: Floats
+    curvatures: Floats
+
+
+def free_ends(chains: Sequence[Chain], strands: Sequence[Strand]) -> FreeEnds:
+    """Measure the ends of all chains that are no rings."""
+    tangents, curvatures = [], []
+    for chain, strand in zip(chains, strands, strict=True):
+        window = max(TANGENT_RADII * strand.radius, TANGENT_SEGMENTS * chain.segment_length)
+        both = end_tangents(np.ascontiguousarray(chain.joints), np.array([0, len(chain.joints)]), window)
+        tangents.append(both[0])
+        curvatures.append(both[1])
+    is_open = np.repeat([not strand.closed for strand in strands], 2)
+    points = np.concatenate([strand.points[[0, -1]] for strand in strands])
+    rows = np.flatnonzero(is_open)
+    return FreeEnds(rows // 2, rows % 2, points[rows], np.concatenate(tangents)[rows], np.concatenate(curvatures)[rows])

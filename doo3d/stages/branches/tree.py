@@ -1,0 +1,270 @@
+"""Cut strands at junctions, and put the pieces together to trees."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.equal_segments import equal_segments
+from ...geometry.polyline import arc_length, resample, unit
+from ...kernels import nearest
+from ...types import Chain, ChainEnd, Connection, Floats, Junction, LinearObject
+from .readings import Meeting
+from .strands import FreeEnds, Strand
+
+MERGE_RADII = 2.0
+"""Radii of the thickest strand within which two junctions on it are one."""
+
+JUNCTION_RADII = 0.8
+"""Radii of the thickest strand from a junction within which the axis of a piece leads straight to it."""
+
+MIN_PIECE_RADII = 2.5
+"""Radii of its strand that a piece must be long, or it is dropped."""
+
+TURN_WEIGHT = 0.3
+"""Share of a chain's weight that a turn of 1 radian into it takes, when the trunk is chosen."""
+
+
+@dataclass
+class Node:
+    """A junction in the making: its position, the gain of each meeting there, and where it lies on strands.
+
+    Attributes
+    ----------
+    position
+        (D,) m (px in 2-D).
+    gains
+        cost units of each meeting.
+    bodies
+        strand -> arc length, for the strands that run through.
+    ends
+        rows in `FreeEnds` of the ends that meet there.
+    """
+
+    position: Floats
+    gains: list[float]
+    bodies: dict[int, float]
+    ends: list[int]
+
+
+def nodes_of(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> list[Node]:
+    """Choose the meetings that are junctions, the ones with the greatest gain first, so that objects stay trees.
+
+    An end meets one strand at most, and no meeting closes a ring of strands. So the meetings chosen are a spanning forest of
+    the greatest gain. Meetings close to each other on one strand make one node.
+    """
+    group = np.arange(len(strands))
+    used: set[int] = set()
+    nodes: list[Node] = []
+    for meeting in sorted(meetings, key=lambda item: -item.gain):
+        if meeting.gain <= 0 or meeting.end in used:
+            continue
+        members = [strand for strand, _ in meeting.bodies] + ([] if meeting.end is None else [int(ends.strand[meeting.end])])
+        if len({int(group[member]) for member in members}) < len(members):
+            continue
+        for member in members[1:]:
+            group[group == group[member]] = group[members[0]]
+        if meeting.end is not None:
+            used.add(meeting.end)
+        _add(nodes, meeting, strands)
+    return nodes
+
+
+def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None:
+    """Add a meeting to the node that lies there already, or as a new one."""
+    ends = [] if meeting.end is None else [meeting.end]
+    for node in nodes:
+        for strand, at in meeting.bodies:
+            limit = max(MERGE_RADII * strands[strand].radius, strands[strand].length / max(len(strands[strand].along), 1))
+            if strand in node.bodies and abs(node.bodies[strand] - at) < limit:
+                node.gains.append(meeting.gain)
+                node.bodies = {**dict(meeting.bodies), **node.bodies}
+                node.ends += ends
+                return
+    nodes.append(Node(meeting.position, [meeting.gain], dict(meeting.bodies), ends))
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A piece of a strand: its chain, the strand it is of, and the node at each end (None at a tip)."""
+
+    chain: Chain
+    nodes: tuple[int | None, int | None]
+
+
+def cut(
+    chains: Sequence[Chain], strands: Sequence[Strand], ends: FreeEnds, nodes: Sequence[Node], length: float
+) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
+    """Cut chains at the nodes and return the chains, junctions and objects of the frame.
+
+    Parameters
+    ----------
+    chains
+        the chains as they were found.
+    strands
+        the same chains as samples.
+    ends
+        the free ends of all chains.
+    nodes
+        the junctions.
+    length
+        segment length, m (px in 2-D).
+
+    Returns
+    -------
+    chains, junctions, objects : as `Detection` holds them; a chain that meets no junction is returned as it was.
+    """
+    pieces: list[_Piece] = []
+    for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
+        stops = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
+        tips: list[int | None] = [None, None]
+        for k, node in enumerate(nodes):
+            for row in node.ends:
+                if ends.strand[row] == number:
+                    tips[ends.side[row]] = k
+        if not stops and tips == [None, None]:
+            pieces.append(_Piece(chain, (None, None)))
+        else:
+            pieces += _pieces(chain, strand, stops, tips, nodes, length)
+    return _assembled(pieces, nodes)
+
+
+def _pieces(
+    chain: Chain, strand: Strand, stops: list[tuple[float, int]], tips: list[int | None], nodes: Sequence[Node], length: float
+) -> list[_Piece]:
+    """Return the pieces of one chain between its stops, (arc length, node), and its tips."""
+    bounds: list[tuple[float, int | None]] = [(0.0, tips[0]), *stops, (strand.length, tips[1])]
+    if strand.closed and stops:
+        bounds = [*stops, (strand.length + stops[0][0], stops[0][1])]
+    pieces = []
+    points, along = strand.points, strand.along
+    if strand.closed:
+        points = np.concatenate((points, points[1:]))
+        along = np.concatenate((along, strand.length + along[1:]))
+    for (low, first), (high, last) in itertools.pairwise(bounds):
+        chosen = (along > low) & (along < high)
+        line = np.concatenate((resample(points, np.array([low])), points[chosen], resample(points, np.array([high]))))
+        for side, node in enumerate((first, last)):
+            if node is not None:
+                line = _led_to(nodes[node].position, line, side, JUNCTION_RADII * strand.radius)
+        is_stub = None in (first, last) and high - low < MIN_PIECE_RADII * strand.radius
+        joints = equal_segments(line, length)
+        if len(joints) >= 2 and not is_stub:
+            pieces.append(_Piece(_chain(joints, chain, strand, low, high, length), (first, last)))
+    return pieces
+
+
+def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
+    """Return a line (P, D) whose first (side 0) or last point is a position, without its points nearer to that than `clear`."""
+    line = line if side else line[::-1]
+    far = np.flatnonzero(np.linalg.norm(line - position, axis=1) > clear)
+    kept = line[: far[-1] + 1] if len(far) else line[:1]
+    line = np.concatenate((kept, position[None]))
+    return np.asarray(line if side else line[::-1])
+
+
+def _chain(joints: Floats, chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain:
+    """Return the chain of a piece between two arc lengths of its strand, with the values of the segments it replaces."""
+    near = nearest(joints, strand.points, length, False)[1]
+    middle = nearest((joints[1:] + joints[:-1]) / 2, (chain.joints[1:] + chain.joints[:-1]) / 2, length, False)[1]
+    inside = (strand.along >= low + 2 * strand.radius) & (strand.along <= high - 2 * strand.radius) & ~strand.occluded
+    if not inside.any():
+        inside = (strand.along >= low) & (strand.along <= high)
+    radius = float(np.median(strand.radii[inside])) if inside.any() else strand.radius
+    connections = [
+        Connection(
+            int(np.argmin(np.linalg.norm((joints[1:] + joints[:-1]) / 2 - chain.joints[each.segment], axis=1))), each.confidence
+        )
+        for each in chain.connections
+        if low < (each.segment + 0.5) * chain.segment_length < high
+    ]
+    return Chain(
+        joints,
+        length,
+        radius,
+        strand.radii[near],
+        chain.occluded[middle],
+        depth_filled=chain.depth_filled[middle],
+        connections=tuple(sorted(connections)),
+        id=None,
+    )
+
+
+def _assembled(pieces: Sequence[_Piece], nodes: Sequence[Node]) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
+    """Return chains, junctions and objects; the longest object first, in each the trunk first."""
+    at: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(nodes))}
+    for number, piece in enumerate(pieces):
+        for side, node in enumerate(piece.nodes):
+            if node is not None:
+                at[node].append((number, side))
+    group = np.arange(len(pieces))
+    for members in at.values():
+        for number, _ in members[1:]:
+            group[group == group[number]] = group[members[0][0]]
+    bodies = [np.flatnonzero(group == value).tolist() for value in dict.fromkeys(group.tolist())]
+    bodies.sort(key=lambda body: -sum(pieces[number].chain.length for number in body))
+    order: list[int] = []
+    trunks = []
+    for body in bodies:
+        trunk = _trunk(body, pieces, at)
+        rest = sorted((number for number in body if number not in trunk), key=lambda number: -pieces[number].chain.length)
+        order += [*trunk, *rest]
+        trunks.append(len(trunk))
+    place = {number: i for i, number in enumerate(order)}
+    junctions: list[Junction] = []
+    index: dict[int, int] = {}
+    for node, members in sorted(at.items(), key=lambda item: min((place[number] for number, _ in item[1]), default=0)):
+        if len(members) < 3:
+            continue
+        index[node] = len(junctions)
+        met = sorted(ChainEnd(place[number], side) for number, side in members)
+        radii = np.array([pieces[order[end.chain]].chain.radius for end in met])
+        confidence = float(1 / (1 + np.exp(-min(nodes[node].gains) / 40)))
+        junctions.append(Junction(nodes[node].position, tuple(met), radii, confidence))
+    objects = []
+    for body, trunk_length in zip(bodies, trunks, strict=True):
+        first = min(place[number] for number in body)
+        own = sorted({index[node] for number in body for node in pieces[number].nodes if node in index})
+        objects.append(LinearObject(tuple(range(first, first + len(body))), tuple(own), trunk_length))
+    return [pieces[number].chain for number in order], junctions, objects
+
+
+def _trunk(body: Sequence[int], pieces: Sequence[_Piece], at: dict[int, list[tuple[int, int]]]) -> list[int]:
+    """Return the chains along the thickest path from tip to tip: the one with the greatest sum of length times radius squared."""
+    if len(body) == 1:
+        return list(body)
+    best: tuple[float, list[int]] = (-1.0, list(body[:1]))
+
+    def follow(number: int, entered: int, weight: float, path: list[int]) -> None:
+        nonlocal best
+        chain = pieces[number].chain
+        weight += chain.length * chain.radius**2
+        path = [*path, number]
+        node = pieces[number].nodes[1 - entered]
+        onwards = [] if node is None else [item for item in at[node] if item[0] not in path]
+        if weight > best[0]:
+            best = (weight, path)
+        for other, side in onwards:
+            turn = _turn(chain, entered, pieces[other].chain, side)
+            follow(other, side, weight - TURN_WEIGHT * turn * pieces[other].chain.length * pieces[other].chain.radius ** 2, path)
+
+    for number in body:
+        for side, node in enumerate(pieces[number].nodes):
+            if node is None:
+                follow(number, side, 0.0, [])
+    return best[1]
+
+
+def _turn(chain: Chain, entered: int, other: Chain, side: int) -> float:
+    """Return the angle in radians between the end of one chain, entered at the other end, and the start of the next."""
+
+    def leaving(joints: Floats) -> Floats:
+        along = arc_length(joints)
+        return unit(resample(joints, np.array([min(along[-1], 0.03 if joints.shape[1] == 3 else 30.0)]))[0] - joints[0])
+
+    back = leaving(chain.joints[::-1] if entered == 0 else chain.joints)
+    onward = leaving(other.joints if side == 0 else other.joints[::-1])
+    return float(np.arccos(np.clip(-back @ onward, -1, 1)))

@@ -1,0 +1,85 @@
+"""Branched objects: junctions where chain ends meet, and the trees of chains that they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .arrays import Floats, set_sealed
+
+
+class ChainEnd(NamedTuple):
+    """Reference to one end of one chain in a detection.
+
+    Attributes
+    ----------
+    chain
+        index of the chain in `Detection.chains`.
+    end
+        0 for the chain's first joint, 1 for its last.
+    """
+
+    chain: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Junction:
+    """A place where three or more strands of one body meet.
+
+    Attributes
+    ----------
+    position
+        (D,) m (px in 2-D), in the coordinates of the joints: where the axes meet.
+    ends
+        the chain ends that meet there. The end joints lie within half a segment of `position`.
+    radii
+        (E,) m (px in 2-D), radius of each of these E chains beside the junction.
+    confidence
+        0 to 1, that the strands are joined here and do not merely cross, touch or end near each other.
+    """
+
+    position: Floats
+    ends: tuple[ChainEnd, ...]
+    radii: Floats
+    confidence: float = 1.0
+
+    def __post_init__(self) -> None:
+        set_sealed(self, position=np.asarray(self.position, dtype=float), radii=np.asarray(self.radii, dtype=float))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the junction as plain lists and numbers, ready for JSON.
+
+        Keys: "position" in m (px in 2-D), "ends" (each {"chain", "end"}), "radii" in m (px in 2-D) and "confidence".
+        """
+        return {
+            "position": self.position.tolist(),
+            "ends": [end._asdict() for end in self.ends],
+            "radii": self.radii.tolist(),
+            "confidence": self.confidence,
+        }
+
+
+@dataclass(frozen=True)
+class LinearObject:
+    """One connected body: the chains that junctions join, and these junctions. A single cable is one chain without junctions.
+
+    Attributes
+    ----------
+    chains
+        indices in `Detection.chains`: the trunk's chains first, in order along it, then the branches.
+    junctions
+        indices in `Detection.junctions`.
+    trunk
+        how many of `chains`, from the first, make the trunk: the thickest path through the object from tip to tip.
+    """
+
+    chains: tuple[int, ...]
+    junctions: tuple[int, ...] = ()
+    trunk: int = 1
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object as plain lists and numbers, ready for JSON. Keys: "chains", "junctions" and "trunk"."""
+        return {"chains": list(self.chains), "junctions": list(self.junctions), "trunk": self.trunk}

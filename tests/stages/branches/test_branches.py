@@ -1,0 +1,112 @@
+"""Branches against crossings, touches and near ends: by depth, direction and radius; and the trees they make."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from builders.contexts import context_of
+from builders.drawn_masks import line
+
+from doo3d import detect, load_config
+from doo3d.config import MergeConfig
+from doo3d.evaluation.metrics.trees import score_trees, total
+from doo3d.evaluation.rendering.renderer import render
+from doo3d.evaluation.scenes.registry import make_scene
+from doo3d.geometry.equal_segments import equal_segments
+from doo3d.outputs.run_reader import read_detection
+from doo3d.stages.branches import find_branches
+from doo3d.types import Chain, ChainEnd
+
+STEP = 0.01
+TRUNK = ([-0.15, 0.0, 0.5], [0.15, 0.0, 0.5])
+
+
+def chain(start, end, radius=0.005, dim=3):
+    return Chain(equal_segments(line(start, end)[:, :dim], STEP), STEP, radius)
+
+
+def found(*chains, dim=3):
+    return find_branches(chains, context_of(segment_length=STEP, radius=0.005, dim=dim), MergeConfig(branches=True))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_end_short_of_a_strand_branches_off_it(dim):
+    result = found(chain(*TRUNK, dim=dim), chain([0.02, 0.012, 0.5], [0.06, 0.12, 0.5], 0.003, dim), dim=dim)
+    assert [len(each.ends) for each in result.junctions] == [3]
+    assert np.linalg.norm(result.junctions[0].position - [0.016, 0.0, 0.5][:dim]) < 0.004
+    assert len(result.objects) == 1
+    assert len(result.objects[0].chains) == 3
+    assert result.objects[0].trunk == 2
+    for end in result.junctions[0].ends:
+        joint = result.chains[end.chain].joints[-end.end]
+        assert np.linalg.norm(joint - result.junctions[0].position) <= STEP / 2 + 1e-9
+    assert sorted(np.round(result.junctions[0].radii, 4)) == [0.003, 0.005, 0.005]
+
+
+def test_two_layers_cross_and_one_layer_branches():
+    upper = chain([0.0, -0.12, 0.492], [0.01, 0.12, 0.492], 0.003)
+    through = chain([0.0, -0.12, 0.5], [0.01, 0.12, 0.5], 0.003)
+    assert not found(chain(*TRUNK), upper).junctions
+    result = found(chain(*TRUNK), through)
+    assert [len(each.ends) for each in result.junctions] == [4]
+    assert len(result.chains) == 4
+    assert result.objects[0].trunk == 2
+
+
+def test_an_end_that_lies_upon_a_strand_or_far_from_it_is_a_tip():
+    above = chain([0.0, 0.004, 0.488], [0.0, 0.12, 0.488], 0.004)
+    away = chain([0.0, 0.08, 0.5], [0.0, 0.2, 0.5], 0.004)
+    aside = chain([0.0, 0.02, 0.5], [0.12, 0.025, 0.5], 0.004)
+    for other in (above, away, aside):
+        result = found(chain(*TRUNK), other)
+        assert not result.junctions
+        assert [each.chains for each in result.objects] == [(0,), (1,)]
+
+
+def test_objects_stay_trees():
+    """Of two ends of one strand at the same trunk only one branches off: the other would close a ring."""
+    arch = np.column_stack(
+        (0.08 * np.cos(np.linspace(0.15, np.pi - 0.15, 300)), 0.08 * np.sin(np.linspace(0.15, np.pi - 0.15, 300)))
+    )
+    bow = Chain(equal_segments(np.column_stack((arch, np.full(300, 0.5))), STEP), STEP, 0.003)
+    result = found(chain(*TRUNK), bow)
+    assert len(result.junctions) == 1
+    assert len(result.chains) == 3
+
+
+def test_single_chains_are_returned_as_they_were():
+    alone = chain(*TRUNK)
+    result = found(alone)
+    assert result.chains == [alone]
+    assert [(each.chains, each.trunk) for each in result.objects] == [((0,), 1)]
+    assert not find_branches([], context_of(), MergeConfig()).objects
+
+
+@pytest.mark.parametrize("family", ["tree_crossing", "tree_opposite", "tree_hanging"])
+def test_rendered_harness(family):
+    scene = make_scene(family, 0, (640, 360))
+    detection = detect(render(scene).frame, load_config("harness"))
+    score = score_trees(detection, scene)
+    assert (score.right, score.false, score.taken) == (score.objects, 0, 0)
+    assert total([score, score]).objects == 2 * score.objects
+
+
+def test_shell_writes_junctions_only_when_asked(doo3d, tmp_path):
+    mask = np.zeros((240, 320), np.uint8)
+    cv2.line(mask, (20, 120), (300, 110), 255, 16)
+    cv2.line(mask, (150, 120), (190, 30), 255, 7)
+    cv2.imwrite(str(tmp_path / "y.png"), np.dstack([mask] * 3))
+    (tmp_path / "masks").mkdir()
+    cv2.imwrite(str(tmp_path / "masks" / "y.png"), mask)
+    common = ["detect", str(tmp_path / "y.png"), "-c", "image", "--mask", str(tmp_path / "masks" / "y.png")]
+    assert doo3d(*common, "-o", tmp_path / "off")[0] == 0
+    assert not {"junctions", "objects"} & json.loads((tmp_path / "off" / "y.json").read_text()).keys()
+    assert doo3d(*common, "--set", "merge.branches=true", "-o", tmp_path / "on")[0] == 0
+    detection = read_detection(tmp_path / "on" / "y.json")
+    assert len(detection.junctions) == 1
+    assert all(isinstance(end, ChainEnd) for end in detection.junctions[0].ends)
+    assert np.linalg.norm(detection.junctions[0].position - (151, 115)) < 10
+    assert [len(each.chains) for each in detection.objects] == [3]
