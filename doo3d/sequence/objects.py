@@ -12,7 +12,7 @@ from ..types import Chain, Floats
 from .observations import Observation
 from .tracking import Tracker
 
-MIN_CONFIDENCE = 0.5
+MIN_CONFIDENCE = 0.15
 """Confidence that a chain needs to count as a whole object."""
 
 MAX_LENGTH_ERROR = 0.025
