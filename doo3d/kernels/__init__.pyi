@@ -244,6 +244,27 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, F
     length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     """
 
+def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> Floats:
+    """Return joints moved so that neighbors are about `length` apart (Mueller et al., "Position based dynamics", 2007).
+
+    Parameters
+    ----------
+    joints
+        (J, D) float64, m
+    length
+        distance that neighbors are to have, m
+    mobility
+        (J,) float64, how far each joint gives way, relative to the others; 0 for a joint that stays
+    rounds
+        times at most that all segments are brought to their length
+    tolerance
+        share of `length` by which the worst segment may differ from it
+
+    Returns
+    -------
+    (J, D) float64, m.
+    """
+
 def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
     """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
 

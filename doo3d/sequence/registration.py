@@ -15,6 +15,7 @@ from scipy.linalg import solveh_banded
 from scipy.spatial.distance import cdist
 
 from ..geometry.polyline import arc_length, resample
+from ..kernels import equalize_lengths
 from ..types import Bools, Floats, Ints
 from .observations import Strand
 
@@ -46,8 +47,8 @@ SHAPE_WEIGHT, TURN_WEIGHT, PLACE_WEIGHT = 1.0, 0.02, 3e-6
 """Weights of second differences, first differences and displacements from the expected shape, against 1 for a joint of a strand.
 Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far it moves much more slowly."""
 
-LENGTH_ROUNDS = 60
-"""Times at most that all segments are brought to their length."""
+LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
+"""Times at most that all segments are brought to their length, and share of it by which they may miss it."""
 
 SEEN_MOBILITY = 0.02
 """How far a seen joint gives way where segments have the wrong length, against 1 for a joint that was not seen."""
@@ -237,22 +238,8 @@ def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
 
 def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
     """Return joints (M + 1, 3) m moved so that neighbors are about `segment` m apart; joints that are `fixed` hardly move."""
-    result = joints.copy()
     mobility = np.where(fixed, SEEN_MOBILITY, 1.0)
-    for _ in range(LENGTH_ROUNDS):
-        worst = 0.0
-        for first in (0, 1):
-            a, b = result[first:-1:2], result[first + 1 :: 2]
-            step = b - a
-            distance = np.maximum(np.linalg.norm(step, axis=1), 1e-12)
-            wa, wb = mobility[first:-1:2], mobility[first + 1 :: 2]
-            move = step * ((distance - segment) / distance / (wa + wb))[:, None]
-            result[first:-1:2] += wa[:, None] * move
-            result[first + 1 :: 2] -= wb[:, None] * move
-            worst = max(worst, float(np.abs(distance - segment).max(initial=0.0)))
-        if worst < 1e-3 * segment:
-            break
-    return result
+    return equalize_lengths(np.ascontiguousarray(joints, dtype=float), segment, mobility, LENGTH_ROUNDS, LENGTH_TOLERANCE)
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:

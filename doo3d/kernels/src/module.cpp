@@ -17,6 +17,7 @@ void bind_polyline(nb::module_&);
 void bind_sampling(nb::module_&);
 void bind_second_best(nb::module_&);
 void bind_segment_fitting(nb::module_&);
+void bind_segment_lengths(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_small_regions(nb::module_&);
@@ -41,6 +42,7 @@ NB_MODULE(_native, m) {
     bind_sampling(m);
     bind_second_best(m);
     bind_segment_fitting(m);
+    bind_segment_lengths(m);
     bind_skeleton_graph(m);
     bind_ribbons(m);
     bind_small_regions(m);

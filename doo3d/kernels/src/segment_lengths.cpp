@@ -1,0 +1,39 @@
+// The segments of a chain brought to one length (Mueller et al., "Position based dynamics", 2007).
+#include "arrays.h"
+
+namespace {
+
+// Every segment in turn moves its two joints towards or from each other, each by its share of the mobility. Even segments come
+// first, then odd ones, so that no joint is moved by two neighbors in a row and neither end of the chain is preferred.
+auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobility, Index rounds, double tolerance) {
+    const Index count = joints.shape(0), dim = joints.shape(1);
+    require(Index(mobility.shape(0)) == count, "mobility is not one value per joint");
+    std::vector<double> moved(joints.data(), joints.data() + count * dim);
+    for (Index round = 0; round < rounds; ++round) {
+        double worst = 0.0;
+        for (Index first = 0; first < 2; ++first) {
+            for (Index k = first; k + 1 < count; k += 2) {
+                double *a = moved.data() + k * dim, *b = a + dim, square = 0.0;
+                for (Index d = 0; d < dim; ++d) square += (b[d] - a[d]) * (b[d] - a[d]);
+                const double distance = std::sqrt(square), share = mobility(k) + mobility(k + 1);
+                worst = most(worst, std::abs(distance - length));
+                if (!(distance > 0) || !(share > 0)) continue;
+                const double scale = (distance - length) / distance / share;
+                for (Index d = 0; d < dim; ++d) {
+                    const double step = (b[d] - a[d]) * scale;
+                    a[d] += mobility(k) * step;
+                    b[d] -= mobility(k + 1) * step;
+                }
+            }
+        }
+        if (worst < tolerance * length) break;
+    }
+    return to_numpy(std::move(moved), count, dim);
+}
+
+}  // namespace
+
+void bind_segment_lengths(nb::module_& m) {
+    m.def("equalize_lengths", &equalize_lengths, "joints"_a.noconvert(), "length"_a, "mobility"_a.noconvert(), "rounds"_a,
+          "tolerance"_a);
+}
