@@ -142,10 +142,9 @@ def test_truncated_photograph(refused):
     assert "photo.jpg" in refused("photo.jpg", "-c", "image", code="file-damaged")
 
 
-def test_an_image_in_3d(refused, capture):
+def test_an_image_in_3d(refused):
     put("photo.jpg", rope()[0])
     assert "-c image" in refused("photo.jpg", code="mode-needs-depth")
-    assert "camera_intrinsic.json" in refused(capture() / "depth" / "000000.png", code="mode-needs-depth")
 
 
 def test_captures_without_images_in_2d(refused, capture):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 
-DEFAULT_MAX_PIXELS = 1 << 26
+DEFAULT_MAX_PIXELS = 1 << 27
 """Pixels of an image: more than any depth camera has, and than the photographs of 64 megapixels."""
 
 DEFAULT_MAX_POINTS = 16_000_000
