@@ -88,7 +88,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     return observe(detection, stages, config)
 
 
-def combine(observations: Sequence[Observation], config: Config) -> Iterator[Detection]:
+def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
     """Yield the detection of every frame, from what each shows for itself: the second pass.
 
     Parameters
@@ -97,12 +97,14 @@ def combine(observations: Sequence[Observation], config: Config) -> Iterator[Det
         all frames of the capture, in order.
     config
         the settings; sections `sequence` and `tracking` are used.
+    past_only
+        True to find each object from earlier frames only, to compare. Number and lengths of the objects are those of all frames.
     """
     objects = find_objects(observations, config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
-        yield from combine_window(observations[first:last], objects, start, first, max_gap)
+        yield from combine_window(observations[first:last], objects, start, first, max_gap, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
@@ -111,7 +113,12 @@ def window_bounds(start: int, count: int) -> tuple[int, int]:
 
 
 def combine_window(
-    observations: Sequence[Observation], objects: Sequence[SequenceObject], start: int, first: int, max_gap: int
+    observations: Sequence[Observation],
+    objects: Sequence[SequenceObject],
+    start: int,
+    first: int,
+    max_gap: int,
+    past_only: bool = False,
 ) -> list[Detection]:
     """Return the detections of the WINDOW (300) frames from `start` on.
 
@@ -127,13 +134,15 @@ def combine_window(
         index in the capture of the first of the observations.
     max_gap
         number of frames in a row without any strand of an object up to which it is filled in.
+    past_only
+        as for `combine`.
     """
     claimed = [_claimed(objects, first + k) for k in range(len(observations))]
     shapes = []
     for item in objects:
         own = _own(item, first, len(observations))
         of_others = [chains - mine for chains, mine in zip(claimed, own, strict=True)]
-        shapes.append(follow(item, observations, first, of_others, max_gap))
+        shapes.append(follow(item, observations, first, of_others, max_gap, past_only))
     frames = range(start - first, min(start - first + WINDOW, len(observations)))
     return [_detection(observations[k], objects, [shape[k] for shape in shapes]) for k in frames]
 

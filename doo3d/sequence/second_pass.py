@@ -75,7 +75,12 @@ class _Clues:
 
 
 def follow(
-    item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]], max_gap: int
+    item: SequenceObject,
+    observations: Sequence[Observation],
+    first: int,
+    claimed: Sequence[set[int]],
+    max_gap: int,
+    past_only: bool = False,
 ) -> list[Shape | None]:
     """Find an object in every frame of a stretch of time.
 
@@ -91,6 +96,8 @@ def follow(
         for each frame, the chains that are wholly another object.
     max_gap
         number of frames in a row without any strand of the object up to which it is filled in.
+    past_only
+        True to use no later frame, as while recording: nothing before the first anchor, and no smoothing over time.
 
     Returns
     -------
@@ -98,6 +105,8 @@ def follow(
     """
     clues = _clues(item, observations, first, claimed)
     forward = _pass(item, observations, clues, range(len(observations)))
+    if past_only:
+        return _without_long_gaps(forward, max_gap)
     backward = _pass(item, observations, clues, range(len(observations) - 1, -1, -1))
     shapes: list[Shape | None] = []
     for frame, (before, after) in enumerate(zip(forward, backward, strict=True)):
