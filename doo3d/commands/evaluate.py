@@ -12,6 +12,7 @@ from ..errors import InputError
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .evaluate_sequences import sequences
 from .progress import counting
 
 if TYPE_CHECKING:
@@ -196,6 +197,7 @@ def ablations(
     typer.echo(format_ablations(rows))
 
 
+app.command()(sequences)
 app.command()(dataset)
 
 

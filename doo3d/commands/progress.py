@@ -5,14 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import typer
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from ..evaluation.benchmark.rows import Row
+    from ..evaluation.metrics.score import FrameScore
     from ..runs.frame_record import FrameRecord
 
 
@@ -175,15 +175,27 @@ class Bar:
         self._failed += sum(record.error is not None for record in records)
 
 
-@contextmanager
-def counting(total: int) -> Iterator[Callable[[Row], None]]:
-    """Yield a function that advances a progress bar by one row of an evaluation, for the duration of a `with` block.
+class Scored(Protocol):
+    """The result of one frame of an evaluation."""
 
-    Call the function with each finished Row, the result of one frame. The bar is on stderr and shows the number of correct frames
-    so far. `total` is the number of rows. Without a terminal, or if `total` is below 2, the function does nothing.
+    @property
+    def name(self) -> str:
+        """Name of the frame."""
+
+    @property
+    def score(self) -> FrameScore:
+        """Its score."""
+
+
+@contextmanager
+def counting(total: int) -> Iterator[Callable[[Scored], None]]:
+    """Yield a function that advances a progress bar by one frame of an evaluation, for the duration of a `with` block.
+
+    Call the function with the result of each finished frame. The bar is on stderr and shows the number of correct frames
+    so far. `total` is the number of frames. Without a terminal, or if `total` is below 2, the function does nothing.
     """
     if total < 2 or not sys.stderr.isatty():
-        yield lambda row: None
+        yield lambda result: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -192,9 +204,9 @@ def counting(total: int) -> Iterator[Callable[[Row], None]]:
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False, transient=True, redirect_stdout=False) as progress:
         task, correct = progress.add_task("", total=total, status=""), 0
 
-        def advance(row: Row) -> None:
+        def advance(result: Scored) -> None:
             nonlocal correct
-            correct += row.score.correct
-            progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {row.name}")
+            correct += result.score.correct
+            progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {result.name}")
 
         yield advance

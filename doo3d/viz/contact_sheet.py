@@ -62,11 +62,11 @@ def make_tile(caption: str, data: Frame | Cloud | Image, mask: Bools | None = No
         (H, W) bool, outlined on the color; None for no outline. Ignored for a cloud.
     """
     if isinstance(data, Cloud):
-        return Tile(caption, (_scaled_down(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
+        return Tile(caption, (scaled_down(backdrop_of(replace(data, viewpoint=None)).image, cv2.INTER_AREA),))
     color = data.color
-    pictures = () if color is None else (_outlined(_scaled_down(color, cv2.INTER_AREA), mask),)
+    pictures = () if color is None else (_outlined(scaled_down(color, cv2.INTER_AREA), mask),)
     # nearest: the mean of a near and a far depth is the depth of neither
-    return Tile(caption, pictures, _scaled_down(data.depth, cv2.INTER_NEAREST) if isinstance(data, Frame) else None)
+    return Tile(caption, pictures, scaled_down(data.depth, cv2.INTER_NEAREST) if isinstance(data, Frame) else None)
 
 
 def draw_sheet(title: str, tiles: Sequence[Tile]) -> Array:
@@ -156,7 +156,8 @@ def _draw_scale(picture: Array, near: float, far: float) -> None:
     _write(picture, f"{far:.3g} m", left + 280, _GAP + _LINE_HEIGHT, LIGHT)
 
 
-def _scaled_down(image: Array, interpolation: int) -> Array:
+def scaled_down(image: Array, interpolation: int = cv2.INTER_AREA) -> Array:
+    """Return an image (H, W) or (H, W, 3) scaled down to the size of a picture of a tile, at most 384 x 288 px."""
     height, width = image.shape[:2]
     scale = min(_MAX_SIZE[0] / width, _MAX_SIZE[1] / height, 1.0)
     return np.asarray(

@@ -21,7 +21,7 @@ def node_error(chain: Chain, truth: Truth) -> float:
     """
     if truth.closed:
         return 1e3 * _closed_error(chain.joints[:-1] if chain.closed else chain.joints, truth)
-    nodes = _axis_points(truth, np.linspace(0, truth.length, len(chain.joints)))
+    nodes = axis_points(truth, np.linspace(0, truth.length, len(chain.joints)))
     return 1e3 * float(min(np.linalg.norm(chain.joints - ordered, axis=1).mean() for ordered in (nodes, nodes[::-1])))
 
 
@@ -29,14 +29,14 @@ def _closed_error(joints: Floats, truth: Truth) -> float:
     """Return the mean distance in m of joints (K, 3) from K even nodes of a closed cable, from the best start."""
     count = len(joints)
     starts = count * STARTS_PER_NODE
-    ring = _axis_points(truth, np.arange(starts) * truth.length / starts)
+    ring = axis_points(truth, np.arange(starts) * truth.length / starts)
     start, node = np.arange(starts)[:, None], np.arange(count)[None]
     matching = (start + STARTS_PER_NODE * node) % len(ring)
     return float(min(cdist(ordered, ring)[node, matching].mean(axis=1).min() for ordered in (joints, joints[::-1])))
 
 
-def _axis_points(truth: Truth, arcs: Floats) -> Floats:
-    """Return the points (K, 3) of the axis at arcs (K,) in m."""
+def axis_points(truth: Truth, arcs: Floats) -> Floats:
+    """Return the points (K, 3) m of a cable's axis at arcs (K,) in m."""
     axis, axis_arcs = truth.axis, truth.arcs
     if truth.closed:
         axis, axis_arcs = np.vstack((axis, axis[:1])), np.append(axis_arcs, truth.length)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +33,9 @@ MIN_DISTANCE = 0.45
 
 VIEW_DRAWS, MIN_SEEN_LENGTH = 30, 0.7
 """Draws of a camera, and share of a cable's length that nine of ten images show: who records a cable looks at it."""
+
+MAX_MARKER_STEP = 3.0
+"""Median distances from one marker to the next; farther, and the markers do not follow each other along one cable."""
 
 MAX_ATTEMPTS = 60
 """Draws of a motion before it is given up."""
@@ -83,7 +86,7 @@ def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Moti
 
     Raises
     ------
-    InputError : the file is no such array, or holds fewer frames.
+    InputError : the file is no such array, holds fewer frames, or its markers do not follow each other along one cable.
     """
     try:
         markers = np.load(path, allow_pickle=False)
@@ -93,6 +96,14 @@ def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Moti
     if markers.ndim != 3 or markers.shape[1] < 4 or markers.shape[2] != 3 or len(markers) <= last + 1:
         raise InputError(
             f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}",
+            code="truth-invalid",
+        )
+    steps = np.linalg.norm(np.diff(markers, axis=1), axis=2)
+    if not (steps.max() <= MAX_MARKER_STEP * np.median(steps)):
+        marker = int(np.nan_to_num(steps, nan=np.inf).max(axis=0).argmax())
+        raise InputError(
+            f"{path}: marker {marker + 1} is too far from marker {marker}, so these are not markers along one cable in order, "
+            "or some are missing: give the positions of one unbranched cable from tip to tip",
             code="truth-invalid",
         )
     start = rng.uniform(0, len(markers) - 1 - last)
@@ -201,6 +212,24 @@ def _on_table(rng: Generator, curves: list[Floats], studio: Studio, radius: floa
             return None
         axes.append(studio.to_camera(axis))
     return Motion(tuple(axes), radius, studio.camera, studio.table(), studio.light)
+
+
+def motion_files(paths: Iterable[Path]) -> list[Path]:
+    """Return the files of motion capture among some paths: each file as given, of a folder all that end in .npy, by name.
+
+    Raises
+    ------
+    InputError : there is no such file or folder, or a folder has no such file.
+    """
+    files: list[Path] = []
+    for path in paths:
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file or folder", code="file-missing")
+        found = sorted(path.glob("*.npy")) if path.is_dir() else [path]
+        if not found:
+            raise InputError(f"{path}: the folder has no motion capture: expected *.npy", code="file-missing")
+        files += found
+    return files
 
 
 OWN_MOTIONS: dict[str, Callable[[Generator, Size, int], Motion | None]] = {"dragged": dragged_motion, "knot": knot_motion}

@@ -1,0 +1,143 @@
+"""`doo3d evaluate sequences`: moving cables, in each frame for itself and in all frames together."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import ConfigError, InputError
+from .arguments import Overrides, Preset, config_of, save, split
+from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .progress import counting
+
+if TYPE_CHECKING:
+    from ..evaluation.sequences.scenes import Sequence
+
+
+def sequences(
+    motions: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE|FOLDER",
+            help="Motion capture of real cables: .npy files of (T, K, 3) m, K markers from tip to tip, 100 times a second, z up; "
+            "or a folder of them. Repeat for more.",
+        ),
+    ] = None,
+    own: Annotated[
+        str, typer.Option(metavar="NAMES", help="Comma-separated motions that need no file: dragged, knot; all; or none.")
+    ] = "all",
+    seeds: Annotated[int, typer.Option(min=1, help="Sequences of each motion.")] = 1,
+    start: Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first sequence of each motion.")] = 0,
+    frames: Annotated[int, typer.Option(min=3, help="Frames of a sequence, 30 a second.")] = 120,
+    level: Annotated[
+        str, typer.Option(metavar="hard|easy", help="hard: hands pass before the cable, and depth is lost; easy: neither.")
+    ] = "hard",
+    sensor: Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")] = "d435",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")] = "640x480",
+    count: Annotated[
+        str, typer.Option(metavar="given|auto", help="Give the number of cables, or decide it from the data.")
+    ] = "given",
+    config: Preset = "default",
+    overrides: Overrides = None,
+    table: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per frame to FILE.")] = None,
+    document: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the summary and every frame to FILE.")
+    ] = None,
+    pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="Draw hard frames of each sequence into DIR.")] = None,
+    worst: Annotated[int, typer.Option(min=1, help="Number of frames of each sequence that are drawn.")] = 6,
+) -> None:
+    """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
+
+    Prints a table with three lines per sequence. single: each frame for itself. forward: with earlier frames only, as a tracker.
+    sequence: with earlier and later frames, as doo3d detect --sequence. The detection is given the true mask.
+
+    \b
+    Examples:
+      doo3d evaluate sequences
+      doo3d evaluate sequences --own knot --seeds 3 --pictures hard --csv rows.csv
+      doo3d evaluate sequences --motions motion/DLO1_101.npy --own none --level easy
+    """
+    use_single_thread()
+    from ..evaluation.sequences.evaluate import evaluate_sequence
+    from ..evaluation.sequences.tables import csv_text, format_table, json_text
+
+    check_choice("--level", level, ("hard", "easy"))
+    check_choice("--count", count, ("given", "auto"))
+    effective, depth_camera, settings = _motions(motions or [], own), parse_sensor(sensor), config_of(config, overrides)
+    if settings.mode == "2d":
+        from ..sequence.detect_sequence import check_mode
+
+        check_mode(settings)
+    chosen = _sequences(effective, range(start, start + seeds), parse_size(size), frames, level, motions or [])
+    results = []
+    with counting(sum(map(len, chosen))) as report:
+        for sequence in chosen:
+            results.append(evaluate_sequence(sequence, settings, count == "given", depth_camera, report))
+    typer.echo(format_table(results))
+    if table:
+        save(table, csv_text(results))
+    if document:
+        stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
+        stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
+        save(document, json_text(results, stored))
+    if pictures:
+        from ..evaluation.sequences.pictures import write_pictures
+
+        try:
+            for sequence, result in zip(chosen, results, strict=True):
+                typer.echo(write_pictures(pictures, sequence, result, depth_camera, worst))
+        except OSError as error:
+            raise InputError(f"{pictures}: cannot be written to ({error.strerror})", code="out-unwritable") from None
+
+
+def _motions(paths: list[Path], own: str) -> list[str | Path]:
+    """Return the names of the program's own motions, and the files of motion capture.
+
+    Raises
+    ------
+    ConfigError : there is no such motion, or none at all is left.
+    InputError : there is no such file.
+    """
+    from ..evaluation.sequences.motions import OWN_MOTIONS, motion_files
+
+    names = {"all": list(OWN_MOTIONS), "none": []}.get(own, split(own) or [])
+    for name in names:
+        check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
+    chosen: list[str | Path] = [*dict.fromkeys(names), *motion_files(paths)]
+    if not chosen:
+        raise ConfigError("--own none: no motion is left: give --motions FILE, or leave it out", code="options-conflict")
+    return chosen
+
+
+def _sequences(
+    motions: Iterable[str | Path], seeds: range, size: tuple[int, int], frames: int, level: str, given: Collection[Path]
+) -> list[Sequence]:
+    """Return the sequences of all motions and seeds.
+
+    A file that cannot be used is left out, with a note, if only its folder was given, and if others are left.
+
+    Raises
+    ------
+    ConfigError : no motion of so many frames fits into the image.
+    InputError : a file cannot be used.
+    """
+    from ..evaluation.sequences.scenes import make_sequence
+
+    result: list[Sequence] = []
+    failed: InputError | None = None
+    for motion in motions:
+        try:
+            result += [make_sequence(motion, seed, size, frames, level) for seed in seeds]
+        except ValueError as error:
+            raise ConfigError(f"--frames {frames}, --size {size[0]}x{size[1]}: {error}", code="value-invalid") from None
+        except InputError as error:
+            if not isinstance(motion, Path) or motion in given:
+                raise
+            failed = error
+            typer.echo(f"note: left out: {error}", err=True)
+    if not result and failed is not None:
+        raise failed
+    return result

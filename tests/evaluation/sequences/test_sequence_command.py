@@ -1,0 +1,94 @@
+"""`doo3d evaluate sequences`: what it prints and writes, and what it refuses."""
+
+import csv
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders.errors import code_in
+from builders.paths import DATA
+
+SMALL = ("--size", "160x120", "--sensor", "perfect")
+MOTION = DATA / "motion" / "DLO1_101.npy"
+
+
+def test_own_motions_are_scored_drawn_and_written(doo3d):
+    options = ("--own", "dragged", "--frames", 12, "--csv", "rows.csv", "--json", "all.json", "--pictures", "hard", "--worst", 3)
+    code, out, err = doo3d("evaluate", "sequences", *SMALL, *options)
+    assert (code, err) == (0, "")
+    lines = [line.split() for line in out.splitlines()]
+    assert [line[:2] for line in lines[2:5]] == [["dragged-0", name] for name in ("single", "forward", "sequence")]
+    with Path("rows.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["variant"], int(row["frame"])) for row in rows[::12]] == [("single", 0), ("forward", 0), ("sequence", 0)]
+    assert len(rows) == 3 * 12
+    written = json.loads(Path("all.json").read_text())
+    assert written["schema"] == "doo3d/sequence-evaluation/1"
+    assert written["settings"]["motions"] == ["dragged"]
+    (sequence,) = written["sequences"]
+    assert sequence["found_length"] == pytest.approx(sequence["true_length"], rel=0.03)
+    for variant, figures in written["summary"].items():
+        correct = sum(row["correct"] for row in written["frames"] if row["variant"] == variant)
+        assert (figures["frames"], figures["frames_correct"]) == (12, correct)
+    single, whole = written["summary"]["single"], written["summary"]["sequence"]
+    assert whole["frames_correct"] >= single["frames_correct"]
+    assert whole["node_error"] < single["node_error"]
+    assert single["time_ratio"] == 1
+    picture = cv2.imread("hard/dragged-0.png")
+    assert picture.shape[1] == 1600
+    assert out.splitlines()[-1] == str(Path("hard", "dragged-0.png"))
+
+
+def markers(path, jump=0.0):
+    points = np.zeros((30, 8, 3))
+    points[..., 0] = np.linspace(0.0, 0.5, 8) + jump * (np.arange(8) > 4)
+    points[..., 2] = 0.05 * np.sin(points[..., 0] * 6 + np.arange(30)[:, None] / 20)
+    np.save(path, points)
+
+
+def test_motion_capture_is_read_and_a_branched_file_of_the_folder_left_out(doo3d, tmp_path):
+    folder = tmp_path / "motion"
+    folder.mkdir()
+    markers(folder / "a.npy")
+    markers(folder / "b.npy", jump=0.4)
+    options = ("--own", "none", "--frames", 4, "--level", "easy", "--count", "auto")
+    code, out, err = doo3d("evaluate", "sequences", *SMALL, *options, "--motions", folder)
+    assert code == 0, err
+    assert [line.split()[0] for line in out.splitlines()[2:]] == ["a-0"] * 3
+    assert err.startswith("note: left out: ")
+    assert "b.npy" in err
+    code, out, err = doo3d("evaluate", "sequences", *SMALL, *options, "--motions", folder / "b.npy")
+    assert (code, out, code_in(err)) == (2, "", "truth-invalid")
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "part"),
+    [
+        (("--own", "dragged,nope"), "choice-unknown", "--own nope"),
+        (("--own", "none"), "options-conflict", "--own none"),
+        (("--level", "harder"), "choice-unknown", "--level harder"),
+        (("--sensor", "eye"), "choice-unknown", "--sensor eye"),
+        (("--count", "2"), "choice-unknown", "--count 2"),
+        (("--motions", "nowhere.npy"), "file-missing", "nowhere.npy"),
+        (("-c", "image"), "config-mode", ""),
+    ],
+)
+def test_bad_options_are_named(doo3d, options, code, part):
+    status, out, err = doo3d("evaluate", "sequences", "--frames", 3, *SMALL, *options)
+    assert (status, out) == (2, "")
+    assert code_in(err) == code
+    assert part in err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not MOTION.is_file(), reason="needs shared/data/motion")
+def test_a_real_motion_is_followed(doo3d):
+    options = ("--motions", MOTION, "--own", "none", "--frames", 6, "--level", "easy", "--size", "320x240", "--json", "a.json")
+    code, _, err = doo3d("evaluate", "sequences", *options)
+    assert code == 0, err
+    written = json.loads(Path("a.json").read_text())
+    assert written["sequences"][0]["name"] == "DLO1_101-0"
+    summary = written["summary"]
+    assert summary["sequence"]["frames_correct"] >= summary["single"]["frames_correct"]
