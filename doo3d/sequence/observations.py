@@ -23,8 +23,8 @@ MIN_JOINED_CONFIDENCE = 0.3
 LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
 """Radii beyond an end at which the frame is asked whether the object ends there."""
 
-OCCLUDER_MARGIN_RADII = 0.6
-"""Radii by which what hides a continuation is nearer than it at least."""
+OCCLUDER_MARGIN_RADII, MIN_OCCLUDER_MARGIN = 0.6, 0.005
+"""Radii, and m, by which what hides a continuation is nearer than it at least: more than the noise of depth on the table."""
 
 TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
 """How surely the end of a strand is a tip of its object: in plain view; no depth around; hidden, or continued in the mask."""
@@ -146,7 +146,9 @@ def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
         return CUT_OFF
     u, v = pixels.T
     reading, masked = foreground.depth[v, u], foreground.mask[v, u]
-    if ((reading > 0) & (reading < ahead[:, 2] - OCCLUDER_MARGIN_RADII * radius)).any() or masked[1:].all():
+    margin = max(OCCLUDER_MARGIN_RADII * radius, MIN_OCCLUDER_MARGIN)
+    hides = (reading > 0) & (reading < ahead[:, 2] - margin) & ~masked  # the object's own surface hides nothing
+    if hides.any() or masked[1:].all():
         return CUT_OFF
     return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
 
