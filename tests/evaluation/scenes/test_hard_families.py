@@ -7,7 +7,7 @@ from builders.errors import refuses
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.curves import curve_crossings
 from doo3d.evaluation.scenes.hard_families import HAIRPIN_GAP_DIAMETERS, SHINY_LENGTHS, THIN_WIDTHS_PX
-from doo3d.evaluation.scenes.knots import KNOTS, _knot_curve, alternating
+from doo3d.evaluation.scenes.knots import KNOTS, planar_knot, alternating
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.evaluation.scenes.studio import make_studio
@@ -75,7 +75,7 @@ def test_knots_are_knots(name, code):
     """By their Gauss codes, crossed over and under in turn: the trefoil's and the figure eight's."""
     rng = np.random.default_rng(0)
     for _ in range(5):
-        curve = _knot_curve(rng, make_studio(rng, (1280, 720)), *KNOTS[name])
+        curve = planar_knot(rng, make_studio(rng, (1280, 720)), *KNOTS[name])
         found = curve_crossings(curve, np.zeros(len(curve), dtype=int))
         order = np.argsort(np.concatenate((found.first, found.second))) % len(found.first)
         assert _renamed(order) in {_renamed(list(code[k:] + code[:k])) for k in range(len(code))}  # closed far away
