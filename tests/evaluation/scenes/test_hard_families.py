@@ -7,7 +7,7 @@ from builders.errors import refuses
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.curves import curve_crossings
 from doo3d.evaluation.scenes.hard_families import HAIRPIN_GAP_DIAMETERS, SHINY_LENGTHS, THIN_WIDTHS_PX
-from doo3d.evaluation.scenes.knots import KNOTS, planar_knot, alternating
+from doo3d.evaluation.scenes.knots import KNOTS, alternating, planar_knot
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.evaluation.scenes.studio import make_studio
