@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,10 +11,11 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ..types import Chain, Detection
+from ..types import Chain, Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .gravity import gravity_of, ground_of
 from .link_frames import link_frames, relative_rotations
+from .trees import Grown, grown
 from .xml import escape, tag
 
 MAX_NESTED_BODIES = 400  # MuJoCo's XML reader stops at 500 nested elements; longer chains continue in a second tree
@@ -47,7 +49,9 @@ class Mjcf(BodyExport):
     timestep: float = Field(0.002, gt=0, description="time step, s")
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
-        """Write the chains of the frame `frames[0]` as an MJCF model (XML), in m, with a tree of nested bodies per chain.
+        """Write the chains of the frame `frames[0]` as an MJCF model (XML), in m, with a tree of nested bodies per object.
+
+        The chains of a branched object branch off inside the last body of the chain before the junction, at ball joints.
 
         Raises
         ------
@@ -58,6 +62,9 @@ class Mjcf(BodyExport):
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:
+        tree = grown(detection, from_last=self.fixed == "last")
+        exclusions = list(self._junction_exclusions(detection, tree))
+        detection = tree.detection
         gravity = gravity_of(detection) if self.gravity is None else np.array(self.gravity, dtype=float)
         chains = self.bodies_of(detection)
         yield f'<mujoco model="{escape(detection.frame)}">'
@@ -68,16 +75,17 @@ class Mjcf(BodyExport):
         if self.ground:
             at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
             yield tag("geom", name="ground", type="plane", pos=at, zaxis=up, size=(0, 0, 1), contype=3, conaffinity=3)
-        for bodies in chains:
-            yield from self._bodies(bodies)
+        for root in tree.children(None):
+            yield from self._bodies(root, chains, tree)
         yield "</worldbody>"
         yield "<contact>"
         for bodies in chains:
             yield from self._contact_exclusions(bodies.name, bodies.chain)
+        yield from exclusions
         yield "</contact>"
         yield "<equality>"
-        for bodies in chains:
-            yield from self._constraints(bodies.name, bodies.chain)
+        for number, bodies in enumerate(chains):
+            yield from self._constraints(bodies.name, bodies.chain, _is_branched(number, tree))
         yield "</equality>"
         yield "</mujoco>"
 
@@ -87,10 +95,17 @@ class Mjcf(BodyExport):
         yield tag("geom", type="capsule", friction=(self.friction, 0.005, 0.0001), contype=group, conaffinity=1)
         yield "</default></default>"
 
-    def _bodies(self, bodies: ChainBodies) -> Iterator[str]:
-        name, label, chain, mass = bodies  # of cylinders: capsules overlap
+    def _bodies(
+        self, number: int, chains: list[ChainBodies], tree: Grown, base: tuple[Floats, Floats] | None = None
+    ) -> Iterator[str]:
+        """Yield the bodies of one chain and, inside its last, those of the chains that branch off there.
+
+        base : position (3,) m and orientation (3, 3) of the body that the chain branches off from; None for a root.
+        """
+        name, label, chain, mass = chains[number]  # of cylinders: capsules overlap
         length, radius, count = chain.segment_length, self.radius_of(chain), len(chain.occluded)
-        is_reversed = self.fixed == "last"  # the tree starts at the held end
+        # the tree starts at the held end; chains of branched objects are turned already
+        is_reversed = self.fixed == "last" and not _is_branched(number, tree)
         joints, segments = (chain.joints[::-1], range(count)[::-1]) if is_reversed else (chain.joints, range(count))
         frames = link_frames(joints)
         relative = np.roll(relative_rotations(frames).as_quat(), 1, axis=1)  # MuJoCo: w first
@@ -99,7 +114,12 @@ class Mjcf(BodyExport):
         joint = {"stiffness": self.bending / length, "damping": self.damping / length, "armature": mass * length**2}
         depth = 0
         for k, segment in enumerate(segments):
-            if k % MAX_NESTED_BODIES == 0:
+            if k == 0 and base is not None:
+                at = base[1].T @ (joints[0] - base[0])
+                quaternion = np.roll(relative_rotations((base[1].T @ frames[0])[None]).as_quat()[0], 1)
+                yield tag("body", False, name=_body(name, segment), pos=at, quat=quaternion)
+                yield tag("joint", name=f"{name}_joint{segment}", type="ball", **joint)
+            elif k % MAX_NESTED_BODIES == 0:
                 yield "</body>" * depth
                 depth = 0
                 quaternion = np.roll(relative_rotations(frames[k : k + 1]).as_quat()[0], 1)
@@ -114,7 +134,27 @@ class Mjcf(BodyExport):
             yield tag("site", name=f"{name}_{segment + is_reversed}", size=radius / 2)
             depth += 1
         yield tag("site", name=f"{name}_{0 if is_reversed else count}", pos=(0, 0, length), size=radius / 2)
+        for child in tree.children(number):
+            yield from self._bodies(child, chains, tree, (joints[count - 1], frames[count - 1]))
         yield "</body>" * depth
+
+    def _junction_exclusions(self, detection: Detection, tree: Grown) -> Iterator[str]:
+        """Yield the contacts of bodies near a junction, where they overlap."""
+        names = [bodies.name for bodies in self.bodies_of(detection)]
+        chains = [bodies.chain for bodies in self.bodies_of(tree.detection)]
+        for junction in detection.junctions:
+            near = []
+            for end in junction.ends:
+                chain, count = chains[end.chain], len(chains[end.chain].occluded)
+                reach = min(count, 1 + math.ceil(CONTACT_FREE_RADII * max(map(self.radius_of, chains)) / chain.segment_length))
+                starts = np.linalg.norm(chain.joints[0] - junction.position) < np.linalg.norm(
+                    chain.joints[-1] - junction.position
+                )
+                segments = range(reach) if starts else range(count - reach, count)
+                near.append([_body(names[end.chain], segment) for segment in segments])
+            for first, second in itertools.combinations(near, 2):
+                for body, other in itertools.product(first, second):
+                    yield tag("exclude", body1=body, body2=other)
 
     def _contact_exclusions(self, name: str, chain: Chain) -> Iterator[str]:
         count = len(chain.occluded)
@@ -126,10 +166,10 @@ class Mjcf(BodyExport):
                 elif chain.closed and step < count - reach:  # across the seam of a ring
                     yield tag("exclude", body1=_body(name, k), body2=_body(name, (k + step) % count))
 
-    def _constraints(self, name: str, chain: Chain) -> Iterator[str]:
+    def _constraints(self, name: str, chain: Chain, is_branched: bool) -> Iterator[str]:
         last, base, tip = len(chain.occluded) - 1, (0, 0, 0), (0, 0, chain.segment_length)
         stiff = {"solref": (2 * self.timestep, 1), "solimp": (0.99, 0.999, 0.001, 0.5, 2)}  # as stiff as the time step allows
-        is_reversed = self.fixed == "last"
+        is_reversed = self.fixed == "last" and not is_branched
         for k in range(MAX_NESTED_BODIES, last + 1, MAX_NESTED_BODIES):
             above, below = (last + 1 - k, last - k) if is_reversed else (k - 1, k)
             yield tag("connect", name=f"{name}_tie{k}", body1=_body(name, above), body2=_body(name, below), anchor=tip, **stiff)
@@ -138,10 +178,15 @@ class Mjcf(BodyExport):
             yield tag(
                 "connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip, **stiff
             )
-        elif self.fixed == "both":  # for a ring, the first segment is enough
+        elif self.fixed == "both" and not is_branched:  # for a ring, the first segment is enough
             # two points instead of a weld, which is unstable at the end of a light chain
             yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base, **stiff)
             yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip, **stiff)
+
+
+def _is_branched(number: int, tree: Grown) -> bool:
+    """Tell whether a chain is part of a branched object."""
+    return tree.parents[number] is not None or bool(tree.children(number))
 
 
 def _body(name: str, segment: int) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..types import Detection
 from .base import Export
+from .trees import graph_of
 
 
 class Npz(Export):
@@ -49,6 +50,10 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         - "occluded" : (S,) bool, true for each occluded segment.
         - "depth_filled" : (S,) bool, true for each segment whose depth was interpolated and not measured; not in 2-D.
         - "ids" : (C,) int64, id of each chain, -1 if unknown.
+        - "node_offsets", "nodes", "node_is_junction", "edges", "objects" : only with branched objects (`merge.branches`);
+          (F + 1,) int64 offsets of each frame's nodes; (K, 3), or (K, 2) in 2-D, position of each junction and tip; (K,) bool;
+          (C, 2) int64, the nodes at the first and the last joint of each chain, as rows of "nodes"; (C,) int64, index of the
+          chain's object in its frame.
         - "radius", "segment_length", "closed", "confidence" : (C,) values of each chain; lengths are in "units".
     """
     chains = [chain for frame in frames for chain in frame.chains]
@@ -69,11 +74,27 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         "radii": np.concatenate([chain.radii for chain in chains]) if chains else np.zeros(0),
         "occluded": np.concatenate([chain.occluded for chain in chains]) if chains else np.zeros(0, dtype=bool),
         **depth,
+        **_graph(frames, dim),
         "ids": np.array([-1 if chain.id is None else chain.id for chain in chains], dtype=np.int64),
         "radius": np.array([chain.radius for chain in chains], dtype=float),
         "segment_length": np.array([chain.segment_length for chain in chains], dtype=float),
         "closed": np.array([chain.closed for chain in chains], dtype=bool),
         "confidence": np.array([chain.confidence for chain in chains], dtype=float),
+    }
+
+
+def _graph(frames: Sequence[Detection], dim: int) -> dict[str, Any]:
+    """Return the arrays of the graph of all frames; empty if no frame has branched objects."""
+    if not any(frame.objects for frame in frames):
+        return {}
+    graphs = [graph_of(frame) for frame in frames]
+    offsets = _offsets([len(graph.positions) for graph in graphs])
+    return {
+        "node_offsets": offsets,
+        "nodes": np.concatenate([graph.positions.reshape(-1, dim) for graph in graphs]),
+        "node_is_junction": np.concatenate([graph.junction for graph in graphs]),
+        "edges": np.concatenate([graph.edges + start for graph, start in zip(graphs, offsets[:-1], strict=True)]),
+        "objects": np.concatenate([graph.objects for graph in graphs]),
     }
 
 

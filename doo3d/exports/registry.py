@@ -25,6 +25,7 @@ FORMATS: Registry[type[Export]] = Registry(
         "nodes": "nodes:Nodes",
         "ros2": "ros2:Ros2",
         "swc": "swc:Swc",
+        "graphml": "graphml:GraphMl",
     },
     __package__ or "",
 )

@@ -10,14 +10,16 @@ from pydantic import Field
 
 from ..types import Detection
 from .base import RadiusExport, labels
+from .trees import grown
 
 VISIBLE, OCCLUDED = 0, 5  # types of a point: 0 is "undefined", 5 and above are custom
 
 
 class Swc(RadiusExport):
-    """Export format SWC, the text format of neuron skeletons: each chain is a tree without branches, one line per joint.
+    """Export format SWC, the text format of neuron skeletons: each object is a tree, one line per joint.
 
-    The parent of a joint is the joint before it, -1 for the first joint of a chain. A joint has type 5 if the segment between it
+    The parent of a joint is the joint before it. A chain that branches off has the last joint of the chain before the junction
+    as the parent of its first joint; the first joint of each object has -1. A joint has type 5 if the segment between it
     and its parent is occluded, otherwise type 0.
     """
 
@@ -41,12 +43,18 @@ class Swc(RadiusExport):
         detection = frames[0]
         unit = "m" if detection.mode == "3d" else "px"
         lines = [f"# doo3d, frame {detection.frame}", f"# unit: {unit} times {self.scale:g}; type {OCCLUDED}: occluded"]
-        number = 0
-        for label, chain in zip(labels(detection), detection.chains, strict=True):
+        number, tree, names = 0, grown(detection), labels(detection)
+        last: dict[int | None, int] = {None: -1}
+        waiting = tree.children(None)
+        while waiting:
+            index = waiting.pop(0)
+            label, chain, parent = names[index], tree.detection.chains[index], last[tree.parents[index]]
             lines.append(f"# chain {label}" + ", a ring: its last point is its first" * chain.closed)
             types = [VISIBLE, *(OCCLUDED if occluded else VISIBLE for occluded in chain.occluded)]
             for k, (kind, joint, radius) in enumerate(zip(types, chain.joints, self.radii_of(chain), strict=True)):
                 number += 1
                 values = [repr(float(value)) for value in (*(joint * self.scale), 0.0)[:3]]
-                lines.append(f"{number} {kind} {' '.join(values)} {float(radius * self.scale)!r} {number - 1 if k else -1}")
+                lines.append(f"{number} {kind} {' '.join(values)} {float(radius * self.scale)!r} {number - 1 if k else parent}")
+            last[index] = number
+            waiting = [*tree.children(index), *waiting]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .link_frames import link_frames, relative_rotations
+from .trees import grown
 from .xml import escape, tag
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -52,42 +53,54 @@ class Urdf(BodyExport):
         Raises
         ------
         InputError
-            the radius of a chain is unknown and the option `radius` is not set, or `base` is "free" and there are several chains.
+            the radius of a chain is unknown and the option `radius` is not set, or `base` is "free" and there are several
+            objects.
         """
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:
-        chains = self.bodies_of(detection)
+        tree = grown(detection)
+        chains = self.bodies_of(tree.detection)
         is_free = self.base == "free" and bool(chains)
-        if is_free and len(chains) > 1:
+        roots = len(tree.children(None))
+        if is_free and roots > 1:
             raise InputError(
-                f"base=free: frame {detection.frame} has {len(chains)} chains, and a robot has one root: use base=floating",
+                f"base=free: frame {detection.frame} has {roots} objects, and a robot has one root: use base=floating",
                 code="options-conflict",
             )
         yield '<?xml version="1.0"?>'
         yield f'<robot name="{escape(detection.frame)}">'
         root = FREE_ROOT if is_free else ROOT
         yield _bare_link(root, *_shares(chains[0], self.radius_of(chains[0].chain))) if is_free else tag("link", name=root)
-        for bodies in chains:
+        for number, bodies in enumerate(chains):
             for part, color in zip(("seen", "occluded"), colors(bodies.label), strict=True):
                 rgba = tag("color", rgba=(*np.round(np.array(color) / 255, 3), 1))
                 yield f'<material name="{bodies.name}_{part}">{rgba}</material>'
-            yield from self._chain(bodies, root)
+            parent = tree.parents[number]
+            yield from self._chain(bodies, root, None if parent is None else chains[parent])
         yield "</robot>"
 
-    def _chain(self, bodies: ChainBodies, root: str) -> Iterator[str]:
+    def _chain(self, bodies: ChainBodies, root: str, parent: ChainBodies | None) -> Iterator[str]:
+        """Yield the links of one chain; parent : the chain at whose end it branches off, None if it begins at the root link."""
         name, _, chain, _ = bodies
         relative = _roll_pitch_yaw(relative_rotations(link_frames(chain.joints)))
         end, last = np.array((0.0, 0.0, chain.segment_length)), len(chain.occluded) - 1
         shares = _shares(bodies, self.radius_of(chain))
         for k, occluded in enumerate(chain.occluded):
             link = f"{name}_segment{k}"
-            if k == 0:
+            if k == 0 and parent is not None:
+                frame, before = link_frames(parent.chain.joints)[-1], len(parent.chain.occluded) - 1
+                at = frame.T @ (chain.joints[0] - parent.chain.joints[-2])
+                turn = _roll_pitch_yaw(relative_rotations((frame.T @ link_frames(chain.joints)[0])[None]))[0]
+                yield from self._ball(f"{name}_joint0", f"{parent.name}_segment{before}", link, at, turn, bodies)
+            elif k == 0:
                 kind = "floating" if self.base == "floating" else "fixed"
                 yield _joint(f"{name}_base", kind, root, link, chain.joints[0], relative[0])
             else:
                 yield from self._ball(f"{name}_joint{k}", f"{name}_segment{k - 1}", link, end, relative[k], bodies)
-            bare = (self.axes - 1) * (k > 0) + (k == last) + (k == 0 and root == FREE_ROOT)
+            bare = (
+                (self.axes - 1) * (k > 0 or parent is not None) + (k == last) + (k == 0 and parent is None and root == FREE_ROOT)
+            )
             yield from self._link(
                 link, f"{name}_{'occluded' if occluded else 'seen'}", bodies, bodies.mass * (1 - LINK_SHARE * bare)
             )

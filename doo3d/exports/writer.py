@@ -174,7 +174,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
 def _by_chain(item: Detection) -> list[Detection]:
     """Return a detection per chain, named <frame>_<number>; a frame without chains stays unchanged."""
     return [
-        dataclasses.replace(item, frame=f"{item.frame}_{label}", chains=(chain,), crossings=())
+        dataclasses.replace(item, frame=f"{item.frame}_{label}", chains=(chain,), crossings=(), junctions=(), objects=())
         for label, chain in zip(labels(item), item.chains, strict=True)
     ] or [item]
 

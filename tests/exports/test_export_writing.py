@@ -22,7 +22,7 @@ from doo3d.outputs.detection_json import dumps
 
 pytestmark = pytest.mark.filterwarnings("ignore::doo3d.errors.DooWarning")  # where down is, test_simulators asks
 
-FLAT = {"npz", "csv", "swc"}
+FLAT = {"npz", "csv", "swc", "graphml"}
 
 
 def target(folder, name, stem="chains"):
@@ -82,6 +82,7 @@ OPENED = {
     "csv": lambda path: len(path.read_text().splitlines()) - 1,
     "nodes": lambda path: len(np.load(path)),
     "ros2": paths_in_bag,
+    "graphml": lambda path: path.read_text().count("<edge "),
     "swc": lambda path: sum(not line.startswith("#") for line in path.read_text().splitlines()),
 }
 
@@ -119,7 +120,7 @@ def test_pixels_go_to_few_formats(tmp_path, name):
     if name in FLAT:
         assert doo3d.export(flat(), name, target(tmp_path, name))
     else:
-        with refuses("results-2d", "photo", name, "npz, csv, swc"):
+        with refuses("results-2d", "photo", name, "npz, csv, swc, graphml"):
             doo3d.export(flat(), name, target(tmp_path, name))
         assert not os.listdir(tmp_path)
 

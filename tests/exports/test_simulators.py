@@ -194,5 +194,5 @@ def test_pybullet_keeps_mass_and_length_and_gains_no_energy(tmp_path, options):
 
 def test_a_free_robot_has_one_chain(tmp_path):
     other = library.Chain(helix().joints + np.array((0, 0, 0.1)), LENGTH, RADIUS)
-    with refuses("options-conflict", "2 chains"):
+    with refuses("options-conflict", "2 objects"):
         library.export(found(helix(), other), "urdf", tmp_path / "a.urdf", base="free")

@@ -1,0 +1,122 @@
+"""Branched objects for exports: chains that grow from a root, and the graph of nodes and edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..types import Chain, Connection, Detection, Floats
+
+
+@dataclass(frozen=True)
+class Grown:
+    """The chains of a detection, each turned so that it leads away from the root of its object.
+
+    Attributes
+    ----------
+    detection
+        the detection with the turned chains, in their order.
+    parents
+        for each chain the chain at whose end it begins; None for a chain that begins at the root of its object.
+    """
+
+    detection: Detection
+    parents: tuple[int | None, ...]
+
+    def children(self, parent: int | None) -> list[int]:
+        """Return the chains that begin at the end of a chain, or those that begin at roots for None."""
+        return [chain for chain, own in enumerate(self.parents) if own == parent]
+
+
+def grown(detection: Detection, from_last: bool = False) -> Grown:
+    """Turn the chains of branched objects so that each leads away from the root, a tip of the trunk.
+
+    Parameters
+    ----------
+    detection
+        the detection; without junctions its chains stay as they are.
+    from_last
+        whether the root is the last end of the trunk, not the first.
+    """
+    at = {(end.chain, end.end): number for number, junction in enumerate(detection.junctions) for end in junction.ends}
+    chains = list(detection.chains)
+    parents: list[int | None] = [None] * len(chains)
+    for each in detection.objects:
+        if not each.junctions:
+            continue
+        root = each.chains[each.trunk - 1] if from_last else each.chains[0]
+        first = next((side for side in (0, 1) if (root, side) not in at), 0)
+        waiting: list[tuple[int, int, int | None]] = [(root, first, None)]
+        seen = {root}
+        while waiting:
+            chain, side, parent = waiting.pop(0)
+            parents[chain] = parent
+            if side == 1:
+                chains[chain] = turned(detection.chains[chain])
+            junction = at.get((chain, 1 - side))
+            for end in () if junction is None else detection.junctions[junction].ends:
+                if end.chain not in seen:
+                    seen.add(end.chain)
+                    waiting.append((end.chain, end.end, chain))
+    return Grown(replace(detection, chains=tuple(chains), crossings=(), junctions=(), objects=()), tuple(parents))
+
+
+def turned(chain: Chain) -> Chain:
+    """Return a chain that runs the other way."""
+    last = len(chain.occluded) - 1
+    return replace(
+        chain,
+        joints=chain.joints[::-1],
+        radii=chain.radii[::-1],
+        occluded=chain.occluded[::-1],
+        depth_filled=chain.depth_filled[::-1],
+        connections=tuple(Connection(last - each.segment, each.confidence) for each in chain.connections[::-1]),
+    )
+
+
+@dataclass(frozen=True)
+class Graph:
+    """A detection as a graph, whose nodes are junctions and tips and whose edges are chains.
+
+    Attributes
+    ----------
+    positions
+        (K, D) m (px in 2-D), the junctions in their order, then the tips, chain by chain.
+    junction
+        (K,) bool, True for a junction.
+    edges
+        (C, 2) int, for each chain the node at its first joint and at its last.
+    objects
+        (C,) int, for each chain its object; its own number where branched objects were not looked for.
+    """
+
+    positions: Floats
+    junction: np.ndarray
+    edges: np.ndarray
+    objects: np.ndarray
+
+
+def graph_of(detection: Detection) -> Graph:
+    """Return the graph of a detection: a chain without junctions is an edge between two nodes of its own."""
+    dim = 2 if detection.mode == "2d" else 3
+    at = {(end.chain, end.end): number for number, junction in enumerate(detection.junctions) for end in junction.ends}
+    positions = [junction.position for junction in detection.junctions]
+    edges = []
+    for number, chain in enumerate(detection.chains):
+        pair = []
+        for side in (0, 1):
+            if (number, side) not in at:
+                at[number, side] = len(positions)
+                positions.append(chain.joints[-side])
+            pair.append(at[number, side])
+        edges.append(pair if not chain.closed else [pair[0], pair[0]])
+    objects = np.arange(len(detection.chains))
+    for number, each in enumerate(detection.objects):
+        objects[list(each.chains)] = number
+    return Graph(
+        np.array(positions, dtype=float).reshape(-1, dim),
+        np.arange(len(positions)) < len(detection.junctions),
+        np.array(edges, dtype=np.int64).reshape(-1, 2),
+        objects,
+    )
