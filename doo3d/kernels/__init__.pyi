@@ -153,6 +153,36 @@ def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     (K,) int64 ascending, the occupied cells after closing, with the given ones among them
     """
 
+def color_bands(
+    color: Array, around: Array, deviation: Floats, seeds: Bools, beside: Bools, limits: Floats
+) -> tuple[Bools, Bools]:
+    """Return the bands of an image that differ in color from the surface around them, and all pixels that differ.
+
+    The image, in CIELAB blurred by a Gaussian of 0.8 px, is evaluated in tiles of 8 px, only at the seeds and on from there as
+    far as it differs. A pixel differs whose contrast is above a threshold, and that is no shadow: darker, without another color.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    around
+        (h, w, 3) float32, the surface's color in OpenCV's 8-bit CIELAB, of a smaller image.
+    deviation
+        (3,) over 0, deviations of the surface's color: the unit of contrast.
+    seeds
+        (r, c) bool, the pixels of a smaller image at which bands are looked for.
+    beside
+        (H, W) bool; tiles with such pixels beside those with bands are evaluated too.
+    limits
+        (5,) the contrast from which a pixel differs; the one that a band's share of pixels, limits[2], has at least; the share of
+        lightness that a shadow leaves at least; the share of the contrast within 2 px that a band's edge has at least.
+
+    Returns
+    -------
+    band : (H, W) bool, the 8-connected bands without their faint edges.
+    differs : (H, W) bool, the pixels that differ, False where nothing was evaluated.
+    """
+
 def connected_components(table: Ints) -> Ints:
     """Label each voxel with the number of its connected component; voxels that share a face, an edge or a corner are connected.
 
@@ -335,6 +365,23 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     -------
     joints : (J, D) float64, the J >= 1 joints of the J - 1 chords; only the first point if the polyline is too short for a chord
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
+    """
+
+def mask_parts(mask: Bools, min_pixels: int) -> tuple[Ints, Ints, Floats]:
+    """Return the 8-connected parts of a mask, with their half-widths.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool.
+    min_pixels
+        pixels of a part below which its widths are not measured.
+
+    Returns
+    -------
+    pixels : (N,) row-major indices of the mask's pixels, part by part, in no order within one.
+    starts : (K + 1,) where each of the K parts begins in `pixels`, and N.
+    half_widths : (K, 2) px, distance from the middle to the edge, in the median and at the 85th percentile; 0 for a small part.
     """
 
 def mask_pixels(mask: Bools) -> Ints:

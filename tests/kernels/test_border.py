@@ -24,6 +24,10 @@ CALLS = {
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "bounding_box": (np.ones((3, 3), bool),),
     "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
+    "color_bands": (
+        np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
+        np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
+    ),
     "connected_components": (TABLE,),
     "corner_radius": (np.eye(4, 3),),
     "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
@@ -34,6 +38,7 @@ CALLS = {
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
     "lay_equal_chords": (POINTS, 0.01),
+    "mask_parts": (np.ones((3, 3), bool), 4),
     "mask_pixels": (np.ones((3, 3), bool),),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),

@@ -3,6 +3,7 @@
 
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
+void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
 void bind_depth_filter(nb::module_&);
 void bind_end_tangents(nb::module_&);
@@ -28,6 +29,7 @@ void bind_zhang_suen(nb::module_&);
 NB_MODULE(_native, m) {
     bind_clearance(m);
     bind_closing(m);
+    bind_color_bands(m);
     bind_cross_sections(m);
     bind_depth_filter(m);
     bind_end_tangents(m);

@@ -6,21 +6,30 @@ shows both. Depth in turn shows strands of the table's color, and which of the b
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
-from ...types import Array, Bools, Frame, Ints
+from ...kernels import color_bands, mask_parts
+from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
 
-SHRINK, MEDIAN_PX = 4, 31
-"""Factor by which the image is scaled down for the color of the surface, and the window of its median there: 124 px, more than
-twice as wide as any strand."""
+MEDIAN_PX = 15
+"""Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
+strand."""
 
 MIN_BARE_SHARE = 0.05
 """Share of the median's window that is bare surface at least, where raised pixels are replaced by its mean color."""
 
-BLUR_PX = 0.8
-"""px; standard deviation of the blur that removes the camera's noise of color."""
+MAX_COVERED = 0.25
+"""Share of a pixel of the scaled image that raised pixels cover at most if it is bare surface."""
+
+BLUR = (0.02192, 0.22851, 0.49915, 0.22851, 0.02192)
+"""Weights of the blur that removes the camera's noise of color: a Gaussian of 0.8 px."""
+
+NOISE_SAMPLES = 4000
+"""Pixels of some rows that the deviation of the surface's color is measured at, about: 2 % accurate."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
@@ -28,11 +37,15 @@ MIN_DEVIATION = 1.0
 SEED_DEVIATIONS, GROW_DEVIATIONS = 7.0, 3.5
 """Deviations of the surface's own color: the two thresholds of the hysteresis."""
 
+COARSE_DEVIATIONS = 4.0
+"""The same in the image scaled down by 4, from which on a band is looked for. A strand of 2 px leaves a quarter of its contrast
+there at worst; one place along a band suffices, for it is followed from there."""
+
 MIN_SEED_SHARE = 0.2
 """Share of a band's pixels that are above the higher threshold at least."""
 
-EDGE_SHARE, EDGE_PX = 0.5, 2
-"""Share of the contrast within so many px that a pixel at the edge of a band has at least: half a pixel of a strand is one."""
+EDGE_SHARE = 0.5
+"""Share of the contrast within 2 px that a pixel at the edge of a band has at least: half a pixel of a strand is one."""
 
 MIN_SHADOW_LIGHT = 0.3
 """Share of the lightness that a shadow leaves at least."""
@@ -69,19 +82,23 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     """
     if frame.color is None:
         return Selected(raised)
-    band, surface = _told_by_color(np.ascontiguousarray(frame.color), raised)
-    labels, strands = _strands(band)
+    color = np.ascontiguousarray(frame.color)
+    found = _told_by_color(color, raised)
+    if found is None:
+        return Selected(raised)
+    band, differs = found
+    parts = _parts(band)
+    strands = np.flatnonzero(parts.long)
     if not len(strands):
         return Selected(raised)
-    size = np.bincount(labels.ravel())[strands]
-    share = np.bincount(labels[raised], minlength=labels.max() + 1)[strands] / size
+    share = np.add.reduceat(raised.ravel()[parts.pixels], parts.starts[:-1], dtype=int)[strands] / parts.sizes[strands]
     flat = (share < MIN_RAISED_SHARE) if (share > RAISED_SHARE).any() else np.zeros(len(strands), dtype=bool)
-    told = _of(labels, strands[~flat])
-    near = cv2.dilate(told.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * FLANK_PX + 1,) * 2)) > 0
-    added = _of(labels, strands[~flat & (share < MAX_RAISED_SHARE)])
-    selected = added | (raised & ~(near & surface))
+    told = parts.drawn(strands[~flat], raised.shape)
+    surface = raised & ~differs
+    selected = raised & ~(_near(told) & surface) if surface.any() else raised.copy()
+    selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
     if len(strands) > flat.sum():
-        selected &= ~_other_things(selected, labels, strands[~flat], frame.color)
+        selected.ravel()[_other_things(selected, told, parts, strands[~flat], color)] = False
     note = ""
     if flat.any():
         bands = "1 band that is" if flat.sum() == 1 else f"{flat.sum()} bands that are"
@@ -89,75 +106,123 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     return Selected(selected, note)
 
 
-def _other_things(selected: Bools, labels: Ints, strands: Ints, color: Array) -> Bools:
-    """Return the selected parts (H, W) that are too short for a strand and have the color of none, such as boxes and specks."""
-    own, parts = _strands(selected)
-    hue = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2LAB)[..., 1:]
-    color_of = np.array([np.median(hue[labels == strand], axis=0) for strand in strands])
-    with_strand = np.zeros(own.max() + 1, dtype=bool)
-    with_strand[own[_of(labels, strands) & selected]] = True
-    other = ~with_strand
-    other[parts] = other[0] = False
-    for part in np.flatnonzero(other):
-        pixels = hue[own == part]
-        alike = np.linalg.norm(color_of - np.median(pixels, axis=0), axis=1).min() < SAME_HUE
-        other[part] = len(pixels) < MIN_PIXELS or not alike
-    return np.asarray(other[own])
+class _Parts(NamedTuple):
+    """The K connected parts of a mask.
+
+    Attributes
+    ----------
+    pixels
+        (N,) row-major indices of the mask's pixels, part by part.
+    starts
+        (K + 1,) where each part begins in `pixels`.
+    long
+        (K,) bool, the parts that are long and of one width.
+    """
+
+    pixels: Ints
+    starts: Ints
+    long: Bools
+
+    @property
+    def sizes(self) -> Ints:
+        return np.diff(self.starts)
+
+    def pixels_of(self, wanted: Ints) -> Ints:
+        """Return the row-major indices of the pixels of some parts, given by number."""
+        chosen = [self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]
+        return np.concatenate(chosen) if chosen else np.zeros(0, dtype=int)
+
+    def drawn(self, wanted: Ints, shape: tuple[int, ...]) -> Bools:
+        """Return the mask (H, W) of some parts, given by number."""
+        mask = np.zeros(shape, dtype=bool)
+        mask.ravel()[self.pixels_of(wanted)] = True
+        return mask
 
 
-def _told_by_color(color: Array, raised: Bools) -> tuple[Bools, Bools]:
-    """Return the pixels (H, W) that differ from the surface around them and are no shadow, and those that look like it."""
-    lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
-    small = cv2.resize(lab, None, fx=1 / SHRINK, fy=1 / SHRINK, interpolation=cv2.INTER_AREA)
-    around = cv2.resize(cv2.medianBlur(_without(small, raised), MEDIAN_PX), lab.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-    difference = cv2.GaussianBlur(lab.astype(np.float32), (0, 0), BLUR_PX) - around
-    some = np.abs(difference[::SHRINK, ::SHRINK].reshape(-1, 3))
-    difference /= np.maximum(1.4826 * np.median(some, axis=0), MIN_DEVIATION).astype(np.float32)
-    hue = difference[..., 1] ** 2 + difference[..., 2] ** 2
-    contrast = np.sqrt(hue + difference[..., 0] ** 2)
-    shadow = (difference[..., 0] < 0) & (hue < GROW_DEVIATIONS**2) & (lab[..., 0] > MIN_SHADOW_LIGHT * around[..., 0])
-    told = (contrast > GROW_DEVIATIONS) & ~shadow
-    peak = cv2.dilate(contrast, np.ones((2 * EDGE_PX + 1,) * 2, np.uint8))
-    edge = cv2.erode(told.astype(np.uint8), np.ones((2 * EDGE_PX + 1,) * 2, np.uint8)) == 0
-    told &= ~edge | (contrast > EDGE_SHARE * peak)
-    _, labels = cv2.connectedComponents(told.astype(np.uint8), connectivity=8)
-    seeds = np.bincount(labels[contrast > SEED_DEVIATIONS], minlength=labels.max() + 1)
-    kept = seeds >= MIN_SEED_SHARE * np.bincount(labels.ravel())
-    kept[0] = False
-    return kept[labels], (contrast < GROW_DEVIATIONS) | shadow
+def _parts(mask: Bools) -> _Parts:
+    """Return the connected parts of a mask, and which of them are long and of one width."""
+    pixels, starts, widths = mask_parts(mask, MIN_PIXELS)
+    half, most = np.maximum(widths[:, 0], 0.5), widths[:, 1]
+    sizes = np.diff(starts)
+    long = sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
+    return _Parts(pixels, starts, (sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
+
+
+def _near(mask: Bools) -> Bools:
+    """Return the pixels (H, W) within FLANK_PX of a mask, in an octagon: 4 px in a square, the rest in a cross."""
+    square, cross = 4, FLANK_PX - 4
+    wide = cv2.dilate(mask.view(np.uint8), np.ones((2 * square + 1,) * 2, np.uint8))
+    return np.asarray(cv2.dilate(wide, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=cross) > 0)
+
+
+def _other_things(selected: Bools, told: Bools, bands: _Parts, strands: Ints, color: Array) -> Ints:
+    """Return the row-major indices of the selected parts that are too short for a strand and have the color of none.
+
+    Such parts are boxes and specks.
+    """
+    own = _parts(selected)
+    if not len(own.pixels):
+        return own.pixels
+    with_strand = np.logical_or.reduceat(told.ravel()[own.pixels], own.starts[:-1])
+    other = ~with_strand & ~own.long
+    candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
+    if len(candidates):
+        color_of = np.array([_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
+        for part in candidates:
+            hue = _hue(color, own.pixels_of(np.array([part])))
+            other[part] = np.linalg.norm(color_of - hue, axis=1).min() >= SAME_HUE
+    return own.pixels[np.repeat(other, own.sizes)]
+
+
+def _hue(color: Array, pixels: Ints) -> Floats:
+    """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices."""
+    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // NOISE_SAMPLES)]]
+    return np.asarray(np.median(cv2.cvtColor(some[None], cv2.COLOR_RGB2LAB)[0, :, 1:], axis=0))
+
+
+def _told_by_color(color: Array, raised: Bools) -> tuple[Bools, Bools] | None:
+    """Return the pixels (H, W) of bands that differ from the surface around them and are no shadow, and all that differ.
+
+    The image itself is looked at only round the places where a coarser one shows a band; None if it shows none.
+    """
+    coarse = _halved(_halved(color))
+    lab = cv2.cvtColor(coarse, cv2.COLOR_RGB2LAB)
+    small, size = _halved(lab), lab.shape[1::-1]
+    around = cv2.medianBlur(_without(small, raised), MEDIAN_PX).astype(np.float32)
+    wide = cv2.resize(around, size, interpolation=cv2.INTER_LINEAR)
+    deviation = _deviation(color, wide)
+    contrast = cv2.transform(cv2.pow(lab - wide, 2), (1 / deviation[None] ** 2))
+    seeds = contrast > COARSE_DEVIATIONS**2
+    if not seeds.any():
+        return None
+    limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
+    return color_bands(color, around, deviation, seeds, raised, limits)
+
+
+def _halved(image: Array) -> Array:
+    size = max(1, image.shape[1] // 2), max(1, image.shape[0] // 2)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
+
+
+def _deviation(color: Array, around: Array) -> Floats:
+    """Return the robust standard deviation (3,) of the blurred image from the surface's color, given on a smaller image."""
+    height, width = color.shape[:2]
+    step = max(1, round((height * width / NOISE_SAMPLES) ** 0.5 / 2))
+    v, u = np.arange(2, height - 2, 4 * step), np.arange(2, width - 2, step)
+    rows = cv2.cvtColor(color[(v[:, None] + np.arange(-2, 3)).ravel()], cv2.COLOR_RGB2LAB).reshape(len(v), 5, width, 3)
+    along = np.tensordot(np.array(BLUR, np.float32), rows, (0, 1))
+    lab = sum((np.float32(share) * along[:, u + i - 2] for i, share in enumerate(BLUR)), np.float32(0))
+    surface = around[(v * around.shape[0] // height)[:, None], u * around.shape[1] // width]
+    deviation = 1.4826 * np.median(np.abs(lab - surface).reshape(-1, 3), axis=0)
+    return np.asarray(np.maximum(deviation.astype(float), MIN_DEVIATION))
 
 
 def _without(small: Array, raised: Bools) -> Array:
     """Return the scaled image (h, w, 3) with the surface's color round them in place of raised pixels, so that a coil is none."""
-    size = small.shape[1::-1]
-    wide = cv2.dilate(raised.astype(np.uint8), np.ones((5, 5)))
-    bare = (cv2.resize(wide, size, interpolation=cv2.INTER_AREA) == 0).astype(np.float32)
+    wide = cv2.dilate(raised.view(np.uint8), np.ones((5, 5), np.uint8)) * np.uint8(255)
+    covered = cv2.resize(_halved(_halved(wide)), small.shape[1::-1], interpolation=cv2.INTER_AREA)
+    bare = (covered < 255 * MAX_COVERED).astype(np.float32)
     share = cv2.blur(bare, (MEDIAN_PX, MEDIAN_PX))
     mean = cv2.blur(small * bare[..., None], (MEDIAN_PX, MEDIAN_PX)) / np.maximum(share, 1e-3)[..., None]
     known = (bare > 0) | (share < MIN_BARE_SHARE)
     return np.where(known[..., None], small, np.rint(mean)).astype(np.uint8)
-
-
-def _strands(band: Bools) -> tuple[Ints, Ints]:
-    """Return the labels (H, W) of the connected parts of a mask, and the labels of those that are long and of one width."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(band.astype(np.uint8), connectivity=8)
-    inside = cv2.distanceTransform(band.astype(np.uint8), cv2.DIST_L2, 3)
-    middle = (inside >= cv2.dilate(inside, np.ones((3, 3), np.uint8)) - 1e-3) & (inside > 0)
-    strands = list[int]()
-    for label in range(1, count):
-        left, top, width, height, pixels = stats[label]
-        if pixels < MIN_PIXELS:
-            continue
-        box = np.s_[top : top + height, left : left + width]
-        half, most = np.percentile(inside[box][middle[box] & (labels[box] == label)] - 0.5, (50, 85))
-        half = max(float(half), 0.5)
-        length = pixels / (2 * half)
-        if length > max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half) and most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX:
-            strands.append(label)
-    return np.asarray(labels), np.array(strands, dtype=int)
-
-
-def _of(labels: Ints, wanted: Ints) -> Bools:
-    chosen = np.zeros(labels.max() + 1, dtype=bool)
-    chosen[wanted] = True
-    return np.asarray(chosen[labels])
