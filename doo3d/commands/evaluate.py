@@ -13,6 +13,7 @@ from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset,
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .evaluate_sequences import sequences
+from .evaluate_trees import trees
 from .progress import counting
 
 if TYPE_CHECKING:
@@ -199,6 +200,7 @@ def ablations(
 
 app.command()(sequences)
 app.command()(dataset)
+app.command()(trees)
 
 
 def _run(

@@ -48,6 +48,10 @@ MISS_SLOPE = 0.4
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
 
+NEARNESS_COST, MISS_COST = 0.5, 20.0
+"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of the
+places on a strand that fit an end, the nearest and straightest ahead is taken."""
+
 CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.35
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
 
@@ -147,6 +151,7 @@ def _attachment(
     free = CLOUD_MISS_FREE if visibility is None else MISS_FREE
     tolerance = free * both + MISS_SLOPE * np.clip(distance - both, 0, both)
     cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + 2 * unit_cost * behind
+    cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
     possible = cost < TIP_COST
     if not strand.closed:
         possible &= np.minimum(strand.along, strand.length - strand.along) > END_CLEARANCE_RADII * strand.radii
