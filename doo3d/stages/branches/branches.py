@@ -10,7 +10,7 @@ from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .readings import body_meetings, end_meetings
 from .strands import free_ends, strands_of
-from .tree import cut, nodes_of
+from .tree import choose, cut, nodes_of, parted
 
 CROSSING_RADII = 3.0
 """Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
@@ -74,7 +74,12 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     visibility = context.visibility
     if visibility is not None:
         visibility = visibility.with_bare_surface([chain.joints for chain in chains], context.radius, context.foreground)
-    meetings = [*body_meetings(strands), *end_meetings(ends, strands, visibility, config.max_gap * context.gap_unit)]
-    nodes = nodes_of(meetings, strands, ends)
-    pieces, junctions, objects = cut(chains, strands, ends, nodes, context.segment_length)
+    max_gap = config.max_gap * context.gap_unit
+    chosen = choose([*body_meetings(strands), *end_meetings(ends, strands, visibility, max_gap)], strands, ends)
+    if any(meeting.end is None for meeting in chosen):
+        chains = parted(chains, strands, chosen, context.segment_length)
+        strands = strands_of(chains)
+        ends = free_ends(chains, strands)
+        chosen = choose(end_meetings(ends, strands, visibility, max_gap), strands, ends)
+    pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects))

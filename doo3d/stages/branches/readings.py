@@ -49,8 +49,8 @@ NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
 
 NEARNESS_COST, MISS_COST = 0.5, 20.0
-"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of the
-places on a strand that fit an end, the nearest and straightest ahead is taken."""
+"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of
+the places on a strand that fit an end, the nearest and straightest ahead is taken."""
 
 CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.35
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""

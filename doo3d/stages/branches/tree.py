@@ -50,15 +50,15 @@ class Node:
     ends: list[int]
 
 
-def nodes_of(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> list[Node]:
+def choose(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> list[Meeting]:
     """Choose the meetings that are junctions, the ones with the greatest gain first, so that objects stay trees.
 
     An end meets one strand at most, and no meeting closes a ring of strands. So the meetings chosen are a spanning forest of
-    the greatest gain. Meetings close to each other on one strand make one node.
+    the greatest gain.
     """
     group = np.arange(len(strands))
     used: set[int] = set()
-    nodes: list[Node] = []
+    chosen: list[Meeting] = []
     for meeting in sorted(meetings, key=lambda item: -item.gain):
         if meeting.gain <= 0 or meeting.end in used:
             continue
@@ -69,8 +69,73 @@ def nodes_of(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeE
             group[group == group[member]] = group[members[0]]
         if meeting.end is not None:
             used.add(meeting.end)
+        chosen.append(meeting)
+    return chosen
+
+
+def nodes_of(chosen: Sequence[Meeting], strands: Sequence[Strand]) -> list[Node]:
+    """Return the junctions of chosen meetings: those close to each other on one strand are one junction."""
+    nodes: list[Node] = []
+    for meeting in chosen:
         _add(nodes, meeting, strands)
     return nodes
+
+
+def parted(chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[Meeting], length: float) -> list[Chain]:
+    """Return the chains with those parted that run through another strand where both branch off it.
+
+    Two branches on both sides of a trunk were joined through it. The thinner strand of such a meeting, or the one that turns more
+    there, ends on both sides where it enters the other; its ends then branch off one by one.
+
+    Parameters
+    ----------
+    chains
+        the chains as they were found.
+    strands
+        the same chains as samples.
+    chosen
+        the chosen meetings; those of an end are ignored.
+    length
+        segment length, m (px in 2-D).
+    """
+    inside: dict[int, list[tuple[float, float]]] = {}
+    for meeting in chosen:
+        if meeting.end is None:
+            (branch, at), (trunk, place) = sorted(meeting.bodies, key=lambda body: _thickness(strands[body[0]], body[1]))
+            inside.setdefault(branch, []).append(_stretch_inside(strands[branch], at, strands[trunk], place))
+    result = []
+    for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
+        if number not in inside or strand.closed:
+            result.append(chain)
+            continue
+        bounds = [0.0, *(value for stretch in sorted(inside[number]) for value in stretch), strand.length]
+        for low, high in zip(bounds[::2], bounds[1::2], strict=True):
+            kept = (strand.along > low) & (strand.along < high)
+            if high - low > MIN_PIECE_RADII * strand.radius and kept.sum() > 1:
+                joints = equal_segments(strand.points[kept], length)
+                if len(joints) > 1:
+                    result.append(_chain(joints, chain, strand, low, high, length))
+    return result
+
+
+def _thickness(strand: Strand, at: float) -> float:
+    """Return the radius of a strand at a place, less up to a fifth of it where the strand turns there."""
+    before, after = strand.arm(at, -1, 2 * strand.radius), strand.arm(at, 1, 2 * strand.radius)
+    turn = float(np.arccos(np.clip(-before @ after, -1, 1)))
+    return min(strand.radius_near(at, -1), strand.radius_near(at, 1)) * (1 - 0.2 * min(turn, 1.0))
+
+
+def _stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> tuple[float, float]:
+    """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand."""
+    distance = np.linalg.norm(branch.points[:, None] - trunk.points[None], axis=2).min(axis=1)
+    radius = max(trunk.radius_near(place, -1), trunk.radius_near(place, 1))
+    is_inside = distance < radius
+    middle = int(np.abs(branch.along - at).argmin())
+    outside = np.flatnonzero(~is_inside)
+    before, after = outside[outside < middle], outside[outside > middle]
+    low = float(branch.along[before[-1]]) if len(before) else 0.0
+    high = float(branch.along[after[0]]) if len(after) else branch.length
+    return low, high
 
 
 def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None:

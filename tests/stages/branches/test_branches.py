@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import cv2
@@ -110,3 +111,27 @@ def test_shell_writes_junctions_only_when_asked(doo3d, tmp_path):
     assert all(isinstance(end, ChainEnd) for end in detection.junctions[0].ends)
     assert np.linalg.norm(detection.junctions[0].position - (151, 115)) < 10
     assert [len(each.chains) for each in detection.objects] == [3]
+
+
+def test_branches_joined_through_a_trunk_leave_it_one_by_one():
+    """A chain that comes in from one side, runs inside the trunk and leaves on the other side is two branches."""
+    corners = np.array([[-0.06, 0.1, 0.5], [-0.04, 0.0, 0.5], [0.04, 0.0, 0.5], [0.06, -0.1, 0.5]])
+    path = np.concatenate([line(a, b) for a, b in itertools.pairwise(corners)])
+    through = Chain(equal_segments(path[np.concatenate(([True], np.diff(path, axis=0).any(axis=1)))], STEP), STEP, 0.003)
+    result = found(chain(*TRUNK), through)
+    assert [len(each.ends) for each in result.junctions] == [3, 3]
+    at = sorted(float(each.position[0]) for each in result.junctions)
+    assert np.allclose(at, (-0.04, 0.04), atol=0.008)
+    assert [len(each.chains) for each in result.objects] == [5]
+
+
+def test_the_shell_evaluates_trees(doo3d, tmp_path):
+    code, out, _ = doo3d(
+        "evaluate", "trees", "--families", "tree", "--seeds", 1, "--size", "640x360", "--json", tmp_path / "trees.json"
+    )
+    assert code == 0
+    assert "1/1" in out
+    assert json.loads((tmp_path / "trees.json").read_text())["all"]["right"] == 1
+    code, _, err = doo3d("evaluate", "trees", "-c", "default")
+    assert code != 0
+    assert "merge.branches" in err
