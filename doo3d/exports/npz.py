@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..types import Detection
-from .base import Export
+from .motion import JointMotion, MotionExport
 from .trees import graph_of
 
 
-class Npz(Export):
+class Npz(MotionExport):
     """Export format NPZ: one NumPy file of arrays with all frames of a capture, without loss of precision.
 
     Each quantity, such as the joints, is one array over all chains of all frames. Arrays of offsets tell which rows belong to
@@ -28,11 +28,18 @@ class Npz(Export):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write the arrays of all frames, as returned by `arrays`, as compressed NPZ; the same results give the same bytes."""
         with path.open("xb") as file:
-            np.savez_compressed(file, **arrays(frames))
+            np.savez_compressed(file, **arrays(frames, self.motions_of(frames)))
 
 
-def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
+def arrays(frames: Sequence[Detection], motions: Sequence[Sequence[JointMotion]]) -> dict[str, Any]:
     """Return the arrays of the NPZ file, for F frames with C chains, J joints and S segments in all frames together.
+
+    Parameters
+    ----------
+    frames
+        the frames of a capture, in order.
+    motions
+        the motion of each chain of each frame.
 
     Returns
     -------
@@ -46,9 +53,11 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         - "joint_offsets" : (C + 1,) int64; chain c has the joints joint_offsets[c] to joint_offsets[c + 1] - 1.
         - "segment_offsets" : (C + 1,) int64; chain c has the segments segment_offsets[c] to segment_offsets[c + 1] - 1.
         - "joints" : (J, 3), or (J, 2) in 2-D, position of each joint, in "units".
+        - "velocities", "accelerations" : (J, 3), or (J, 2) in 2-D, of each joint, in "units" per s and per s²; NaN if unknown.
         - "radii" : (J,) radius at each joint, in "units"; NaN if unknown.
         - "occluded" : (S,) bool, true for each occluded segment.
         - "depth_filled" : (S,) bool, true for each segment whose depth was interpolated and not measured; not in 2-D.
+        - "from_time" : (S,) bool, true for each occluded segment that was filled in from other frames of a sequence.
         - "ids" : (C,) int64, id of each chain, -1 if unknown.
         - "node_offsets", "nodes", "node_is_junction", "edges", "objects" : only with branched objects (`merge.branches`);
           (F + 1,) int64 offsets of each frame's nodes; (K, 3), or (K, 2) in 2-D, position of each junction and tip; (K,) bool;
@@ -58,9 +67,10 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
     """
     chains = [chain for frame in frames for chain in frame.chains]
     dim = 2 if frames and all(frame.mode == "2d" for frame in frames) else 3
+    moving = [motion for frame in motions for motion in frame]
     counts = [len(chain.joints) for chain in chains]
-    filled = [chain.depth_filled for chain in chains]
-    depth = {"depth_filled": np.concatenate(filled) if chains else np.zeros(0, dtype=bool)} if dim == 3 else {}
+    flags, vectors = np.zeros(0, dtype=bool), np.zeros((0, dim))
+    depth = {"depth_filled": np.concatenate([flags, *(chain.depth_filled for chain in chains)])} if dim == 3 else {}
     return {
         "schema": np.array("doo3d/chains/1"),
         "units": np.array("m" if dim == 3 else "px"),
@@ -70,10 +80,13 @@ def arrays(frames: Sequence[Detection]) -> dict[str, Any]:
         "chain_offsets": _offsets([len(frame.chains) for frame in frames]),
         "joint_offsets": _offsets(counts),
         "segment_offsets": _offsets([count - 1 for count in counts]),
-        "joints": np.concatenate([chain.joints for chain in chains]) if chains else np.zeros((0, dim)),
-        "radii": np.concatenate([chain.radii for chain in chains]) if chains else np.zeros(0),
-        "occluded": np.concatenate([chain.occluded for chain in chains]) if chains else np.zeros(0, dtype=bool),
+        "joints": np.concatenate([vectors, *(chain.joints for chain in chains)]),
+        "velocities": np.concatenate([vectors, *(motion.velocity for motion in moving)]),
+        "accelerations": np.concatenate([vectors, *(motion.acceleration for motion in moving)]),
+        "radii": np.concatenate([np.zeros(0), *(chain.radii for chain in chains)]),
+        "occluded": np.concatenate([flags, *(chain.occluded for chain in chains)]),
         **depth,
+        "from_time": np.concatenate([flags, *(chain.from_time for chain in chains)]),
         **_graph(frames, dim),
         "ids": np.array([-1 if chain.id is None else chain.id for chain in chains], dtype=np.int64),
         "radius": np.array([chain.radius for chain in chains], dtype=float),

@@ -314,8 +314,8 @@ class Detection(Drawn):
             what a row is. "chains": chain (index), id, closed, segments (number), segment_length, length, radius, occluded and
             depth_filled (shares of the segments), confidence. "joints": chain, id, closed, segment_length, chain_radius, joint
             (index), x, y, z, radius (at the joint), occluded (bool, of the segment that starts there; None at the last joint),
-            depth ("seen" or "filled", of the same segment; not in 2-D). "crossings": upper_chain, upper_segment, lower_chain,
-            lower_segment, x, y, z, confidence.
+            depth ("seen" or "filled", of the same segment; not in 2-D), from_time (bool, of the same segment). "crossings":
+            upper_chain, upper_segment, lower_chain, lower_segment, x, y, z, confidence.
 
         Raises
         ------

@@ -48,6 +48,7 @@ def joints_table(detection: Any) -> Table:
     }
     if detection.mode == "3d":
         columns["depth"] = [word for _, chain in numbered for word in (*chain.depth, None)]
+    columns["from_time"] = [value for _, chain in numbered for value in (*chain.from_time.tolist(), None)]
     return _framed(detection, columns)
 
 

@@ -1,6 +1,7 @@
 """NPZ, CSV, SWC and nodes: what is read back is what was found."""
 
 import csv
+import dataclasses
 import itertools
 import json
 
@@ -113,3 +114,61 @@ def test_nodes_of_one_chain_in_one_file(tmp_path):
     np.testing.assert_array_equal(np.load(path), capture()[2].chains[0].nodes(7))
     with refuses("out-needs-folder", "both.npy"):
         doo3d.export(capture()[0], "nodes", tmp_path / "both.npy")
+
+
+def thrown(stamps):
+    """Return frames of a chain that flies on a parabola, at 30 frames/s if there are no stamps."""
+    frames = []
+    for k, stamp in enumerate(stamps):
+        time, chain = k / 30 if stamp is None else stamp, helix(id=0, from_time=np.arange(25) % 5 == 3)
+        moved = chain.joints + np.array((1.0, 0.5, 2.0)) * time + np.array((0, 0, -9.81)) * time**2 / 2
+        frames.append(doo3d.Detection((dataclasses.replace(chain, joints=moved),), frame=f"{k}", timestamp=stamp))
+    return frames
+
+
+def motions(file):
+    return [np.reshape(file[name], (-1, 26, 3)) for name in ("velocities", "accelerations")]
+
+
+def test_velocity_and_acceleration_over_uneven_times(tmp_path):
+    stamps = [0.0, 0.03, 0.08, 0.1, 0.15]
+    file = np.load(doo3d.export(thrown(stamps), "npz", tmp_path / "all.npz")[0])
+    for values, true in zip(motions(file), ([(1, 0.5, 2 - 9.81 * time) for time in stamps], [(0, 0, -9.81)] * 5), strict=True):
+        assert np.isnan(values[[0, -1]]).all()
+        np.testing.assert_allclose(values[1:-1], np.broadcast_to(np.array(true)[1:-1, None], (3, 26, 3)), atol=1e-9)
+    assert file["from_time"].tolist() == (np.arange(25) % 5 == 3).tolist() * 5
+
+
+def test_motion_is_unknown_unless_both_neighbors_have_the_chain(tmp_path):
+    for k, other in enumerate(({"id": None}, {"id": 1}, "shorter", "missing")):
+        frames = thrown([0.0, 0.1, 0.2])
+        if isinstance(other, dict):
+            chains = (dataclasses.replace(frames[0].chains[0], **other),)
+        else:
+            chains = (helix(24, id=0),) if other == "shorter" else ()
+        frames[0] = dataclasses.replace(frames[0], chains=chains)
+        file = np.load(doo3d.export(frames, "npz", tmp_path / f"{k}.npz")[0])
+        assert np.isnan(file["velocities"]).all()
+        assert file["velocities"].shape == file["joints"].shape
+    for k, stamps in enumerate(([0.0, 0.2, 0.2], [0.0, None, 0.2])):
+        file = np.load(doo3d.export(thrown(stamps), "npz", tmp_path / f"times{k}.npz")[0])
+        assert np.isnan(file["velocities"]).all()
+    rings = [doo3d.Detection((dataclasses.replace(ring(), id=0),), frame=f"{k}", timestamp=k / 30) for k in range(3)]
+    assert np.isnan(np.load(doo3d.export(rings, "npz", tmp_path / "rings.npz")[0])["velocities"]).all()
+
+
+def test_rate_stands_in_for_timestamps(tmp_path):
+    frames = thrown([None, None, None])
+    file = np.load(doo3d.export(frames, "npz", tmp_path / "all.npz", rate=30)[0])
+    np.testing.assert_allclose(motions(file)[1][1], np.broadcast_to((0, 0, -9.81), (26, 3)), atol=1e-9)
+
+
+def test_csv_has_the_motion_too(tmp_path):
+    frames = thrown([0.0, 0.03, 0.08])
+    file = np.load(doo3d.export(frames, "npz", tmp_path / "all.npz")[0])
+    with doo3d.export(frames, "csv", tmp_path / "all.csv")[0].open(newline="", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert {rows[k][name] for k in (0, -1) for name in ("vx", "az")} == {""}
+    for letter, name in (("v", "velocities"), ("a", "accelerations")):
+        np.testing.assert_array_equal([[float(row[letter + axis]) for axis in "xyz"] for row in rows[26:52]], file[name][26:52])
+    assert [row["from_time"] for row in rows[:26]] == [*("01"[k % 5 == 3] for k in range(25)), ""]

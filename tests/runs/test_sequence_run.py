@@ -48,6 +48,12 @@ def test_every_frame_has_the_whole_rope(doo3d, swaying, tmp_path):
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text(encoding="utf-8"))
     (item,) = manifest["sequence"]["objects"]
     assert item["length"] == pytest.approx(chains[0].length)
+    assert doo3d("export", tmp_path / "out", "--to", "npz", "-o", tmp_path / "out.npz", "--set", "rate=30")[0] == 0
+    file = np.load(tmp_path / "out.npz")
+    velocities = np.reshape(file["velocities"], (FRAMES, -1, 3))
+    true = 2 * 30 * 0.5 / 300  # 2 px per frame
+    assert np.median(velocities[1:-1, :, 1]) == pytest.approx(true, rel=0.2)
+    np.testing.assert_array_equal(file["from_time"], np.concatenate([chain.from_time for chain in chains]))
     alone = doo3d("detect", swaying, "-o", tmp_path / "alone")
     assert alone[0] == 1  # the frame without depth fails
     shortest = min(detection.chains[0].length for detection in open_results(tmp_path / "alone").detections())
