@@ -394,10 +394,10 @@ def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     try:
         frames = np.load(path, allow_pickle=False)
     except (OSError, ValueError) as error:
-        code = unread_code(error) if isinstance(error, OSError) else "npy-invalid"
+        code = unread_code(error) if isinstance(error, OSError) else "truth-invalid"
         raise InputError(f"{path}: cannot be read ({error})", code=code) from None
     if frames.ndim != 3 or frames.shape[1:] != (20, 3):
-        raise InputError(f"{path}: has shape {frames.shape}, expected (T, 20, 3) positions of markers", code="npy-invalid")
+        raise InputError(f"{path}: has shape {frames.shape}, expected (T, 20, 3) positions of markers", code="truth-invalid")
     markers = np.asarray(frames[int(rng.integers(len(frames)))], dtype=float)
     curves = [markers[list(MOTION_TRUNK)], *(markers[list(branch)] for branch in MOTION_BRANCHES)]
     center = (markers.max(axis=0) + markers.min(axis=0)) / 2
