@@ -24,6 +24,9 @@ JUNCTION_RADII = 0.8
 MIN_PIECE_RADII = 2.5
 """Radii of its strand that a piece must be long, or it is dropped."""
 
+PART_RADII = 0.7
+"""Radii of a branch from the surface of its trunk to its axis up to which the branch runs along the trunk, not away from it."""
+
 TURN_WEIGHT = 0.3
 """Share of a chain's weight that a turn of 1 radian into it takes, when the trunk is chosen."""
 
@@ -129,7 +132,7 @@ def _stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> t
     """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand."""
     distance = np.linalg.norm(branch.points[:, None] - trunk.points[None], axis=2).min(axis=1)
     radius = max(trunk.radius_near(place, -1), trunk.radius_near(place, 1))
-    is_inside = distance < radius
+    is_inside = distance < radius + PART_RADII * branch.radius
     middle = int(np.abs(branch.along - at).argmin())
     outside = np.flatnonzero(~is_inside)
     before, after = outside[outside < middle], outside[outside > middle]
