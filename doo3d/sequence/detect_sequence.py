@@ -182,7 +182,7 @@ def _detection(observation: Observation, objects: Sequence[SequenceObject], shap
     chains.sort(key=lambda chain: -chain.length)
     crossings = crossings_of_chains(chains, single.coordinates) if chains else ()
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    return replace(single, chains=tuple(chains), crossings=crossings, notes=(*single.notes, *missing))
+    return replace(single, chains=tuple(chains), crossings=crossings, junctions=(), objects=(), notes=(*single.notes, *missing))
 
 
 def as_chain(item: SequenceObject, shape: Shape) -> Chain:

@@ -144,7 +144,9 @@ def _tracks(observations: Sequence[Observation], tracking: TrackingConfig) -> di
         chains = [(number, chain) for number, chain in enumerate(observation.detection.chains) if not chain.closed]
         if not chains:
             continue
-        tracked = tracker.update(replace(observation.detection, chains=tuple(chain for _, chain in chains), crossings=()))
+        tracked = tracker.update(
+            replace(observation.detection, chains=tuple(chain for _, chain in chains), crossings=(), junctions=(), objects=())
+        )
         for (number, _), chain in zip(chains, tracked.chains, strict=True):
             assert chain.id is not None
             track = tracks.setdefault(chain.id, _Track([], {}))

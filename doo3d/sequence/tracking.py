@@ -13,7 +13,7 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..errors import InputError
-from ..types import Chain, Connection, Crossing, Detection, Floats, Ints, SegmentRef
+from ..types import Chain, ChainEnd, Connection, Crossing, Detection, Floats, Ints, Junction, SegmentRef
 
 COMPARED_STEPS = 60
 """Steps along the longer of two chains at which the two are compared."""
@@ -179,16 +179,24 @@ def assign_ids(
     gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(matches), len(detection.chains))
     pairs = {k: t for t, k in _best_pairs(gain) if gain[t, k] > 0}
     new_ids = itertools.count(state.next_id)
-    chains, segment_maps = [], []
+    chains, segment_maps, backwards = [], [], []
     for k, chain in enumerate(detection.chains):
         tracked = state.tracked[pairs[k]] if k in pairs else None
         match = matches[pairs[k]][k] if k in pairs else Match(0.0)
         chain, segments = reversed_chain(chain, match.backwards, match.first_joint)
         chains.append(replace(chain, id=tracked.chain.id if tracked else next(new_ids)))
         segment_maps.append(segments)
+        backwards.append(match.backwards)
     crossings = _renumber_crossings(detection.crossings, segment_maps)
-    tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings)
+    junctions = tuple(_with_directions(junction, backwards) for junction in detection.junctions)
+    tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings, junctions=junctions)
     return tracked_detection, _after_frame(TrackingState(state.tracked, next(new_ids)), chains)
+
+
+def _with_directions(junction: Junction, backwards: Sequence[bool]) -> Junction:
+    """Return a junction after some of the chains were reversed."""
+    ends = tuple(ChainEnd(end.chain, 1 - end.end if backwards[end.chain] else end.end) for end in junction.ends)
+    return replace(junction, ends=ends)
 
 
 def _best_pairs(gain: Floats) -> list[tuple[int, int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from builders.contexts import context_of
 from builders.drawn_masks import line
 
-from doo3d import detect, load_config
+from doo3d import Detection, Tracker, detect, load_config
 from doo3d.config import MergeConfig
 from doo3d.evaluation.metrics.trees import score_trees, total
 from doo3d.evaluation.rendering.renderer import render
@@ -135,3 +136,21 @@ def test_the_shell_evaluates_trees(doo3d, tmp_path):
     code, _, err = doo3d("evaluate", "trees", "-c", "default")
     assert code != 0
     assert "merge.branches" in err
+
+
+def test_junctions_follow_chains_that_tracking_reverses():
+    result = found(chain(*TRUNK), chain([0.02, 0.012, 0.5], [0.06, 0.12, 0.5], 0.003))
+    first = Detection(tuple(result.chains), junctions=result.junctions, objects=result.objects)
+    turned = replace(
+        first,
+        chains=(*first.chains[:-1], replace(first.chains[-1], joints=first.chains[-1].joints[::-1])),
+        junctions=(replace(first.junctions[0], ends=tuple(
+            ChainEnd(end.chain, 1 - end.end if end.chain == 2 else end.end) for end in first.junctions[0].ends
+        )),),
+    )  # fmt: skip
+    tracker = Tracker()
+    tracker.update(first)
+    after = tracker.update(turned)
+    assert after.junctions[0].ends == first.junctions[0].ends
+    for end in after.junctions[0].ends:
+        assert np.linalg.norm(after.chains[end.chain].joints[-end.end] - after.junctions[0].position) <= STEP / 2 + 1e-9
