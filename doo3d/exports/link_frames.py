@@ -9,27 +9,38 @@ from ..geometry.polyline import TINY, unit
 from ..types import Floats
 
 
-def link_frames(joints: Floats) -> Floats:
+def link_frames(joints: Floats, start: Floats | None = None) -> Floats:
     """Return the orientation of each segment of a chain as a rotation matrix, with minimal twist (parallel transport).
 
     Parameters
     ----------
     joints
         (N + 1, 3) m, the joints in order; segment k of the N segments leads from joint k to joint k + 1.
+    start
+        (3, 3) rotation that is turned to give the first segment's, such as that of the frame before; None for the identity.
 
     Returns
     -------
     (N, 3, 3) float64
         a rotation R for each segment, from the segment's own coordinates to those of the joints: p_joints = R @ p_segment. The
         third column of R, the segment's z axis, is its unit direction from joint k to joint k + 1. Each R is that of the previous
-        segment turned by the smallest angle that aligns the z axes; the first is the identity turned in the same way.
+        segment turned by the smallest angle that aligns the z axes; the first is `start` turned in the same way.
     """
     frames = []
-    frame = np.eye(3)
+    frame = np.eye(3) if start is None else start
     for direction in unit(np.diff(joints, axis=0)):
-        frame = _shortest_rotation(frame, direction) @ frame
+        frame = _orthonormal(_shortest_rotation(frame, direction) @ frame, direction)
         frames.append(frame)
     return np.array(frames)
+
+
+def _orthonormal(frame: Floats, direction: Floats) -> Floats:
+    """Return a (3, 3) frame, a rotation but for rounding, as one whose third column is exactly a unit vector.
+
+    Rounding errors would otherwise grow from segment to segment of a chain that turns back and forth.
+    """
+    first = unit(frame[:, 0] - (frame[:, 0] @ direction) * direction)
+    return np.column_stack((first, np.cross(direction, first), direction))
 
 
 def relative_rotations(frames: Floats) -> Rotation:

@@ -52,22 +52,34 @@ class MotionExport(Export):
         for i, frame in enumerate(frames):
             around = [frames[i - 1], frames[i + 1]] if 0 < i < len(frames) - 1 else []
             steps = np.diff(stamps[i - 1 : i + 2])
-            motions.append([_motion(chain, [_same(chain, frame, other) for other in around], steps) for chain in frame.chains])
+            motions.append(
+                [_motion(chain, [same_chain(chain, frame, other) for other in around], steps) for chain in frame.chains]
+            )
         return motions
 
 
-def _same(chain: Chain, frame: Detection, other: Detection) -> Chain | None:
-    """Return the chain of another frame that is the same object with the same joints, or None."""
-    if chain.id is None or chain.closed or other.coordinates != frame.coordinates:
+def same_chain(chain: Chain, frame: Detection, other: Detection) -> Chain | None:
+    """Return the chain of another frame that has the id of a chain, its number of joints and its coordinates, or None.
+
+    Parameters
+    ----------
+    chain
+        the chain.
+    frame
+        the frame that has the chain.
+    other
+        the frame to look in.
+    """
+    if chain.id is None or other.coordinates != frame.coordinates:
         return None
-    same = (each for each in other.chains if each.id == chain.id and not each.closed and each.joints.shape == chain.joints.shape)
-    return next(same, None)
+    alike = (each for each in other.chains if each.joints.shape == chain.joints.shape and each.closed == chain.closed)
+    return next((each for each in alike if each.id == chain.id), None)
 
 
 def _motion(chain: Chain, around: list[Chain | None], steps: Floats) -> JointMotion:
     """Return the motion of a chain between its two neighbors in time, `steps` s apart from it: (2,)."""
     known = [each for each in around if each is not None]
-    if len(known) < 2 or not (steps > 0).all():
+    if len(known) < 2 or chain.closed or not (steps > 0).all():
         unknown = np.full(chain.joints.shape, np.nan)
         return JointMotion(unknown, unknown)
     before, after = (chain.joints - known[0].joints) / steps[0], (known[1].joints - chain.joints) / steps[1]

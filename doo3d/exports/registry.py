@@ -14,6 +14,7 @@ FORMATS: Registry[type[Export]] = Registry(
     EXPORTS,
     {
         "mjcf": "mjcf:Mjcf",
+        "mjcf-motion": "mjcf_motion:MjcfMotion",
         "urdf": "urdf:Urdf",
         "usd": "usd:Usd",
         "usd-physics": "usd_physics:UsdPhysics",

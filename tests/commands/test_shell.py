@@ -33,7 +33,7 @@ def completed(line: str) -> list[str]:
         ("doo3d de", ["detect"]),
         ("doo3d detect x -c pap", ["paper_2d", "paper_3d"]),
         ("doo3d detect x --set merge.cha", ["merge.chains="]),
-        ("doo3d export out --to mj", ["mjcf"]),
+        ("doo3d export out --to mj", ["mjcf", "mjcf-motion"]),
         ("doo3d detect x --quie", ["--quiet"]),
     ],
 )

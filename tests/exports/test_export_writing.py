@@ -72,6 +72,7 @@ def curves_on_stage(path):
 
 OPENED = {
     "mjcf": lambda path: mujoco.MjModel.from_xml_path(str(path)).nv,
+    "mjcf-motion": lambda path: mujoco.MjModel.from_xml_path(str(path)).nv,
     "urdf": lambda path: len(yourdfpy.URDF.load(str(path)).joint_map),
     "usd": curves_on_stage,
     "usd-physics": capsules_on_stage,
@@ -167,7 +168,7 @@ def test_a_missing_library_is_named_with_its_pip_line(tmp_path, monkeypatch, nam
 @pytest.mark.parametrize(
     ("call", "code", "part"),
     [
-        (("dxf", "a.dxf"), "format-unknown", "mjcf, urdf"),
+        (("dxf", "a.dxf"), "format-unknown", "mjcf, mjcf-motion, urdf"),
         (("npz", "a.csv"), "out-suffix", ".npz"),
         (("mjcf", "a.urdf"), "out-suffix", ".xml"),
         (("mjcf", "a.xml"), "out-needs-folder", "3 files"),
@@ -196,7 +197,7 @@ def test_options_are_checked(tmp_path, name, options, code, parts):
         doo3d.export(capture(), name, target(tmp_path, name), **options)
 
 
-@pytest.mark.parametrize("name", ["mjcf", "urdf", "usd", "usd-physics", "ply", "glb", "obj", "ros2", "swc"])
+@pytest.mark.parametrize("name", ["mjcf", "mjcf-motion", "urdf", "usd", "usd-physics", "ply", "glb", "obj", "ros2", "swc"])
 def test_a_chain_without_radius_needs_one(tmp_path, name):
     found = doo3d.Detection((doo3d.Chain(helix().joints, helix().segment_length),))
     with refuses("radius-missing"):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 
+import mujoco
 import numpy as np
 import pytest
 
 from doo3d.outputs.run_reader import open_results
-from tests.builders.captures import HEIGHT, MATRIX, WIDTH, rope, save
+from tests.builders.captures import FOCAL, HEIGHT, MATRIX, WIDTH, rope, save
 
 FRAMES, HIDDEN, LOST = 9, (3, 4, 5), 6
 
@@ -51,9 +52,17 @@ def test_every_frame_has_the_whole_rope(doo3d, swaying, tmp_path):
     assert doo3d("export", tmp_path / "out", "--to", "npz", "-o", tmp_path / "out.npz", "--set", "rate=30")[0] == 0
     file = np.load(tmp_path / "out.npz")
     velocities = np.reshape(file["velocities"], (FRAMES, -1, 3))
-    true = 2 * 30 * 0.5 / 300  # 2 px per frame
-    assert np.median(velocities[1:-1, :, 1]) == pytest.approx(true, rel=0.2)
+    true = 2 * 30 * 0.5 / FOCAL  # 2 px per frame
+    assert np.median(velocities[1:-1, :, 1]) == pytest.approx(true, rel=0.05)
     np.testing.assert_array_equal(file["from_time"], np.concatenate([chain.from_time for chain in chains]))
+    assert doo3d("export", tmp_path / "out", "--to", "mjcf-motion", "--set", "rate=30")[0] == 0
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "out.xml"))
+    data = mujoco.MjData(model)
+    for k, chain in enumerate(chains):
+        mujoco.mj_resetDataKeyframe(model, data, k)
+        mujoco.mj_forward(model, data)
+        found = [data.site(f"chain0_{joint}").xpos for joint in range(len(chain.joints))]
+        np.testing.assert_allclose(found, chain.joints, atol=1e-8)
     alone = doo3d("detect", swaying, "-o", tmp_path / "alone")
     assert alone[0] == 1  # the frame without depth fails
     shortest = min(detection.chains[0].length for detection in open_results(tmp_path / "alone").detections())

@@ -1,0 +1,117 @@
+"""MuJoCo: the motion of a whole capture as keyframes of one model."""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from ..errors import DooWarning, InputError
+from ..types import Chain, Detection, Floats
+from .base import times
+from .link_frames import link_frames, relative_rotations
+from .mjcf import MAX_NESTED_BODIES, Mjcf
+from .motion import same_chain
+from .xml import tag
+
+MAX_LENGTH_ERROR = 1e-6  # relative: chains of a sequence have one length in all frames, to rounding
+
+
+class MjcfMotion(Mjcf):
+    """Export format MJCF for a whole capture: one model, and a keyframe with the positions of all joints for every frame."""
+
+    summary: ClassVar[str] = "MuJoCo: one model of the capture, a keyframe per frame"
+    file_per: ClassVar[Any] = "capture"
+
+    fixed: Literal["none"] = Field("none", description="all ends are free, as keyframes move them")
+    rate: float = Field(30.0, gt=0, description="frames/s, for captures without timestamps")
+
+    def write(self, frames: Sequence[Detection], path: Path) -> None:
+        """Write the frame with the most chains as an MJCF model (XML), in m, with a keyframe for each frame that has them all.
+
+        A keyframe has the name of the frame, the time since the first keyframe in s, and the model's `qpos`. Frames that lack a
+        chain, or have it with another number or length of segments, have no keyframe, with a warning.
+
+        Raises
+        ------
+        InputError
+            the radius of a chain is unknown and the option `radius` is not set, the option `ground` is set and gravity is zero,
+            or two frames have the same name.
+        """
+        model = max(frames, key=lambda frame: len(frame.chains), default=Detection(()))
+        shown = [(frame, time) for frame, time in zip(frames, times(frames, self.rate), strict=True) if _has_all(frame, model)]
+        _check(frames, [frame for frame, _ in shown], model)
+        # of branched objects every chain moves by itself
+        shown = [(_only(frame, model), time) for frame, time in shown]
+        *lines, end = self._lines(shown[0][0] if shown else model)
+        text = itertools.chain(lines, ["<keyframe>"] if shown else [], self._keys(shown), ["</keyframe>"] if shown else [], [end])
+        path.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+    def _keys(self, shown: Sequence[tuple[Detection, float]]) -> Iterator[str]:
+        """Yield a key for each frame, of the given time in s; all have the same chains, and the first is the model's."""
+        rest: list[Floats] = []
+        before: list[Floats] = []
+        for frame, time in shown:
+            chains = [bodies.chain for bodies in self.bodies_of(frame)]
+            start = [np.eye(3)] * len(chains) if not before else [links[0] for links in before]  # no twist from frame to frame
+            links = [link_frames(chain.joints, first) for chain, first in zip(chains, start, strict=True)]
+            rest = rest or links
+            qpos = [_qpos(chain.joints, *pair) for chain, *pair in zip(chains, links, rest, strict=True)]
+            yield tag("key", name=frame.frame, time=time - shown[0][1], qpos=np.concatenate([np.zeros(0), *qpos]))
+            before = links
+
+
+def _qpos(joints: Floats, links: Floats, rest: Floats) -> Floats:
+    """Return the part of `qpos` of one chain: position and quaternion of a tree's first body, quaternions of the others.
+
+    Parameters
+    ----------
+    joints
+        (N + 1, 3) m.
+    links
+        (N, 3, 3) orientation of each segment.
+    rest
+        (N, 3, 3) the same in the model, where all ball joints are at rest.
+    """
+    turns = (relative_rotations(rest).inv() * relative_rotations(links)).as_quat(canonical=True)
+    parts = []
+    for k, turn in enumerate(turns):
+        if k % MAX_NESTED_BODIES == 0:
+            parts += [joints[k], np.roll(relative_rotations(links[k : k + 1]).as_quat(canonical=True)[0], 1)]  # MuJoCo: w first
+        else:
+            parts.append(np.roll(turn, 1))
+    return np.concatenate(parts)
+
+
+def _same(chain: Chain, frame: Detection, model: Detection) -> Chain | None:
+    """Return the chain of a frame that is a chain of the model, with segments of the same length, or None."""
+    other = chain if frame is model else same_chain(chain, model, frame)
+    is_as_long = other is not None and abs(other.segment_length / chain.segment_length - 1) <= MAX_LENGTH_ERROR
+    return other if is_as_long else None
+
+
+def _has_all(frame: Detection, model: Detection) -> bool:
+    return all(_same(chain, frame, model) is not None for chain in model.chains)
+
+
+def _only(frame: Detection, model: Detection) -> Detection:
+    """Return a frame with the chains of the model alone, in their order."""
+    chains = tuple(same for chain in model.chains if (same := _same(chain, frame, model)) is not None)
+    return Detection(chains, coordinates=frame.coordinates, frame=frame.frame, plane=frame.plane, pose=frame.pose)
+
+
+def _check(frames: Sequence[Detection], shown: Sequence[Detection], model: Detection) -> None:
+    if len({frame.frame for frame in shown}) < len(shown):
+        raise InputError("several frames have the same name, which keyframes cannot", code="frame-names-clash")
+    if len(shown) < len(frames):
+        warnings.warn(
+            f"{len(frames) - len(shown)} of {len(frames)} frames have no keyframe: not all chains of frame {model.frame} are in "
+            "them with as many segments of the same length, as they are in the results of doo3d detect --sequence",
+            DooWarning,
+            stacklevel=2,
+        )
