@@ -18,9 +18,9 @@ MIN_CONFIDENCE = 0.15
 MAX_LENGTH_ERROR = 0.025
 """Share by which a chain's length may differ from its object's for it to be the whole object."""
 
-LENGTH_SPREAD, MIN_LENGTH_SHARE = 0.02, 0.1
-"""Share of a length within which others agree with it, and share of the chains that must: chains are too short wherever an end is
-hidden, hardly ever too long, so the object's length is the longest that enough chains have."""
+LENGTH_SPREAD, SHIFT_SPREAD, MIN_LENGTH_SHARE = 0.02, 0.03, 0.1
+"""Shares of a length within which others agree with it, and are averaged with it, and share of the chains that must agree: chains
+are too short wherever an end is hidden, hardly ever too long, so the object's length is the longest that enough chains have."""
 
 MIN_FRAMES = 3
 """Frames in which an object is wholly seen at least; fewer only in captures that are as short."""
@@ -126,14 +126,27 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
 
 
 def vote_length(lengths: Floats) -> float:
-    """Return the longest length that enough of the lengths (K,) m agree on: the median of those within 2 % of it."""
+    """Return the longest length that enough of the lengths (K,) m agree on.
+
+    It is moved to the median of those around it until it stays (mean shift), since the longest of them are a little too long.
+    """
     ordered = np.sort(lengths)[::-1]
     least = max(min(MIN_FRAMES, len(ordered)), int(np.ceil(MIN_LENGTH_SHARE * len(ordered))))
     for length in ordered:
         near = ordered[np.abs(ordered - length) <= LENGTH_SPREAD * length]
         if len(near) >= least:
-            return float(np.median(near))
+            return _middle(ordered, float(np.median(near)))
     return float(np.median(ordered))
+
+
+def _middle(lengths: Floats, length: float) -> float:
+    """Return the median of the lengths around a length, moved until it stays."""
+    for _ in range(len(lengths)):
+        median = float(np.median(lengths[np.abs(lengths - length) <= SHIFT_SPREAD * length]))
+        if median == length:
+            break
+        length = median
+    return length
 
 
 def _tracks(observations: Sequence[Observation], tracking: TrackingConfig) -> dict[int, _Track]:
