@@ -7,9 +7,9 @@ import json
 import mujoco
 import numpy as np
 import pytest
+from builders.captures import FOCAL, HEIGHT, MATRIX, WIDTH, rope, save
 
 from doo3d.outputs.run_reader import open_results
-from tests.builders.captures import FOCAL, HEIGHT, MATRIX, WIDTH, rope, save
 
 FRAMES, HIDDEN, LOST = 9, (3, 4, 5), 6
 
