@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 import subprocess
 import sys
@@ -127,6 +128,10 @@ def test_a_figure_has_the_chains_and_the_points():
 def test_a_figure_of_one_chain_of_a_ring_and_of_2_d():
     assert {trace.name for trace in helix(id=7).plot().data} == {"chain 7"}
     assert "dash" in {trace.line.dash for trace in helix().plot().data if trace.type == "scatter3d" and trace.mode == "lines"}
+    in_time = dataclasses.replace(helix(), from_time=helix().occluded)
+    assert "longdashdot" in {
+        trace.line.dash for trace in in_time.plot().data if trace.type == "scatter3d" and trace.mode == "lines"
+    }
     image = np.full((30, 60, 3), 90, np.uint8)
     drawn = flat().plot(image)
     assert drawn.layout.images[0].sizex == 60

@@ -11,6 +11,7 @@ from ..types import Array, Camera, Cloud, Floats, Frame, Image
 
 SIZE = (1280, 720)  # (width, height) px of the picture of a cloud
 MARGIN = 0.1  # share of the picture of a cloud, on each side
+MIN_TANGENT = 1e-4  # extent of a cloud in the view, as a tangent: a smaller one would need an impossible focal length
 POINT_WIDTH = 1.2  # of a point, in square roots of the pixels per point: a surface shows no holes
 
 
@@ -92,14 +93,14 @@ def _cloud_projection(cloud: Cloud) -> Projection:
         return Projection.parallel(center, axes, scale, offset)
     axes = upright_axes_along(center - cloud.viewpoint)
     in_view = (cloud.points - cloud.viewpoint) @ axes.T
-    focal, (cx, cy) = _fitted(in_view[:, :2] / np.maximum(in_view[:, 2:], 1e-9))
+    focal, (cx, cy) = _fitted(in_view[:, :2] / np.maximum(in_view[:, 2:], 1e-9), MIN_TANGENT)
     return Projection.perspective(cloud.viewpoint, axes, Camera(focal, focal, cx, cy, width, height))
 
 
-def _fitted(positions: Floats) -> tuple[float, Floats]:
+def _fitted(positions: Floats, min_extent: float = 1e-9) -> tuple[float, Floats]:
     """Return the scale and the (2,) offset, px, with which 99 % of (N, 2) positions lie inside the margins of the picture."""
     low, high = np.percentile(positions, (0.5, 99.5), axis=0)
-    scale = float(np.min(np.array(SIZE) * (1 - 2 * MARGIN) / np.maximum(high - low, 1e-9)))
+    scale = float(np.min(np.array(SIZE) * (1 - 2 * MARGIN) / np.maximum(high - low, min_extent)))
     return scale, np.asarray(np.array(SIZE) / 2 - scale * (low + high) / 2)
 
 

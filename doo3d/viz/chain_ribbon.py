@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..types import Bools, Chain, Crossing, Floats
+from ..types import Array, Bools, Chain, Crossing, Floats
 from .backdrop import Backdrop
 from .canvas import Canvas
 from .palette import DARK, LIGHT, Rgb
+from .segment_kinds import DEPTH_FILLED, FROM_TIME, OCCLUDED, SEEN, segment_kinds
 
 VISIBLE_ALPHA, OCCLUDED_ALPHA, EDGE_ALPHA = 0.50, 0.18, 0.66  # opacity of a ribbon, an occluded ribbon, and a ribbon's edge
 DASH, DASH_GAP = 7.0, 7.0  # px at unit size
@@ -34,8 +35,8 @@ class Strand:
         radius of the chain, m (px in 2-D); 0 if unknown.
     occluded
         (N,) bool, whether each segment is occluded.
-    depth_filled
-        (N,) bool, whether the depth of each segment was filled in; true for occluded segments.
+    kinds
+        (N,) int, the kind of each segment, as `segment_kinds` returns it.
     color
         RGB, 0 to 255.
     closed
@@ -49,7 +50,7 @@ class Strand:
     distance: Floats
     radius: float
     occluded: Bools
-    depth_filled: Bools
+    kinds: Array
     color: Rgb
     closed: bool
     unit: float
@@ -75,7 +76,7 @@ class Strand:
         half_width = np.maximum(radii * view.scale(distance), 0.5 * unit)
         points = view.project(chain.joints)
         radius = chain.radius if np.isfinite(chain.radius) else 0.0
-        return Strand(points, half_width, distance, radius, chain.occluded, chain.depth_filled, color, chain.closed, unit)
+        return Strand(points, half_width, distance, radius, chain.occluded, segment_kinds(chain), color, chain.closed, unit)
 
     @property
     def middles(self) -> Floats:
@@ -83,7 +84,7 @@ class Strand:
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
-        """Yield runs of consecutive chosen segments that are alike: all seen, all with filled depth, or all occluded.
+        """Yield runs of consecutive chosen segments that are alike: all of one kind.
 
         Parameters
         ----------
@@ -97,10 +98,9 @@ class Strand:
         """
         in_view = np.asarray(np.isfinite(self.points).all(axis=1))
         drawable = chosen & in_view[1:] & in_view[:-1]
-        style = self.occluded.astype(int) + self.depth_filled
         start = 0
         for i in range(1, len(drawable) + 1):
-            if i == len(drawable) or drawable[i] != drawable[start] or style[i] != style[start]:
+            if i == len(drawable) or drawable[i] != drawable[start] or self.kinds[i] != self.kinds[start]:
                 if drawable[start]:
                     yield slice(start, i + 1)
                 start = i
@@ -108,8 +108,9 @@ class Strand:
     def paint(self, canvas: Canvas, chosen: Bools) -> None:
         """Draw the chosen segments: dark edge, ribbon, center line and joints.
 
-        Occluded segments are paler, with a dashed center line, and have neither edge nor joints. Segments that are seen but whose
-        depth was filled in have a dotted center line and no joints.
+        Occluded segments are paler, with a dashed center line, and have neither edge nor joints; between the dashes of those that
+        other frames filled in, the line is white. Segments that are seen but whose depth was filled in have a dotted center line
+        and no joints.
 
         Parameters
         ----------
@@ -139,15 +140,17 @@ class Strand:
             canvas.disc(point, radius, color, alpha)
 
     def _paint_center_line(self, canvas: Canvas, run: slice) -> None:
-        points = self.points[run]
-        if self.occluded[run.start]:
+        points, kind = self.points[run], self.kinds[run.start]
+        if kind in (OCCLUDED, FROM_TIME):
             outlines = lines = _dashes(points, DASH * self.unit, DASH_GAP * self.unit)
-        elif self.depth_filled[run.start]:
+        elif kind == DEPTH_FILLED:
             outlines = lines = _dashes(points, DOT * self.unit, DOT_GAP * self.unit)
         else:
             outlines, lines = [points], [self._with_neighbors(run)]
-        for piece in outlines:
+        for piece in [points] if kind == FROM_TIME else outlines:
             canvas.line(piece, DARK, 0.7, 3.4 * self.unit)
+        if kind == FROM_TIME:
+            canvas.line(points, LIGHT, 1.0, 2.0 * self.unit)
         for piece in lines:
             canvas.line(piece, self.color, 1.0, 2.0 * self.unit)
 
@@ -155,7 +158,7 @@ class Strand:
         """Return the points of a run and half a segment more on both sides, so that no dark cap shows between runs."""
         points = [self.points[run]]
         for joint, neighbor in ((run.start, run.start - 1), (run.stop - 1, run.stop)):
-            if 0 <= neighbor < len(self.points) and not self.depth_filled[min(joint, neighbor)]:
+            if 0 <= neighbor < len(self.points) and self.kinds[min(joint, neighbor)] == SEEN:
                 middle = (self.points[joint] + self.points[neighbor])[None] / 2
                 points = [middle, *points] if neighbor < joint else [*points, middle]
         extended = np.concatenate(points)
@@ -165,7 +168,7 @@ class Strand:
         points = self.points[run]
         spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         radius = min(1.4 * self.unit, 0.12 * spacing)
-        if radius < 0.5 * self.unit or self.depth_filled[run.start]:
+        if radius < 0.5 * self.unit or self.kinds[run.start] != SEEN:
             return
         for point in points:
             canvas.disc(point, radius, LIGHT, 1.0)

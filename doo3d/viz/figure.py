@@ -14,12 +14,13 @@ from ..errors import require
 from ..inputs import FrameData
 from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
 from .palette import chain_color, chain_numbers
+from .segment_kinds import KIND_WORDS, SEEN, segment_kinds
 from .surroundings import sample_surroundings
 
 TUBE_SIDES = 12
 MAX_POINTS = 20_000  # around the chains: more slow a browser down
-OPACITY = (1.0, 0.6, 0.3)  # of segments that are seen, have filled depth, are occluded
-DASHES = ("solid", "dot", "dash")  # of their center line
+OPACITY = (1.0, 0.6, 0.3, 0.45)  # by the kind of segment
+DASHES = ("solid", "dot", "dash", "longdashdot")  # of the center line, by the kind of segment
 QUIET = "rgb(125, 125, 125)"
 CAMERA_VIEW = {"up": {"x": 0, "y": -1, "z": 0}, "eye": {"x": 0.25, "y": -0.45, "z": -1.25}}  # from above the camera
 WORLD_VIEW = {"up": {"x": 0, "y": 0, "z": 1}, "eye": {"x": 0.85, "y": 0.85, "z": 0.7}}
@@ -76,8 +77,8 @@ def _alone(chain: Chain, data: Frame | Cloud | Image | Array | None) -> Detectio
 
 
 def _runs(chain: Chain) -> Iterator[tuple[int, int, int]]:
-    """Yield runs of segments of one kind: first joint, last joint, kind (0 seen, 1 depth filled in, 2 occluded)."""
-    kind = chain.occluded.astype(int) + chain.depth_filled
+    """Yield runs of segments of one kind: first joint, last joint, kind as `segment_kinds` returns it."""
+    kind = segment_kinds(chain)
     edges = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(kind)]
     for first, last in pairwise(edges):
         yield first, last, int(kind[first])
@@ -89,11 +90,11 @@ def _tube(go: Any, chain: Chain, name: str, color: str) -> list[Any]:
     radii = np.where(np.isfinite(chain.radii), chain.radii, radius)
     rings, traces = _rings(chain.joints, radii), []
     shared = {"name": name, "legendgroup": name}
-    words = ("", "<br>depth filled in", "<br>occluded")
     for piece, (first, last, kind) in enumerate(_runs(chain)):
         x, y, z = rings[first : last + 1].reshape(-1, 3).T
         i, j, k = _triangles(last - first + 1)
-        text = [f"{name}, joint {n}<br>radius {1000 * radii[n]:.1f} mm{words[kind]}" for n in range(first, last + 1)]
+        words = "" if kind == SEEN else f"<br>{KIND_WORDS[kind]}"
+        text = [f"{name}, joint {n}<br>radius {1000 * radii[n]:.1f} mm{words}" for n in range(first, last + 1)]
         mesh = {"i": i, "j": j, "k": k, "color": color, "opacity": OPACITY[kind], "lighting": LIGHT}
         hover = {"hoverinfo": "text", "hovertext": np.repeat(text, TUBE_SIDES)}
         traces.append(go.Mesh3d(x=x, y=y, z=z, **mesh, **hover, **shared))

@@ -10,6 +10,7 @@ from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, upper_pieces
 from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color, chain_numbers
+from .segment_kinds import DEPTH_FILLED, FROM_TIME, segment_kinds
 
 _MAX_CAPTION_LINES = 8
 _FONT = cv2.FONT_HERSHEY_DUPLEX
@@ -21,7 +22,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
     - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
     - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
-      pale and the line dashed.
+      pale and the line dashed; where other frames of a sequence filled it in, the line is white between the dashes.
     - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint: its
       id, or without tracking its index.
     - Where chains meet at a junction, a white square stands for their ends.
@@ -94,8 +95,9 @@ def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, u
 def caption_lines(detection: Detection) -> list[str]:
     """Return a line of text for each chain, such as "1.204 m   r 5.0 mm   12% occluded   5% depth filled".
 
-    The line tells length and radius, the share of the segments that is occluded, and the share that is seen but whose depth was
-    filled in. Lengths are in px in 2-D. A share of 0 is left out.
+    The line tells length and radius, the share of the segments that is occluded, the share that other frames filled in (which is
+    part of the occluded share), and the share that is seen but whose depth was filled in. Lengths are in px in 2-D. A share of 0
+    is left out.
     """
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
 
@@ -110,7 +112,12 @@ def _line(chain: Chain, in_metres: bool) -> str:
         text = f"{chain.length:.3f} m   r {chain.radius * 1000:.1f} mm"
     else:
         text = f"{chain.length:.0f} px   r {chain.radius:.1f} px"
-    shares = ((float(chain.occluded.mean()), "occluded"), (float((chain.depth_filled & ~chain.occluded).mean()), "depth filled"))
+    kinds = segment_kinds(chain)
+    shares = (
+        (float(chain.occluded.mean()), "occluded"),
+        (float((kinds == FROM_TIME).mean()), "from other frames"),
+        (float((kinds == DEPTH_FILLED).mean()), "depth filled"),
+    )
     return text + "".join(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share)
 
 

@@ -78,6 +78,20 @@ def test_occluded_segments_are_dashed():
     assert not left_out[390:500].any()
 
 
+def test_segments_from_other_frames_are_white_between_the_dashes():
+    hidden = np.zeros(40, dtype=bool)
+    hidden[15:25] = True
+    in_time = straight(occluded=hidden)
+    in_time = replace(in_time, from_time=hidden & (np.arange(40) < 20))
+    picture, occluded = (draw(frame(), Detection((chain,))) for chain in (in_time, straight(occluded=hidden)))
+    white = picture[240, 275:365].min(axis=1) > 200
+    assert 2 <= (np.diff(white[:40].astype(int)) == 1).sum() <= 5
+    assert not white[50:].any()
+    assert not (occluded[240, 280:360].min(axis=1) > 200).any()
+    np.testing.assert_array_equal(picture[235:245, 140:240], occluded[235:245, 140:240])
+    assert caption_lines(Detection((in_time,))) == ["0.400 m   r 6.0 mm   25% occluded   12% from other frames"]
+
+
 def test_segments_with_filled_depth_are_dotted():
     filled = np.zeros(40, dtype=bool)
     filled[15:25] = True

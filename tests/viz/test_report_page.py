@@ -225,6 +225,59 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
         assert len([address for address in page_view.requests if address.startswith("file:")]) == 1
 
 
+@pytest.fixture
+def sequence(run, tmp_path) -> Path:
+    """Forty frames, 20 a second, of a chain with an id that moves; other frames filled in a part of it. The last has lost it."""
+    folder = tmp_path / "sequence"
+    folder.mkdir()
+    manifest, frames = json.loads((run / "manifest.json").read_text()), []
+    values = json.loads((run / f"{manifest['frames'][0]['name']}.json").read_text())
+    (chain, *_), start = values["chains"], values["chains"][0]["joints"]
+    for k in range(40):
+        joints = [[x, y + 0.001 * k, z] for x, y, z in start]
+        moved = chain | {"id": 0, "joints": joints, "from_time": [hidden and k > 0 for hidden in chain["occluded"]]}
+        frame = {"frame": f"{k:03d}", "timestamp": 5 + k / 20, "chains": [moved] if k < 39 else [], "crossings": []}
+        (folder / f"{k:03d}.json").write_text(json.dumps(values | frame))
+        os.link(run / f"{manifest['frames'][0]['name']}.png", folder / f"{k:03d}.png")
+        frames.append(manifest["frames"][0] | {"name": f"{k:03d}", "timestamp": 5 + k / 20})
+    (folder / "manifest.json").write_text(json.dumps(manifest | {"frames": frames}))
+    return folder
+
+
+def test_the_page_holds_what_other_frames_filled_in(sequence):
+    held = data_of(report_page(open_results(sequence), clouds=False))["frames"]
+    assert "from_time" not in held[0]["chains"][0]
+    assert held[1]["chains"][0]["from_time"] == held[1]["chains"][0]["occluded"]
+    assert "1" in held[1]["chains"][0]["from_time"]
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+@needs_chromium
+def test_parts_from_other_frames_and_a_trail(sequence, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(open_results(sequence), clouds=False), encoding="utf-8")
+    traces = "document.querySelector('#view').data"
+    with browser.Browser() as view:
+        view.open(path)
+        view.wait(READY)
+        view.run("show(30)")
+        view.wait(IN_SPACE)
+        assert view.run(f"{traces}.filter((trace) => trace.line?.dash === 'longdashdot').length") >= 1
+        assert view.run(f"{traces}.filter((trace) => trace.hovertext?.[0]?.endsWith('from other frames')).length") >= 1
+        trails = json.loads(
+            view.run(f"JSON.stringify({traces}.filter((trace) => trace.name === 'trail').map((trace) => [...trace.y]))")
+        )
+        assert [len(trail) for trail in trails] == [21] * 3
+        np.testing.assert_allclose(np.diff(trails), -0.001, atol=1e-5)
+        assert "From other frames" in view.run("document.querySelector('#chains').textContent")
+        for number, count in ((0, 0), (1, 3), (39, 0)):
+            view.run(f"show({number})")
+            view.wait(f"document.querySelector('#one-title').textContent === '{number:03d}'")
+            assert view.run(f"{traces}.filter((trace) => trace.name === 'trail').length") == count
+        assert view.problems == []
+
+
 @pytest.mark.browser
 @pytest.mark.slow
 @needs_chromium

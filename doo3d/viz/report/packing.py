@@ -60,7 +60,8 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
     -------
     dict
         "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" and "filled" (the
-        depth was filled in) each as a text such as "0110" with a digit for each segment, "color" as "#rrggbb", the same as in the
+        depth was filled in) each as a text such as "0110" with a digit for each segment, "from_time" likewise for chains of which
+        other frames filled in segments, "color" as "#rrggbb", the same as in the
         pictures, and "id", "closed", "length", "radius", "confidence" of the chain.
     """
     number = index if chain.id is None else chain.id
@@ -72,6 +73,7 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         "radii": pack_points(radii) if np.isfinite(radii).all() else None,
         "occluded": "".join("01"[int(each)] for each in chain.occluded),
         "filled": "".join("01"[int(each)] for each in chain.depth_filled),
+        **({"from_time": "".join("01"[int(each)] for each in chain.from_time)} if chain.from_time.any() else {}),
         "closed": chain.closed,
         "length": chain.length,
         "radius": chain.radius,

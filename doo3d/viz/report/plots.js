@@ -7,6 +7,8 @@ const shaded = (color) => `rgb(${[1, 3, 5].map((i) => Math.round(parseInt(color.
 const settings = { displaylogo: false, responsive: true };
 const buttons = (...names) => ({ ...settings, modeBarButtons: [["toImage", ...names]] });
 
+const TRAIL_SECONDS = 1, FRAME_RATE = 30;  // the rate without timestamps
+
 // the x axis is time if every frame has a timestamp, else the number of the frame
 const timed = frames.length > 1 && frames.every((frame) => frame.time !== null);
 const start = timed ? Math.min(...frames.map((frame) => frame.time)) : 0;
@@ -94,15 +96,15 @@ function chainTraces(chain, number) {
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
   const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number}`;
-  occlusionRuns(chain.occluded, chain.filled).forEach(([first, last, occluded, filled], piece) => {
+  kindRuns(kindsOf(chain)).forEach(([first, last, kind], piece) => {
     const mesh = tube(joints, radii, first, last), part = (column) => Array.from(column.slice(first, last + 1));
-    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${occluded ? "<br>occluded" : filled ? "<br>depth filled in" : ""}`);
+    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${kinds[kind].text}`);
     const { joint, ...shape } = mesh;
     const shared = { name, legendgroup: name, showlegend: false };
-    traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: occluded ? 0.3 : filled ? 0.6 : 1, hoverinfo: "text", hovertext: text,
+    traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: kinds[kind].opacity, hoverinfo: "text", hovertext: text,
       lighting: { ambient: 0.72, diffuse: 0.5, specular: 0.12 }, lightposition: { x: -2000, y: -10000, z: -10000 } });
     traces.push({ ...shared, type: "scatter3d", mode: "lines", x: part(columns[0]), y: part(columns[1]), z: part(columns[2]), hoverinfo: "skip",
-      line: { color, width: 4, dash: occluded ? "dash" : filled ? "dot" : "solid" }, showlegend: piece === 0 });
+      line: { color, width: 4, dash: kinds[kind].dash }, showlegend: piece === 0 });
   });
   const ends = chain.closed ? [0] : [0, joints.length - 1];
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
@@ -111,6 +113,20 @@ function chainTraces(chain, number) {
   traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [String(chain.id ?? number)],
     x: [joints[0][0]], y: [joints[0][1]], z: [joints[0][2]], textposition: "top center", textfont: { size: 16, color: css("--text") } });
   return traces;
+}
+
+/** Draw where both ends and the middle of a tracked chain were in the last second, as thin lines. */
+function trailTraces(frame, chain) {
+  if (chain.id === null || chain.closed) return [];
+  const count = chain.occluded.length, now = frames.indexOf(frame), timeOf = (number) => timed ? frames[number].time : number / FRAME_RATE, past = [];
+  for (let number = now; number >= 0 && timeOf(now) - timeOf(number) <= TRAIL_SECONDS; number--) {
+    const other = frames[number].chains?.find((each) => each.id === chain.id && each.occluded.length === count);
+    if (!other || frames[number].coordinates !== frame.coordinates) break;
+    past.push(unpack(other.joints));
+  }
+  if (past.length < 2) return [];
+  return [0, count >> 1, count].map((joint) => ({ type: "scatter3d", mode: "lines", name: "trail", legendgroup: `chain ${chain.id}`, showlegend: false, hoverinfo: "skip",
+    ...Object.fromEntries(["x", "y", "z"].map((axis, k) => [axis, past.map((columns) => columns[k][joint])])), line: { color: shaded(chain.color), width: 1.5 } }));
 }
 
 function cloudTraces(cloud) {
@@ -142,7 +158,7 @@ function drawSpace(frame) {
     camera.eye = Object.fromEntries(["x", "y", "z"].map((key, k) => [key, 1.35 * direction[k]]));
     if (Math.abs(direction[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
   }
-  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap(chainTraces)];
+  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap(chainTraces), ...frame.chains.flatMap((chain) => trailTraces(frame, chain))];
   const sides = boxSides(traces), axisOf = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
@@ -153,10 +169,11 @@ function drawSpace(frame) {
 }
 
 function drawImage(frame) {
-  const traces = frame.chains.flatMap((chain, number) => occlusionRuns(chain.occluded, chain.occluded).map(([first, last, occluded]) => {
+  const inImage = (chain) => kindsOf(chain).map((kind) => kind === 1 ? 0 : kind);
+  const traces = frame.chains.flatMap((chain, number) => kindRuns(inImage(chain)).map(([first, last, kind]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
     return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number}`, marker: { size: 4, color: chain.color },
-      line: { color: chain.color, width: 3, dash: occluded ? "dot" : "solid" }, showlegend: false };
+      line: { color: chain.color, width: 3, dash: ["solid", "solid", "dot", "dashdot"][kind] }, showlegend: false };
   }));
   const { width, height } = frame, size = frame.picture ? { x: [0, width], y: [height, 0] } : null;
   const axis = { color: css("--quiet"), showgrid: false, zeroline: false };
@@ -173,13 +190,14 @@ function chainTable(frame) {
   by("chains").replaceChildren();
   if (!frame.chains?.length) return;
   const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains"));
-  for (const title of ["Chain", "Length", "Radius", "Occluded", "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
+  const inTime = frame.chains.some((chain) => chain.from_time) ? ["From other frames"] : [];
+  for (const title of ["Chain", "Length", "Radius", "Occluded", ...inTime, "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
   frame.chains.forEach((chain, number) => {
     const row = make("tr", undefined, body), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
     first.append(`${chain.id ?? number}${chain.closed ? ", a ring" : ""}`);
     const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length;
-    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
+    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), ...inTime.map(() => percent(share(chain.from_time ?? "0"))), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
   });
 }
 

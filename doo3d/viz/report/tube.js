@@ -26,13 +26,26 @@ const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);
 const unit = (a) => { const size = Math.sqrt(dot(a, a)) || 1; return a.map((value) => value / size); };
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Split segments into runs of one kind: [first joint, last joint, occluded, depth filled in]. */
-function occlusionRuns(occluded, filled) {
+/** How each kind of segment is drawn: seen, depth filled in, occluded, filled in from other frames. */
+const kinds = [
+  { text: "", opacity: 1, dash: "solid" },
+  { text: "<br>depth filled in", opacity: 0.6, dash: "dot" },
+  { text: "<br>occluded", opacity: 0.3, dash: "dash" },
+  { text: "<br>from other frames", opacity: 0.45, dash: "longdashdot" },
+];
+
+/** Return the kind of each segment of a chain, as an index of `kinds`. */
+function kindsOf(chain) {
+  return [...chain.occluded].map((occluded, i) => occluded === "1" ? (chain.from_time?.[i] === "1" ? 3 : 2) : Number(chain.filled[i]));
+}
+
+/** Split segments into runs of one kind: [first joint, last joint, kind]. */
+function kindRuns(numbers) {
   const runs = [];
-  for (let i = 0; i < occluded.length; i++) {
-    if (!i || occluded[i] !== occluded[i - 1] || filled[i] !== filled[i - 1]) runs.push([i, i + 1, occluded[i] === "1", filled[i] === "1"]);
+  numbers.forEach((kind, i) => {
+    if (!i || kind !== numbers[i - 1]) runs.push([i, i + 1, kind]);
     else runs[runs.length - 1][1] = i + 1;
-  }
+  });
   return runs;
 }
 
