@@ -108,7 +108,9 @@ def test_a_notebook_shows_a_table_and_a_drawing():
     text = doo3d.Detection((helix(),), frame="<script>", notes=("a < b",))._repr_html_()
     assert "<script" not in text
     assert "a &lt; b" in text
-    assert "stroke-dasharray" in text
+    assert text.count('stroke-dasharray="3 3"') > 0
+    in_time = dataclasses.replace(helix(), from_time=helix().occluded)
+    assert in_time._repr_html_().count("8 3 2 3") == helix()._repr_html_().count("3 3") > 0
     assert text.count("<tr>") == 2
     assert "NaN" not in flat()._repr_html_() + helix()._repr_html_() + capture()[1]._repr_html_()
 

@@ -168,12 +168,16 @@ class RerunRecording:
             self.recording.log(f"{entity}/labels", labels)
 
     def _log_chains(self, detection: Detection) -> None:
-        """Log the chains: in 3-D as tubes of the object's radius; segments whose depth was filled in are darker."""
+        """Log the chains: in 3-D as tubes of the object's radius.
+
+        Segments whose depth was filled in are darker, and paler if other frames filled them in.
+        """
         rr, planar = self.rr, detection.mode == "2d"
         for i, chain in enumerate(detection.chains):
             color = np.array(chain_color(i if chain.id is None else chain.id))
             dimmed = np.where(chain.depth_filled[:, None], 3 * color // 4, color)
-            colors = np.where(chain.occluded[:, None], color // 2, dimmed).astype(np.uint8)
+            colors = np.where(chain.occluded[:, None], color // 2, dimmed)
+            colors = np.where(chain.from_time[:, None], (color + 255) // 2, colors).astype(np.uint8)
             radius = chain.radius if np.isfinite(chain.radius) else 0.0
             pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)
             strips = (rr.LineStrips2D if planar else rr.LineStrips3D)(pairs, colors=colors, radii=radius)

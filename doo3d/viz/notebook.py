@@ -54,17 +54,21 @@ def _table(detection: Detection) -> str:
 
 
 def _drawing(detection: Detection) -> str:
-    """Return the chains as SVG: occluded segments are dashed, a disc marks the first joint, the number stands beside it."""
+    """Return the chains as SVG: a disc marks the first joint of each, the number stands beside it.
+
+    Occluded segments are dashed, with dots between the dashes where other frames filled them in.
+    """
     if not detection.chains:
         return ""
     placed = _placed(detection)
     shapes = []
     for number, chain, points in zip(chain_numbers(detection), detection.chains, placed, strict=True):
         color = _color(number)
-        edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int))) + 1).tolist(), len(chain.occluded)]
+        edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int) + chain.from_time)) + 1).tolist(), len(chain.occluded)]
         for first, last in pairwise(edges):
             path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points[first : last + 1])
-            dash = ' stroke-dasharray="3 3"' if chain.occluded[first] else ""
+            pattern = "8 3 2 3" if chain.from_time[first] else "3 3"
+            dash = f' stroke-dasharray="{pattern}"' if chain.occluded[first] else ""
             shapes.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="3"{dash}/>')
         x, y = points[0]
         shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{color}" stroke="#222"/>')
