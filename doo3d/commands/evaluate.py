@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True, help="Measure the detection against known truth.", rich_markup_mode=None)
 
 MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
+MIN_RELIABILITY_FRAMES = 20
+"""Frames from which on a table of the reliability of the confidence says something."""
+
 ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all.")]
@@ -253,7 +256,7 @@ def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None
     from ..evaluation.benchmark.tables import csv_text, format_reliability, format_table, json_text
 
     typer.echo(format_table(rows))
-    if rows:
+    if len(rows) >= MIN_RELIABILITY_FRAMES:
         typer.echo("\n" + format_reliability(rows))
     if table:
         save(table, csv_text(rows))
