@@ -25,6 +25,9 @@ DIGITS = 4
 SPACING = 0.001
 """m between the points of a resampled axis."""
 
+MAX_COORDINATE = 1e6
+"""m; no cable lies farther from its camera."""
+
 MAX_STEP_RATIO, MIN_STEP_RATIO = 1.5, 0.5
 """An axis with a step longer than this times SPACING, or shorter than this times its mean step, is resampled."""
 
@@ -99,9 +102,10 @@ def _truth(values: Any, where: str) -> Truth:
         raise InputError(
             f"{where}: expected axis and radius, and perhaps closed, color and seen ({error!r})", code="truth-invalid"
         ) from None
-    if axis.ndim != 2 or axis.shape[1] != 3 or len(axis) < 2 or seen.shape != (len(axis),) or not np.isfinite(axis).all():
+    is_usable = axis.ndim == 2 and axis.shape[1] == 3 and len(axis) >= 2 and bool((np.abs(axis) < MAX_COORDINATE).all())
+    if not is_usable or seen.shape != (len(axis),):
         raise InputError(
-            f"{where}: axis {axis.shape}, seen {seen.shape}, expected (P, 3), finite, P >= 2, and (P,)", code="truth-invalid"
+            f"{where}: axis {axis.shape}, seen {seen.shape}, expected (P, 3) below 1e6 m, P >= 2, and (P,)", code="truth-invalid"
         )
     if not 0 < radius < np.inf:
         raise InputError(f"{where}: radius {radius:g}, expected metres above 0", code="truth-invalid")

@@ -57,6 +57,9 @@ CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 DRAWN_EVERY = 3
 """Samples per line that is drawn along a chain to find the pixels that are its own."""
 
+MAX_LINES = 5000
+"""Lines drawn along a chain at most."""
+
 MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 """px; positions farther out are not drawn, and the widest line that can be."""
 
@@ -227,7 +230,8 @@ def _unclaimed(samples: Sequence[_Samples], foreground: Foreground) -> float:
     total = int(np.count_nonzero(left))
     corner = np.array((box[1].start, box[0].start))
     for each in samples:
-        view, reach = each.view[::DRAWN_EVERY], each.reach[::DRAWN_EVERY]
+        every = max(DRAWN_EVERY, len(each.view) // MAX_LINES)
+        view, reach = each.view[::every], each.reach[::every]
         if len(view) and np.abs(view).max() < MAX_PIXEL:
             pixels = np.rint(view - corner).astype(int).tolist()
             thickness = np.rint(2 * (CLAIMED_RADII * reach + CLAIMED_MARGIN_PX)).astype(int).clip(1, MAX_THICKNESS_PX)

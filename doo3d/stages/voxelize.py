@@ -128,7 +128,7 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     """
     box = bounding_box(mask)
     distance = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    side = 2 * max(1, math.ceil(radius)) + 1
+    side = 2 * min(max(1, math.ceil(radius)), max(distance.shape)) + 1
     largest = cv2.dilate(distance, np.ones((side, side), np.uint8))
     v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
     in_box = (v >= 0) & (v < len(distance)) & (u >= 0) & (u < distance.shape[1])

@@ -301,7 +301,7 @@ def _median_count(count: Floats) -> float:
 def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:
     """Return the samples with the radius of their paths as measured (S,), and the radii at the samples (S,)."""
     samples = replace(samples, radius=_path_radius(samples, measured, usable))
-    near = np.abs(measured / samples.radius - 1) < MAX_RADIUS_CHANGE
+    near = np.abs(measured - samples.radius) < MAX_RADIUS_CHANGE * samples.radius
     return samples, _along_paths(measured, usable & near, samples)
 
 
