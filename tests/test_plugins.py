@@ -22,7 +22,7 @@ DOO3D = [sys.executable, "-m", "doo3d"]
 
 
 def run(command, folder, site):
-    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", str(ROOT))])
+    path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(command, cwd=folder, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True)
     return done.returncode, done.stdout, done.stderr
 

@@ -48,7 +48,7 @@ def run(capture: Path, out: Path, around: dict[str, str]) -> tuple[dict[str, byt
     own = {"PYTHONHASHSEED": around["hash seed"], "LC_ALL": around["language"], "LANG": around["language"], "TZ": around["zone"]}
     env = dict(os.environ) | own | dict.fromkeys(THREADS, around["threads"])
     command = [sys.executable, "-m", "doo3d", "detect", str(capture), "-o", str(out), "--workers", around["workers"], "--quiet"]
-    done = subprocess.run(command, env=env, capture_output=True)
+    done = subprocess.run(command, env=env, cwd=capture.parent, capture_output=True)  # not where the sources lie
     assert done.returncode == 1, done.stderr.decode(errors="replace")
     try:
         return result_of(out)
