@@ -57,6 +57,9 @@ CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 DRAWN_EVERY = 3
 """Samples per line that is drawn along a chain to find the pixels that are its own."""
 
+MAX_EXPONENT = 700.0
+"""Exponent up to which a float holds the exponential function."""
+
 MAX_LINES = 5000
 """Lines drawn along a chain at most."""
 
@@ -104,7 +107,7 @@ class Evidence:
     def confidence(self) -> float:
         """The probability, 0 to 1, that the chain is right."""
         log_odds = BASE_LOG_ODDS - sum(weight * getattr(self, name) for name, weight in WEIGHTS.items())
-        return 1 / (1 + math.exp(-log_odds))
+        return 1 / (1 + math.exp(min(-log_odds, MAX_EXPONENT)))
 
 
 def with_confidence(

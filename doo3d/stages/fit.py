@@ -14,7 +14,7 @@ from ..kernels import traverse_contour
 from ..types import Chain, Floats, Path
 from . import FrameContext
 
-MAX_SEGMENTS = 20_000
+MAX_SEGMENTS = 50_000
 """Segments of all chains of a frame; 500 chains of 40 segments are a pile. More take minutes."""
 
 
