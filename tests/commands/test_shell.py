@@ -23,7 +23,7 @@ def completed(line: str) -> list[str]:
     words = line.split(" ")
     asked = {"_DOO3D_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
     code = "from doo3d.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], env=os.environ | asked, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", code], cwd=sys.prefix, env=os.environ | asked, capture_output=True, text=True)
     return done.stdout.split()
 
 
@@ -45,7 +45,7 @@ def test_completion(line, offered):
 def test_each_shell_gets_its_script(shell):
     code = "from doo3d.cli import main; main()"
     env = os.environ | {"_DOO3D_COMPLETE": f"source_{shell}"}
-    script = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True).stdout
+    script = subprocess.run([sys.executable, "-c", code], cwd=sys.prefix, env=env, capture_output=True, text=True).stdout
     assert f"complete_{shell}" in script
     assert "doo3d" in script
 
