@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..config import Config
-from ..errors import InputError
 from ..inputs import FrameData, FrameRef
 from ..outputs import STRANDS
 from ..pipeline import detect
@@ -45,21 +44,12 @@ def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
 
 
 def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
-    """Detect in a frame of a sequence by itself, and keep its strands for the second pass.
-
-    A frame that shows nothing, such as one without depth, counts as empty.
-    """
+    """Detect in a frame of a sequence by itself, and keep its strands for the second pass."""
     from ..outputs.sequence_files import encode_strands
     from ..sequence.detect_sequence import observe_frame
-    from ..sequence.observations import Observation
 
-    data = loaded.data
-    assert isinstance(data, Frame | Cloud)
-    try:
-        observation = observe_frame(data, config, loaded.mask_for(config))
-    except InputError as error:
-        coordinates = data.coordinates if isinstance(data, Cloud) else "camera"
-        observation = Observation(Detection(chains=(), coordinates=coordinates, notes=(str(error),)), ())
+    assert isinstance(loaded.data, Frame | Cloud)
+    observation = observe_frame(loaded.data, config, loaded.mask_for(config))
     return Found(observation.detection, {STRANDS: encode_strands(observation)}, has_picture=False)
 
 

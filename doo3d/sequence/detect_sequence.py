@@ -29,8 +29,11 @@ WINDOW, CONTEXT = 300, 90
 FRAME_RATE = 30.0
 """Frames per second of captures without times."""
 
-BREAK_NOTE = "sequence: object {id} is not found here, and too long not: no chain was made up for it"
+BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
 """Note of a frame in which an object is missing between frames that show it."""
+
+NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
+"""Codes of the errors of a frame that shows nothing, which other frames can fill; any other error is one of the input."""
 
 
 def detect_sequence(
@@ -78,13 +81,24 @@ def check_mode(config: Config) -> None:
 def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None) -> Observation:
     """Detect in one frame for itself, and keep what it shows of the objects: the first pass.
 
+    A frame that shows nothing, such as one without depth, is an observation without chains, with a note.
+
     frame, config, mask : as for `detect`.
 
     Raises
     ------
     InputError : the frame cannot be used.
     """
-    detection, stages = detect_with_stages(frame, config, mask)
+    try:
+        detection, stages = detect_with_stages(frame, config, mask)
+    except InputError as error:
+        if error.code not in NOTHING_TO_SEE:
+            raise
+        coordinates = frame.coordinates if isinstance(frame, Cloud) else "camera"
+        detection = Detection(
+            chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
+        )
+        return Observation(detection, ())
     return observe(detection, stages, config)
 
 

@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 
 from ..geometry.polyline import arc_length, resample
 from ..kernels import equalize_lengths
-from ..types import Bools, Floats, Ints
+from ..types import Bools, Floats
 from .observations import Strand
 
 STEPS_PER_SEGMENT = 3
@@ -117,12 +117,12 @@ def _best_place(
     if strand.length > length + 2 * overhang:
         return None
     best: tuple[float, float, bool] | None = None
-    squares = _squared_distances(strand, dense)
+    squares = cdist(strand.points, dense, "sqeuclidean")
     for backwards in (False, True):
         arcs = strand.length - strand.arcs if backwards else strand.arcs
         index = np.clip(np.rint((starts[:, None] + arcs) / step).astype(int), 0, len(dense) - 1)
         mean = squares[np.arange(len(arcs)), index].mean(axis=1)
-        shift = strand.points.mean(axis=0) - _means(dense, index)
+        shift = strand.points.mean(axis=0) - dense[index].mean(axis=1)
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
@@ -141,15 +141,6 @@ def _best_place(
     cost_there, start, backwards = best
     arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
     return Placed(arcs, strand.points, (start, start + strand.length), cost_there)
-
-
-def _squared_distances(strand: Strand, dense: Floats) -> Floats:
-    return np.asarray(cdist(strand.points, dense, "sqeuclidean"))
-
-
-def _means(dense: Floats, index: Ints) -> Floats:
-    """Return the mean of the points of each row of an index (S, K) into (Q, 3): (S, 3)."""
-    return np.asarray(dense[index].mean(axis=1))
 
 
 def _capped(values: Floats) -> Floats:
@@ -175,21 +166,21 @@ def _reachable(strand: Strand, backwards: bool, starts: Floats, placed: Sequence
 
 
 def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
-    """Bend an object from its expected shape to the pieces laid on it.
+    """Bend an object from its expected shape to the strands laid on it.
 
     Parameters
     ----------
     expected
         (M + 1, 3) m, the joints where they are expected.
     placed
-        the pieces.
+        the strands.
     length
         of the object, m.
 
     Returns
     -------
     joints : (M + 1, 3) m, neighbors about `length` / M apart.
-    seen : (M + 1,) bool, the joints that a piece covers.
+    seen : (M + 1,) bool, the joints that a strand covers.
 
     Notes
     -----
@@ -226,7 +217,7 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
-    """Tell which of `count` joints, one every `segment` m, lie on pieces: (count,) bool."""
+    """Tell which of `count` joints, one every `segment` m, lie on strands: (count,) bool."""
     seen = np.zeros(count, dtype=bool)
     for item in placed:
         near = np.rint(item.arcs / segment).astype(int)

@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
+from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Chain, Floats, Ints
 from .objects import SequenceObject
-from .observations import Observation, Strand
+from .observations import Observation, Strand, runs
 from .registration import Placed, bend, place_strands, to_lengths
 
 SPEED_SHARE = 0.7
@@ -33,8 +33,8 @@ LOST_TOLERANCES = 4.0
 MISSING_COST = 25.0
 """What it costs that a strand fits nowhere."""
 
-TIME_STIFFNESS = 30.0
-"""Weight of the second differences over time of what was not seen, against 1 for the place that the passes gave it."""
+TIME_STIFFNESS, SEEN_WEIGHT = 30.0, 1e4
+"""Weights of the second differences over time, and of where a joint was seen, against 1 for the place that the passes gave it."""
 
 NEVER = 10**6
 """Frames since a joint was seen, if it never was."""
@@ -232,49 +232,28 @@ def _blended(before: Shape, after: Shape) -> Floats:
 def _without_long_gaps(shapes: list[Shape | None], max_gap: int) -> list[Shape | None]:
     """Drop the object from frames in a row without any strand of it, if there are more than `max_gap`."""
     result = list(shapes)
-    blind = np.array([shape is None or not shape.seen.any() for shape in shapes])
-    start = 0
-    for frame in range(len(shapes) + 1):
-        if frame < len(shapes) and blind[frame]:
-            continue
-        if frame - start > max_gap or start == 0 or frame == len(shapes):
-            for gone in range(start, frame):
-                if frame - start > max_gap:
-                    result[gone] = None
-        start = frame + 1
+    for first, end in runs(np.array([shape is None or not shape.seen.any() for shape in shapes], dtype=bool)):
+        if end - first > max_gap:
+            result[first:end] = [None] * (end - first)
     return result
 
 
 def _smoothed(item: SequenceObject, shapes: list[Shape | None]) -> list[Shape | None]:
     """Smooth over time what was not seen; the joints that were seen stay."""
     result = list(shapes)
-    start = 0
-    for frame in range(len(shapes) + 1):
-        if frame < len(shapes) and shapes[frame] is not None:
-            continue
-        part = [shape for shape in shapes[start:frame] if shape is not None]
-        if len(part) > 2:
-            result[start:frame] = _smooth_run(item, part)
-        start = frame + 1
+    for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
+        result[first:end] = _smooth_run(item, [shape for shape in shapes[first:end] if shape is not None])
     return result
 
 
 def _smooth_run(item: SequenceObject, shapes: Sequence[Shape]) -> list[Shape]:
+    """Smooth over time what was not seen in frames in a row."""
     joints = np.array([shape.joints for shape in shapes])
     seen = np.array([shape.seen for shape in shapes])
-    count = len(shapes)
     smooth = joints.copy()
     for k in np.flatnonzero(~seen.all(axis=0)):
-        bands = np.zeros((3, count))
-        bands[2] = np.where(seen[:, k], 1e4, 1.0)
-        right = joints[:, k] * bands[2][:, None]
-        bands[2, :-2] += TIME_STIFFNESS
-        bands[2, 1:-1] += 4 * TIME_STIFFNESS
-        bands[2, 2:] += TIME_STIFFNESS
-        bands[1, 1:-1] -= 2 * TIME_STIFFNESS
-        bands[1, 2:] -= 2 * TIME_STIFFNESS
-        bands[0, 2:] += TIME_STIFFNESS
-        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], solveh_banded(bands, right))
+        weights = np.where(seen[:, k], SEEN_WEIGHT, 1.0)[:, None, None] * np.eye(3)
+        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
     return [
         replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
         for line, shape in zip(smooth, shapes, strict=True)

@@ -110,3 +110,9 @@ def test_images_are_refused(doo3d, swaying, tmp_path):
     code, _, errors = doo3d("detect", swaying / "color", "-o", tmp_path / "out", "--sequence", "-c", "image")
     assert code == 2
     assert "config-mode" in errors
+
+
+def test_depth_in_the_wrong_unit_fails_and_is_not_taken_for_frames_that_show_nothing(doo3d, swaying, tmp_path):
+    code, _, errors = doo3d("detect", swaying, "-o", tmp_path / "out", "--sequence", "--input-option", "depth_scale=1")
+    assert code == 1  # frame 006, which has no depth, is an empty one
+    assert "depth-unit" in errors

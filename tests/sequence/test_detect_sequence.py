@@ -179,3 +179,16 @@ def test_a_sequence_of_clouds():
 def test_images_are_refused():
     with pytest.raises(InputError, match="followed in space"):
         detect_sequence([], load_config("image"))
+
+
+def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused():
+    camera = doo3d.Camera(400.0, 400.0, 160.0, 120.0, 320, 240)
+    depth, mask = np.full((240, 320), 0.56), np.zeros((240, 320), dtype=bool)
+    mask[116:124, 40:280] = True
+    depth[mask] = 0.5
+    frames = [doo3d.Frame(color=None, depth=each, camera=camera) for each in (depth, depth, np.zeros_like(depth), depth)]
+    detections = detect_sequence(frames, masks=[mask] * 4)
+    assert [len(detection.chains) for detection in detections] == [1] * 4
+    assert detections[2].chains[0].from_time.all()
+    with pytest.raises(InputError, match="depth_scale"):
+        detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
