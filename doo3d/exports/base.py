@@ -127,6 +127,10 @@ class ChainBodies(NamedTuple):
     chain: Chain
     mass: float
 
+    def body(self, segment: int) -> str:
+        """Return the name of the body of a segment, such as "chain0_segment3"."""
+        return f"{self.name}_segment{segment}"
+
 
 class BodyExport(RadiusExport):
     """The base class of export formats for simulators, in which each segment is a rigid body."""

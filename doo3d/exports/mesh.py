@@ -19,6 +19,7 @@ from .link_frames import link_frames
 # glTF: y up, z towards the viewer; a camera has y down and z away, other coordinates z up
 CAMERA_UP = np.diag([1.0, -1.0, -1.0, 1.0])
 Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+MIN_BRIDGE_RADII = 0.1  # between the end of a chain and a junction, below which no cylinder is needed
 EMPTY_PLY = """ply
 format binary_little_endian 1.0
 element vertex 0
@@ -37,7 +38,8 @@ class _Mesh(RadiusExport):
     def parts(self, detection: Detection) -> Iterator[tuple[str, Any]]:
         """Yield up to two meshes per chain, as (name, trimesh.Trimesh): the visible and the occluded segments.
 
-        The names are `chain0` and `chain0_occluded` for the chain with the number 0; a mesh without segments is left out. Each
+        The names are `chain0` and `chain0_occluded` for the chain with the number 0; a mesh without segments is left out. Then
+        one mesh per junction, `junction0`, in the color of its first chain, closes the gap between the chains' ends. Each
         segment is a closed cylinder with the radius of the whole chain. Vertices are in m, in the coordinates of the detection,
         and have a color.
 
@@ -62,6 +64,23 @@ class _Mesh(RadiusExport):
                     mesh = trimesh.util.concatenate(cylinders)
                     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.tile((*color, 255), (len(mesh.vertices), 1)))
                     yield f"chain{label}" + "_occluded" * occluded, mesh
+        yield from self._junctions(trimesh, detection)
+
+    def _junctions(self, trimesh: Any, detection: Detection) -> Iterator[tuple[str, Any]]:
+        """Yield a mesh per junction: a sphere, and cylinders to the chain ends, which lie up to half a segment away."""
+        for number, junction in enumerate(detection.junctions):
+            radii = [self.radius_of(detection.chains[end.chain]) for end in junction.ends]
+            sphere = trimesh.creation.icosphere(subdivisions=2, radius=max(radii))
+            sphere.apply_translation(junction.position)
+            parts = [sphere]
+            for end, radius in zip(junction.ends, radii, strict=True):
+                joint = detection.chains[end.chain].joints[-end.end]
+                if np.linalg.norm(joint - junction.position) > MIN_BRIDGE_RADII * radius:
+                    parts.append(trimesh.creation.cylinder(radius, sections=self.sides, segment=(joint, junction.position)))
+            mesh = trimesh.util.concatenate(parts)
+            color = colors(labels(detection)[junction.ends[0].chain])[0]
+            mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.tile((*color, 255), (len(mesh.vertices), 1)))
+            yield f"junction{number}", mesh
 
 
 class Ply(_Mesh):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,11 +14,11 @@ from ..types import Chain, Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .gravity import gravity_of, ground_of
 from .link_frames import link_frames, relative_rotations
+from .overlaps import CONTACT_FREE_RADII, overlapping_bodies
 from .trees import Grown, grown
 from .xml import escape, tag
 
 MAX_NESTED_BODIES = 400  # MuJoCo's XML reader stops at 500 nested elements; longer chains continue in a second tree
-CONTACT_FREE_RADII = 3.0  # along the chain: closer capsules touch at every bend, so contacts between them are excluded
 
 
 class Mjcf(BodyExport):
@@ -62,8 +61,7 @@ class Mjcf(BodyExport):
         path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
 
     def _lines(self, detection: Detection) -> Iterator[str]:
-        tree = grown(detection, from_last=self.fixed == "last")
-        exclusions = list(self._junction_exclusions(detection, tree))
+        tree = self._tree(detection)
         detection = tree.detection
         gravity = gravity_of(detection) if self.gravity is None else np.array(self.gravity, dtype=float)
         chains = self.bodies_of(detection)
@@ -75,19 +73,40 @@ class Mjcf(BodyExport):
         if self.ground:
             at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
             yield tag("geom", name="ground", type="plane", pos=at, zaxis=up, size=(0, 0, 1), contype=3, conaffinity=3)
-        for root in tree.children(None):
-            yield from self._bodies(root, chains, tree)
+        roots = _roots(chains, tree)
+        for root in sorted(roots):
+            yield from self._bodies(root, chains, tree, roots)
         yield "</worldbody>"
         yield "<contact>"
         for bodies in chains:
             yield from self._contact_exclusions(bodies.name, bodies.chain)
-        yield from exclusions
+        yield from self._junction_exclusions(chains, tree)
         yield "</contact>"
         yield "<equality>"
         for number, bodies in enumerate(chains):
-            yield from self._constraints(bodies.name, bodies.chain, _is_branched(number, tree))
+            is_held = self.fixed == "both" and (not _is_branched(number, tree) or number in tree.trunk_tips)
+            yield from self._constraints(bodies.name, bodies.chain, _is_branched(number, tree), is_held)
+        yield from self._ties(chains, tree)
         yield "</equality>"
         yield "</mujoco>"
+
+    def _tree(self, detection: Detection) -> Grown:
+        return grown(detection, from_last=self.fixed == "last")
+
+    def _ties(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
+        """Yield the constraints that hold chains at junctions whose bodies could not be nested in those of the chain before."""
+        for number in sorted(_roots(chains, tree)):
+            parent = tree.parents[number]
+            if parent is None:
+                continue
+            before, chain = chains[parent], chains[number].chain
+            anchor = link_frames(before.chain.joints)[-1].T @ (chain.joints[0] - before.chain.joints[-2])
+            bodies = {"body1": before.body(len(before.chain.occluded) - 1), "body2": chains[number].body(0)}
+            yield tag("connect", name=f"{chains[number].name}_tie0", **bodies, anchor=anchor, **self._stiff())
+
+    def _stiff(self) -> dict[str, tuple[float, ...]]:
+        """Return the attributes of a constraint as stiff as the time step allows."""
+        return {"solref": (2 * self.timestep, 1), "solimp": (0.99, 0.999, 0.001, 0.5, 2)}
 
     def _defaults(self) -> Iterator[str]:
         group = 1 if self.contacts else 2  # without contacts chains touch only the ground, which is in both groups
@@ -96,11 +115,22 @@ class Mjcf(BodyExport):
         yield "</default></default>"
 
     def _bodies(
-        self, number: int, chains: list[ChainBodies], tree: Grown, base: tuple[Floats, Floats] | None = None
+        self, number: int, chains: list[ChainBodies], tree: Grown, roots: set[int], base: tuple[Floats, Floats] | None = None
     ) -> Iterator[str]:
         """Yield the bodies of one chain and, inside its last, those of the chains that branch off there.
 
-        base : position (3,) m and orientation (3, 3) of the body that the chain branches off from; None for a root.
+        Parameters
+        ----------
+        number
+            index of the chain.
+        chains
+            all chains.
+        tree
+            which chain branches off from which.
+        roots
+            the chains that begin a tree of bodies.
+        base
+            position (3,) m and orientation (3, 3) of the body that the chain branches off from; None for a root.
         """
         name, label, chain, mass = chains[number]  # of cylinders: capsules overlap
         length, radius, count = chain.segment_length, self.radius_of(chain), len(chain.occluded)
@@ -124,7 +154,7 @@ class Mjcf(BodyExport):
                 depth = 0
                 quaternion = np.roll(relative_rotations(frames[k : k + 1]).as_quat()[0], 1)
                 yield tag("body", False, name=_body(name, segment), pos=joints[k], quat=quaternion)
-                if k or self.fixed == "none":
+                if k or self.fixed == "none" or tree.parents[number] is not None:
                     yield tag("freejoint", name=f"{name}_free{k}")
             else:
                 yield tag("body", False, name=_body(name, segment), pos=(0, 0, length), quat=relative[k])
@@ -135,26 +165,16 @@ class Mjcf(BodyExport):
             depth += 1
         yield tag("site", name=f"{name}_{0 if is_reversed else count}", pos=(0, 0, length), size=radius / 2)
         for child in tree.children(number):
-            yield from self._bodies(child, chains, tree, (joints[count - 1], frames[count - 1]))
+            if child not in roots:
+                yield from self._bodies(child, chains, tree, roots, (joints[count - 1], frames[count - 1]))
         yield "</body>" * depth
 
-    def _junction_exclusions(self, detection: Detection, tree: Grown) -> Iterator[str]:
+    def _junction_exclusions(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
         """Yield the contacts of bodies near a junction, where they overlap."""
-        names = [bodies.name for bodies in self.bodies_of(detection)]
-        chains = [bodies.chain for bodies in self.bodies_of(tree.detection)]
-        for junction in detection.junctions:
-            near = []
-            for end in junction.ends:
-                chain, count = chains[end.chain], len(chains[end.chain].occluded)
-                reach = min(count, 1 + math.ceil(CONTACT_FREE_RADII * max(map(self.radius_of, chains)) / chain.segment_length))
-                starts = np.linalg.norm(chain.joints[0] - junction.position) < np.linalg.norm(
-                    chain.joints[-1] - junction.position
-                )
-                segments = range(reach) if starts else range(count - reach, count)
-                near.append([_body(names[end.chain], segment) for segment in segments])
-            for first, second in itertools.combinations(near, 2):
-                for body, other in itertools.product(first, second):
-                    yield tag("exclude", body1=body, body2=other)
+        shapes = [bodies.chain for bodies in chains]
+        for first, second in overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions):
+            names = [chains[body.chain].body(body.segment) for body in (first, second)]
+            yield tag("exclude", body1=names[0], body2=names[1])
 
     def _contact_exclusions(self, name: str, chain: Chain) -> Iterator[str]:
         count = len(chain.occluded)
@@ -166,9 +186,9 @@ class Mjcf(BodyExport):
                 elif chain.closed and step < count - reach:  # across the seam of a ring
                     yield tag("exclude", body1=_body(name, k), body2=_body(name, (k + step) % count))
 
-    def _constraints(self, name: str, chain: Chain, is_branched: bool) -> Iterator[str]:
+    def _constraints(self, name: str, chain: Chain, is_branched: bool, is_held: bool) -> Iterator[str]:
         last, base, tip = len(chain.occluded) - 1, (0, 0, 0), (0, 0, chain.segment_length)
-        stiff = {"solref": (2 * self.timestep, 1), "solimp": (0.99, 0.999, 0.001, 0.5, 2)}  # as stiff as the time step allows
+        stiff = self._stiff()
         is_reversed = self.fixed == "last" and not is_branched
         for k in range(MAX_NESTED_BODIES, last + 1, MAX_NESTED_BODIES):
             above, below = (last + 1 - k, last - k) if is_reversed else (k - 1, k)
@@ -178,10 +198,27 @@ class Mjcf(BodyExport):
             yield tag(
                 "connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip, **stiff
             )
-        elif self.fixed == "both" and not is_branched:  # for a ring, the first segment is enough
+        elif is_held:  # for a ring, the first segment is enough
             # two points instead of a weld, which is unstable at the end of a light chain
             yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base, **stiff)
             yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip, **stiff)
+
+
+def _roots(chains: Sequence[ChainBodies], tree: Grown) -> set[int]:
+    """Return the chains that begin a tree of bodies: the roots of objects, and those that would nest too deep."""
+    roots: set[int] = set()
+    depths: dict[int, int] = {}
+    waiting = tree.children(None)
+    while waiting:
+        number = waiting.pop(0)
+        parent, count = tree.parents[number], len(chains[number].chain.occluded)
+        if parent is None or depths[parent] + count > MAX_NESTED_BODIES:
+            roots.add(number)
+            depths[number] = (count - 1) % MAX_NESTED_BODIES + 1
+        else:
+            depths[number] = depths[parent] + count
+        waiting += tree.children(number)
+    return roots
 
 
 def _is_branched(number: int, tree: Grown) -> bool:

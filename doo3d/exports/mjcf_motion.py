@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -13,10 +14,11 @@ from pydantic import Field
 
 from ..errors import DooWarning, InputError
 from ..types import Chain, Detection, Floats
-from .base import times
+from .base import ChainBodies, times
 from .link_frames import link_frames, relative_rotations
 from .mjcf import MAX_NESTED_BODIES, Mjcf
 from .motion import same_chain
+from .trees import Grown, grown
 from .xml import tag
 
 MAX_LENGTH_ERROR = 1e-6  # relative: chains of a sequence have one length in all frames, to rounding
@@ -34,8 +36,10 @@ class MjcfMotion(Mjcf):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write the frame with the most chains as an MJCF model (XML), in m, with a keyframe for each frame that has them all.
 
-        A keyframe has the name of the frame, the time since the first keyframe in s, and the model's `qpos`. Frames that lack a
-        chain, or have it with another number or length of segments, have no keyframe, with a warning.
+        The chains of a branched object are trees of their own, which a `connect` holds together at each junction: so a keyframe
+        puts every joint where the frame has it. A keyframe has the name of the frame, the time since the first keyframe in s, and
+        the model's `qpos`. Frames that lack a chain, or have it with another number or length of segments, have no keyframe, with
+        a warning.
 
         Raises
         ------
@@ -43,14 +47,28 @@ class MjcfMotion(Mjcf):
             the radius of a chain is unknown and the option `radius` is not set, the option `ground` is set and gravity is zero,
             or two frames have the same name.
         """
-        model = max(frames, key=lambda frame: len(frame.chains), default=Detection(()))
+        model = max(frames, key=lambda frame: (len(frame.chains), len(frame.junctions)), default=Detection(()))
         shown = [(frame, time) for frame, time in zip(frames, times(frames, self.rate), strict=True) if _has_all(frame, model)]
         _check(frames, [frame for frame, _ in shown], model)
-        # of branched objects every chain moves by itself
         shown = [(_only(frame, model), time) for frame, time in shown]
         *lines, end = self._lines(shown[0][0] if shown else model)
         text = itertools.chain(lines, ["<keyframe>"] if shown else [], self._keys(shown), ["</keyframe>"] if shown else [], [end])
         path.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+    def _tree(self, detection: Detection) -> Grown:
+        """Return the chains as they are, each with a root of its own."""
+        junctions = tuple(junction.ends for junction in detection.junctions)
+        alone = grown(replace(detection, junctions=(), objects=()))
+        return replace(alone, junctions=junctions)
+
+    def _ties(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
+        """Yield the constraints that hold chains together at junctions, at the end of the first of them."""
+        for number, (first, *others) in enumerate(tree.junctions):
+            anchor = (0, 0, first.end * chains[first.chain].chain.segment_length)
+            for other in others:
+                bodies = [chains[end.chain].body(end.end * (len(chains[end.chain].chain.occluded) - 1)) for end in (first, other)]
+                name = f"junction{number}_{chains[other.chain].name}"
+                yield tag("connect", name=name, body1=bodies[0], body2=bodies[1], anchor=anchor, **self._stiff())
 
     def _keys(self, shown: Sequence[tuple[Detection, float]]) -> Iterator[str]:
         """Yield a key for each frame, of the given time in s; all have the same chains, and the first is the model's."""
@@ -102,7 +120,8 @@ def _has_all(frame: Detection, model: Detection) -> bool:
 def _only(frame: Detection, model: Detection) -> Detection:
     """Return a frame with the chains of the model alone, in their order."""
     chains = tuple(same for chain in model.chains if (same := _same(chain, frame, model)) is not None)
-    return Detection(chains, coordinates=frame.coordinates, frame=frame.frame, plane=frame.plane, pose=frame.pose)
+    kept = replace(frame, chains=chains, crossings=(), junctions=(), objects=())
+    return replace(kept, junctions=model.junctions) if len(chains) == len(model.chains) else kept
 
 
 def _check(frames: Sequence[Detection], shown: Sequence[Detection], model: Detection) -> None:

@@ -16,14 +16,15 @@ from .base import RadiusExport, colors, labels, times
 from .link_frames import link_frames
 
 NS_PER_S = 1_000_000_000
-ADD, DELETE_ALL, LINE_LIST = 0, 3, 5  # of visualization_msgs/Marker
+ADD, DELETE_ALL, LINE_LIST, SPHERE_LIST = 0, 3, 5, 7  # of visualization_msgs/Marker
 Z_TO_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # a link frame has z along the segment, a pose has x
 
 
 class Ros2(RadiusExport):
     """Export format ROS 2 bag: for each frame, a nav_msgs/Path per chain and a visualization_msgs/MarkerArray of all chains.
 
-    The topics are /doo3d/chain0 for the chain with the number 0, and so on, and /doo3d/markers.
+    The topics are /doo3d/chain0 for the chain with the number 0, and so on, and /doo3d/markers. Junctions are white spheres among
+    the markers, in the namespace "junctions".
     """
 
     summary: ClassVar[str] = "ROS 2 bag: nav_msgs/Path per chain, visualization_msgs/MarkerArray"
@@ -72,6 +73,10 @@ class Ros2(RadiusExport):
                 if len(pairs):
                     namespace = "occluded" if occluded else "seen"
                     markers.append(make.marker(label, ADD, namespace, 2 * self.radius_of(chain), color, pairs))
+        for number, junction in enumerate(frame.junctions):
+            width = 2.5 * max(self.radius_of(frame.chains[end.chain]) for end in junction.ends)
+            at = junction.position[None]
+            markers.append(make.marker(number, ADD, "junctions", width, (255, 255, 255), at, SPHERE_LIST))
         yield "/doo3d/markers", types["visualization_msgs/msg/MarkerArray"](markers=markers)
 
 
@@ -104,33 +109,44 @@ class _MessageFactory:
         ]
         return self.types["nav_msgs/msg/Path"](header=self.header, poses=poses)
 
-    def marker(self, number: int, action: int, namespace: str, width: float, color: tuple[int, int, int], points: Floats) -> Any:
-        """Return a visualization_msgs/Marker that draws separate line segments.
+    def marker(
+        self,
+        number: int,
+        action: int,
+        namespace: str,
+        width: float,
+        color: tuple[int, int, int],
+        points: Floats,
+        kind: int = LINE_LIST,
+    ) -> Any:
+        """Return a visualization_msgs/Marker that draws separate line segments, or spheres.
 
         Parameters
         ----------
         number
-            id of the marker: the number of the chain.
+            id of the marker: the number of the chain, or of the junction.
         action
             ADD (0), or DELETE_ALL (3) to clear earlier markers.
         namespace
-            namespace of the marker: "seen" or "occluded".
+            namespace of the marker: "seen", "occluded" or "junctions".
         width
-            width of the lines, m.
+            width of the lines or spheres, m.
         color
             (red, green, blue), 0 to 255.
         points
-            (2 L, 3) m, the start and the end of each of L line segments.
+            (2 L, 3) m, the start and the end of each of L line segments; or (L, 3) m, the middles of spheres.
+        kind
+            LINE_LIST (5) or SPHERE_LIST (7).
         """
         types, zero = self.types, np.zeros(3)
         return types["visualization_msgs/msg/Marker"](
             header=self.header,
             ns=namespace,
             id=number,
-            type=LINE_LIST,
+            type=kind,
             action=action,
             pose=self.pose(zero, np.array([0, 0, 0, 1])),
-            scale=types["geometry_msgs/msg/Vector3"](width, 0.0, 0.0),
+            scale=types["geometry_msgs/msg/Vector3"](width, *(2 * (width if kind == SPHERE_LIST else 0.0,))),
             color=types["std_msgs/msg/ColorRGBA"](*(part / 255 for part in color), 1.0),
             lifetime=types["builtin_interfaces/msg/Duration"](sec=0, nanosec=0),
             frame_locked=False,

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..types import Chain, Connection, Detection, Floats
+from ..sequence.tracking import reversed_chain
+from ..types import ChainEnd, Detection, Floats
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,16 @@ class Grown:
         the detection with the turned chains, in their order.
     parents
         for each chain the chain at whose end it begins; None for a chain that begins at the root of its object.
+    junctions
+        for each junction the ends that meet there, of the turned chains.
+    trunk_tips
+        for each branched object the chain of its trunk that ends at the tip farthest from the root.
     """
 
     detection: Detection
     parents: tuple[int | None, ...]
+    junctions: tuple[tuple[ChainEnd, ...], ...]
+    trunk_tips: tuple[int, ...] = ()
 
     def children(self, parent: int | None) -> list[int]:
         """Return the chains that begin at the end of a chain, or those that begin at roots for None."""
@@ -42,10 +49,14 @@ def grown(detection: Detection, from_last: bool = False) -> Grown:
     at = {(end.chain, end.end): number for number, junction in enumerate(detection.junctions) for end in junction.ends}
     chains = list(detection.chains)
     parents: list[int | None] = [None] * len(chains)
+    is_turned = [False] * len(chains)
+    tips = []
     for each in detection.objects:
         if not each.junctions:
             continue
-        root = each.chains[each.trunk - 1] if from_last else each.chains[0]
+        root, tip = each.chains[0], each.chains[each.trunk - 1]
+        root, tip = (tip, root) if from_last else (root, tip)
+        tips.append(tip)
         first = next((side for side in (0, 1) if (root, side) not in at), 0)
         waiting: list[tuple[int, int, int | None]] = [(root, first, None)]
         seen = {root}
@@ -53,25 +64,18 @@ def grown(detection: Detection, from_last: bool = False) -> Grown:
             chain, side, parent = waiting.pop(0)
             parents[chain] = parent
             if side == 1:
-                chains[chain] = turned(detection.chains[chain])
+                chains[chain], is_turned[chain] = reversed_chain(detection.chains[chain], True)[0], True
             junction = at.get((chain, 1 - side))
             for end in () if junction is None else detection.junctions[junction].ends:
                 if end.chain not in seen:
                     seen.add(end.chain)
                     waiting.append((end.chain, end.end, chain))
-    return Grown(replace(detection, chains=tuple(chains), crossings=(), junctions=(), objects=()), tuple(parents))
-
-
-def turned(chain: Chain) -> Chain:
-    """Return a chain that runs the other way."""
-    last = len(chain.occluded) - 1
-    return replace(
-        chain,
-        joints=chain.joints[::-1],
-        radii=chain.radii[::-1],
-        occluded=chain.occluded[::-1],
-        depth_filled=chain.depth_filled[::-1],
-        connections=tuple(Connection(last - each.segment, each.confidence) for each in chain.connections[::-1]),
+    ends = tuple(
+        tuple(ChainEnd(end.chain, 1 - end.end if is_turned[end.chain] else end.end) for end in junction.ends)
+        for junction in detection.junctions
+    )
+    return Grown(
+        replace(detection, chains=tuple(chains), crossings=(), junctions=(), objects=()), tuple(parents), ends, tuple(tips)
     )
 
 

@@ -16,7 +16,8 @@ from ..errors import InputError
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .link_frames import link_frames, relative_rotations
-from .trees import grown
+from .overlaps import Body, overlapping_bodies
+from .trees import Grown, grown
 from .xml import escape, tag
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -32,6 +33,8 @@ class Urdf(BodyExport):
 
     Two neighbouring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
     "world" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
+
+    URDF cannot say which links may overlap, so where links of a branched object do, at junctions, one has no collision shape.
     """
 
     summary: ClassVar[str] = "URDF: cylinders, a ball joint is two or three revolute joints"
@@ -68,6 +71,7 @@ class Urdf(BodyExport):
                 f"base=free: frame {detection.frame} has {roots} objects, and a robot has one root: use base=floating",
                 code="options-conflict",
             )
+        shapeless = self._shapeless(chains, tree)
         yield '<?xml version="1.0"?>'
         yield f'<robot name="{escape(detection.frame)}">'
         root = FREE_ROOT if is_free else ROOT
@@ -77,11 +81,39 @@ class Urdf(BodyExport):
                 rgba = tag("color", rgba=(*np.round(np.array(color) / 255, 3), 1))
                 yield f'<material name="{bodies.name}_{part}">{rgba}</material>'
             parent = tree.parents[number]
-            yield from self._chain(bodies, root, None if parent is None else chains[parent])
+            own = {body.segment for body in shapeless if body.chain == number}
+            yield from self._chain(bodies, root, None if parent is None else chains[parent], own)
         yield "</robot>"
 
-    def _chain(self, bodies: ChainBodies, root: str, parent: ChainBodies | None) -> Iterator[str]:
-        """Yield the links of one chain; parent : the chain at whose end it branches off, None if it begins at the root link."""
+    def _shapeless(self, chains: Sequence[ChainBodies], tree: Grown) -> set[Body]:
+        """Return the links that have no collision shape: of two that overlap at a junction the one farther from the root."""
+        order: dict[int | None, int] = {None: -1}
+        waiting = tree.children(None)
+        while waiting:
+            order[waiting[0]] = len(order)
+            waiting = [*waiting[1:], *tree.children(waiting[0])]
+        shapes = [bodies.chain for bodies in chains]
+        pairs = overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions)
+        shapeless: set[Body] = set()
+        for pair in sorted(tuple(sorted(pair, key=lambda body: order[body.chain])) for pair in pairs):
+            if not shapeless & set(pair):
+                shapeless.add(pair[1])
+        return shapeless
+
+    def _chain(self, bodies: ChainBodies, root: str, parent: ChainBodies | None, shapeless: set[int]) -> Iterator[str]:
+        """Yield the links of one chain.
+
+        Parameters
+        ----------
+        bodies
+            the chain.
+        root
+            name of the root link.
+        parent
+            the chain at whose end it branches off, None if it begins at the root link.
+        shapeless
+            the segments without a collision shape.
+        """
         name, _, chain, _ = bodies
         relative = _roll_pitch_yaw(relative_rotations(link_frames(chain.joints)))
         end, last = np.array((0.0, 0.0, chain.segment_length)), len(chain.occluded) - 1
@@ -102,7 +134,11 @@ class Urdf(BodyExport):
                 (self.axes - 1) * (k > 0 or parent is not None) + (k == last) + (k == 0 and parent is None and root == FREE_ROOT)
             )
             yield from self._link(
-                link, f"{name}_{'occluded' if occluded else 'seen'}", bodies, bodies.mass * (1 - LINK_SHARE * bare)
+                link,
+                f"{name}_{'occluded' if occluded else 'seen'}",
+                bodies,
+                bodies.mass * (1 - LINK_SHARE * bare),
+                k not in shapeless,
             )
         yield _bare_link(f"{name}_end", *shares)
         yield _joint(f"{name}_tip", "fixed", f"{name}_segment{last}", f"{name}_end", end, np.zeros(3))
@@ -133,7 +169,7 @@ class Urdf(BodyExport):
                 yield _bare_link(below, *_shares(bodies, radius))
             parent, position, angles = below, np.zeros(3), np.zeros(3)
 
-    def _link(self, name: str, material: str, bodies: ChainBodies, mass: float) -> Iterator[str]:
+    def _link(self, name: str, material: str, bodies: ChainBodies, mass: float, collides: bool) -> Iterator[str]:
         radius, length = self.radius_of(bodies.chain), bodies.chain.segment_length
         transverse, axial = mass * (3 * radius**2 + length**2) / 12, mass * (3 * radius**2 + length**2) / 12
         center = tag("origin", xyz=(0, 0, length / 2), rpy=(0, 0, 0))
@@ -141,7 +177,7 @@ class Urdf(BodyExport):
         yield f'<link name="{name}">'
         yield f"<inertial>{center}{tag('mass', value=mass)}{_inertia(transverse, axial)}</inertial>"
         yield f"<visual>{shape}{tag('material', name=material)}</visual>"
-        yield f"<collision>{shape}</collision></link>"
+        yield f"<collision>{shape}</collision></link>" if collides else "</link>"
 
 
 def _shares(bodies: ChainBodies, radius: float) -> tuple[float, float]:

@@ -17,8 +17,9 @@ from .base import RadiusExport, colors, is_z_up, labels, times
 class Usd(RadiusExport):
     """Export format OpenUSD: a scene with one linear UsdGeom.BasisCurves per chain, animated over the frames of a capture.
 
-    All curves are below the Xform /doo3d, in m. If the coordinates are a camera's (y down, z forward), this Xform turns them to y
-    up; otherwise the scene is z up.
+    All curves are below the Xform /doo3d, in m; those of a branched object are below an Xform of its own, such as
+    /doo3d/object0, with its junctions as UsdGeom.Points. If the coordinates are a camera's (y down, z forward), the Xform /doo3d
+    turns them to y up; otherwise the scene is z up.
     """
 
     summary: ClassVar[str] = "OpenUSD curves, animated over the capture"
@@ -51,9 +52,15 @@ class Usd(RadiusExport):
             root.AddRotateXOp().Set(180.0)
         stage.SetDefaultPrim(root.GetPrim())
         codes = self._time_codes(stage, frames)
+        parents = _objects(frames)
+        for number in sorted(set(parents.values())):
+            geometry.Xform.Define(stage, f"/doo3d/object{number}")
+            members = {label for label, own in parents.items() if own == number}
+            _junctions(pxr, stage, f"/doo3d/object{number}/junctions", frames, members, codes)
         all_labels = sorted({label for frame in frames for label in labels(frame)})
         for label in all_labels:
-            _curve(pxr, stage, label, [_chain_of(frame, label) for frame in frames], codes, self)
+            above = f"/doo3d/object{parents[label]}" if label in parents else "/doo3d"
+            _curve(pxr, stage, f"{above}/chain{label}", label, [_chain_of(frame, label) for frame in frames], codes, self)
         stage.GetRootLayer().Save()
 
     def _time_codes(self, stage: Any, frames: Sequence[Detection]) -> list[float | None]:
@@ -74,7 +81,75 @@ def _chain_of(frame: Detection, label: int) -> Chain | None:
     return next((chain for number, chain in zip(labels(frame), frame.chains, strict=True) if number == label), None)
 
 
-def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | None], codes: list[float | None], kind: Usd) -> None:
+def _objects(frames: Sequence[Detection]) -> dict[int, int]:
+    """Return the branched object of each chain by its label: objects of the capture, in the order in which they appear.
+
+    A chain belongs to the object in which it is first joined to others.
+    """
+    result: dict[int, int] = {}
+    count = 0
+    for frame in frames:
+        numbers = labels(frame)
+        for item in frame.objects:
+            if not item.junctions:
+                continue
+            members = [numbers[chain] for chain in item.chains]
+            known = next((result[label] for label in members if label in result), count)
+            count += known == count
+            for label in members:
+                result.setdefault(label, known)
+    return result
+
+
+def _junctions(
+    pxr: dict[str, Any], stage: Any, path: str, frames: Sequence[Detection], members: set[int], codes: list[float | None]
+) -> None:
+    """Define the junctions of one object as points, at each time code; a frame without junctions has no points.
+
+    Parameters
+    ----------
+    pxr, stage, codes
+        as for `_curve`.
+    path
+        of the points.
+    frames
+        the frames.
+    members
+        labels of the object's chains.
+    """
+    geometry, vt, types = pxr["UsdGeom"], pxr["Vt"], pxr["Sdf"].ValueTypeNames
+    points = geometry.Points.Define(stage, path)
+    points.SetWidthsInterpolation(geometry.Tokens.vertex)
+    counts = points.GetPrim().CreateAttribute("doo3d:endCounts", types.IntArray, True)
+    chains = points.GetPrim().CreateAttribute("doo3d:chains", types.IntArray, True)
+    attributes = points.CreatePointsAttr(), points.CreateWidthsAttr(), points.CreateExtentAttr(), counts, chains
+    for frame, code in zip(frames, codes, strict=True):
+        when = () if code is None else (pxr["Usd"].TimeCode(code),)
+        numbers = labels(frame)
+        own = [each for each in frame.junctions if members & {numbers[end.chain] for end in each.ends}]
+        at = np.array([each.position for each in own]).reshape(-1, 3)
+        widths = np.array([2 * np.nanmax([0.0, *each.radii]) for each in own])
+        box = np.array([at.min(axis=0) - widths.max() / 2, at.max(axis=0) + widths.max() / 2]) if own else np.zeros((2, 3))
+        values = (
+            vt.Vec3fArray.FromNumpy(at.astype(np.float32)),
+            vt.FloatArray.FromNumpy(widths.astype(np.float32)),
+            vt.Vec3fArray.FromNumpy(box.astype(np.float32)),
+            vt.IntArray([len(each.ends) for each in own]),
+            vt.IntArray([numbers[end.chain] for each in own for end in each.ends]),
+        )
+        for attribute, value in zip(attributes, values, strict=True):
+            attribute.Set(value, *when)
+
+
+def _curve(
+    pxr: dict[str, Any],
+    stage: Any,
+    path: str,
+    label: int,
+    chains: list[Chain | None],
+    codes: list[float | None],
+    kind: Usd,
+) -> None:
     """Define the curve of one chain, at each time code.
 
     Parameters
@@ -83,6 +158,8 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
         modules of OpenUSD by name.
     stage
         the Usd.Stage.
+    path
+        of the curve.
     label
         of the chain.
     chains
@@ -93,7 +170,7 @@ def _curve(pxr: dict[str, Any], stage: Any, label: int, chains: list[Chain | Non
         the format with its options.
     """
     geometry, vt, types = pxr["UsdGeom"], pxr["Vt"], pxr["Sdf"].ValueTypeNames
-    curve = geometry.BasisCurves.Define(stage, f"/doo3d/chain{label}")
+    curve = geometry.BasisCurves.Define(stage, path)
     curve.CreateTypeAttr(geometry.Tokens.linear)
     first = next(chain for chain in chains if chain is not None)
     ring = first.closed and all(chain is None or chain.closed for chain in chains)

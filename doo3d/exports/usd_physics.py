@@ -15,6 +15,8 @@ from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors, is_z_up
 from .gravity import gravity_of, ground_of
 from .link_frames import link_frames
+from .overlaps import overlapping_bodies
+from .trees import grown
 
 AXES = ("rotX", "rotY", "rotZ")
 LOCKED = ("transX", "transY", "transZ")
@@ -25,7 +27,8 @@ class UsdPhysics(BodyExport):
     """Export format OpenUSD with physics: one scene per frame, in which each segment is a rigid body with a capsule.
 
     The origin of a body is at the middle of its segment, and its z axis points along the segment. Neighboring bodies are joined
-    by a D6 joint: translations are locked, bending is limited, and drives give bending stiffness and damping.
+    by a D6 joint: translations are locked, bending is limited, and drives give bending stiffness and damping. At a junction such
+    joints lead from the last body before it to the first body of each chain after it.
     """
 
     summary: ClassVar[str] = "OpenUSD with UsdPhysics: capsules with D6 joints"
@@ -63,7 +66,8 @@ class UsdPhysics(BodyExport):
         if not is_z_up(detection):  # a camera's y down, z away becomes y up, z towards the viewer
             root.AddRotateXOp().Set(180.0)
             turn = np.diag((1.0, -1.0, -1.0))
-        gravity, chains = gravity_of(detection), self.bodies_of(detection)
+        tree = grown(detection)
+        gravity, chains = gravity_of(detection), self.bodies_of(tree.detection)
         scene = physics.Scene.Define(stage, "/doo3d/physics")
         magnitude = float(np.linalg.norm(gravity))
         scene.CreateGravityDirectionAttr(pxr["Gf"].Vec3f(*(turn @ gravity / magnitude).tolist()))  # in the world of the stage
@@ -74,18 +78,38 @@ class UsdPhysics(BodyExport):
             plane.CreateAxisAttr(geometry.Tokens.z)
             _place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
             physics.CollisionAPI.Apply(plane.GetPrim())
-        for bodies in chains:
-            self._chain(pxr, stage, bodies)
+        shapes = [bodies.chain for bodies in chains]
+        apart: dict[str, list[str]] = {}
+        for pair in overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions):
+            first, second = (_path(chains[body.chain], body.segment) for body in pair)
+            apart.setdefault(first, []).append(second)
+        for bodies, parent in zip(chains, tree.parents, strict=True):
+            self._chain(pxr, stage, bodies, apart, is_held=self.fixed and parent is None)
+        for bodies, parent in zip(chains, tree.parents, strict=True):
+            if parent is not None:
+                self._branch_off(pxr, stage, bodies, chains[parent])
         stage.GetRootLayer().Save()
 
-    def _chain(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies) -> None:
-        """Define the bodies and the joints of one chain, and which bodies do not collide."""
+    def _chain(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies, apart: dict[str, list[str]], is_held: bool) -> None:
+        """Define the bodies and the joints of one chain, and which bodies do not collide.
+
+        Parameters
+        ----------
+        pxr, stage
+            modules of OpenUSD, and the stage.
+        bodies
+            the chain.
+        apart
+            path of a body -> paths of bodies of other chains that it does not collide with.
+        is_held
+            whether the first segment is held.
+        """
         geometry, physics, chain = pxr["UsdGeom"], pxr["UsdPhysics"], bodies.chain
         radius, length, count = self.radius_of(chain), chain.segment_length, len(chain.occluded)
         rotations = Rotation.from_matrix(link_frames(chain.joints))
         centers = (chain.joints[1:] + chain.joints[:-1]) / 2
         geometry.Xform.Define(stage, f"/doo3d/{bodies.name}")
-        paths = [f"/doo3d/{bodies.name}/segment{k}" for k in range(count)]
+        paths = [_path(bodies, k) for k in range(count)]
         for k, path in enumerate(paths):
             body = geometry.Xform.Define(stage, path)
             _place(pxr, body, centers[k], rotations[k])
@@ -102,7 +126,7 @@ class UsdPhysics(BodyExport):
             physics.CollisionAPI.Apply(capsule.GetPrim())
             reach = 1 + int(np.ceil(3 * radius / length))  # closer capsules touch at every bend
             near = [other for n, other in enumerate(paths) if 0 < (n - k) % (count if chain.closed else 2 * count) <= reach]
-            physics.FilteredPairsAPI.Apply(body.GetPrim()).CreateFilteredPairsRel().SetTargets(near)
+            physics.FilteredPairsAPI.Apply(body.GetPrim()).CreateFilteredPairsRel().SetTargets([*near, *apart.get(path, [])])
         pairs = [(k, k + 1) for k in range(count - 1)] + ([(count - 1, 0)] if chain.closed and count > 2 else [])
         for first, second in pairs:
             self._joint(
@@ -110,18 +134,26 @@ class UsdPhysics(BodyExport):
                 stage,
                 f"/doo3d/{bodies.name}/joint{first + 1}",
                 (paths[first], paths[second]),
-                length,
+                (np.array((0, 0, length / 2)), length),
                 rotations[[first, second]],
             )
-        if self.fixed:
+        if is_held:
             held = physics.FixedJoint.Define(stage, f"/doo3d/{bodies.name}/held")
             held.CreateBody0Rel().SetTargets(["/doo3d"])
             held.CreateBody1Rel().SetTargets([paths[0]])
             held.CreateLocalPos0Attr(pxr["Gf"].Vec3f(*centers[0].tolist()))
             held.CreateLocalRot0Attr(_quaternion(pxr, rotations[0]))
 
+    def _branch_off(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies, parent: ChainBodies) -> None:
+        """Define the joint from the last body of a chain before a junction to the first body of one after it."""
+        chain, before = bodies.chain, parent.chain
+        rotations = Rotation.from_matrix(np.stack((link_frames(before.joints)[-1], link_frames(chain.joints)[0])))
+        place = rotations[0].inv().apply(chain.joints[0] - (before.joints[-1] + before.joints[-2]) / 2)
+        pair = _path(parent, len(before.occluded) - 1), _path(bodies, 0)
+        self._joint(pxr, stage, f"/doo3d/{bodies.name}/joint0", pair, (place, chain.segment_length), rotations)
+
     def _joint(
-        self, pxr: dict[str, Any], stage: Any, path: str, bodies: tuple[str, str], length: float, rotations: Rotation
+        self, pxr: dict[str, Any], stage: Any, path: str, bodies: tuple[str, str], at: tuple[Floats, float], rotations: Rotation
     ) -> None:
         """Define a D6 joint between the end of one body and the beginning of another.
 
@@ -133,8 +165,8 @@ class UsdPhysics(BodyExport):
             of the joint.
         bodies
             paths of the two bodies.
-        length
-            of a segment, m.
+        at
+            (3,) m, position of the joint in the first body; and the length of a segment of the second body, m.
         rotations
             of the two bodies; the joint is at rest in this shape.
         """
@@ -142,7 +174,8 @@ class UsdPhysics(BodyExport):
         joint = physics.Joint.Define(stage, path)
         joint.CreateBody0Rel().SetTargets([bodies[0]])
         joint.CreateBody1Rel().SetTargets([bodies[1]])
-        joint.CreateLocalPos0Attr(vector(0, 0, length / 2))
+        place, length = at
+        joint.CreateLocalPos0Attr(vector(*place.tolist()))
         joint.CreateLocalRot0Attr(_quaternion(pxr, rotations[0].inv() * rotations[1]))
         joint.CreateLocalPos1Attr(vector(0, 0, -length / 2))
         joint.CreateLocalRot1Attr(_quaternion(pxr, Rotation.identity()))
@@ -157,6 +190,10 @@ class UsdPhysics(BodyExport):
             drive.CreateTypeAttr(physics.Tokens.force)
             drive.CreateStiffnessAttr(float(self.bending / length * per_degree))
             drive.CreateDampingAttr(float(self.damping / length * per_degree))
+
+
+def _path(bodies: ChainBodies, segment: int) -> str:
+    return f"/doo3d/{bodies.name}/segment{segment}"
 
 
 def _place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
