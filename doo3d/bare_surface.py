@@ -128,6 +128,10 @@ class BareSurface:
             bare[undecided] = readings[undecided] - points[undecided, 2] > rise / 2
         return np.asarray(bare)
 
+    def has_object_color(self, pixels: Ints) -> Bools:
+        """Tell which pixels (N, 2), (u, v), clearly have the color of the object, not of the surface beside it: (N,) bool."""
+        return np.asarray(self._object_shares(pixels) < OBJECT_COLOR_SHARE)
+
     def _object_shares(self, pixels: Ints) -> Floats:
         """Return the distance of each pixel's color to the object, as a share of its distances to object and surface: (N,)."""
         if self.color is None or min(len(self.object_colors), len(self.surface_colors)) < NEIGHBOR_SAMPLES:

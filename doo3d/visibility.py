@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
+import cv2
 import numpy as np
 
 from .bare_surface import BareSurface
@@ -24,6 +25,9 @@ TIP_FAN = np.radians((-25.0, 0.0, 25.0))
 
 OCCLUDER_MARGIN_RADII = 0.6
 """Radii by which an occluder is nearer at least. A strand on top of another one is nearer by two, at its border by one."""
+
+FRONT_PIXELS = 2
+"""Pixels round a position in which nothing but the object may be in front of it, where the camera looks past the object."""
 
 MARGIN_RADII = 1.2
 """Radii; least distance behind a position of depth that shows free space: an object on a table is two radii thick."""
@@ -147,6 +151,38 @@ class Visibility:
             classes[open_[bare]] = int(PointVisibility.BARE)
         result[inside] = classes
         return result
+
+    def pixel_at(self, point: Floats) -> float:
+        """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""
+        return 1.0 if self.camera is None else float(point[2]) / self.camera.fx
+
+    def is_beside(self, points: Floats) -> Bools:
+        """Tell at which positions the camera looks past the object: outside its mask, and not at something in front.
+
+        Unlike BARE and FREE this trusts the mask, where depth is undecided: in gaps of a few pixels. A pixel without reading is in
+        front if one next to it is. Pixels that clearly have the object's color are holes in the mask, and not beside the object.
+
+        points : (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D. Returns (N,) bool, False outside the image.
+        """
+        pixels = self.camera.project(points) if self.camera is not None else points
+        height, width = self.mask.shape
+        inside = np.asarray(np.isfinite(pixels).all(axis=1))
+        inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (width - 0.5, height - 0.5))).all(axis=1)
+        u, v = np.rint(pixels[inside]).astype(np.int64).T
+        beside = np.zeros(len(points), dtype=bool)
+        beside[inside] = ~self.mask[v, u]
+        if self.depth is not None and beside.any():
+            reach = FRONT_PIXELS
+            left, top, right, bottom = u.min() - reach, v.min() - reach, u.max() + reach + 1, v.max() + reach + 1
+            left, top = max(left, 0), max(top, 0)
+            depth, mask = self.depth[top:bottom, left:right], self.mask[top:bottom, left:right]
+            others = np.where(mask | (depth <= 0), np.inf, depth).astype(np.float32)
+            nearest = cv2.erode(others, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+            beside[inside] &= nearest[v - top, u - left] >= points[inside, 2] - self.margin
+        if self.bare is not None and beside.any():
+            rows = np.flatnonzero(beside)
+            beside[rows] = ~self.bare.has_object_color(np.column_stack((u, v))[beside[inside]])
+        return beside
 
     def with_bare_surface(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> Visibility:
         """Return a copy that tells bare surface from holes in the mask, as measured beside chains.
@@ -332,6 +368,14 @@ class MultiViewVisibility(Visibility):
         free, object_seen = _votes(classes)
         result[free > object_seen] = int(PointVisibility.FREE)
         return result
+
+    def pixel_at(self, point: Floats) -> float:
+        """Return the width that a pixel shows at the depth of a position, in the view where it is the smallest, m."""
+        return min(one.pixel_at((point - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each)
+
+    def is_beside(self, points: Floats) -> Bools:
+        """Tell at which positions more views look past the object than see it: (N, 3) m in the cloud's frame -> (N,) bool."""
+        return np.asarray(self.classify(points) == PointVisibility.FREE)
 
     def contradicted_by_views(self, points: Floats) -> Bools:
         """Tell which points are probably empty space, although they are in the cloud.

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from ...geometry.polyline import angle
 from ...types import Floats
 from ...visibility import Visibility
+from .necks import neck_share
 from .strands import FreeEnds, Strand
 
 LAYER_COST = 300.0
@@ -44,6 +45,9 @@ cloud, whose axes are less certain."""
 
 MISS_SLOPE = 0.4
 """Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
+
+NECK_COST = 1000.0
+"""Cost units of a strand that narrows to nothing before it reaches another, as a tip that touches does."""
 
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
@@ -123,14 +127,21 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], visibility: Visibili
         radius = own.radius_near(0.0 if ends.side[row] == 0 else own.length, 1 if ends.side[row] == 0 else -1)
         for host, strand in enumerate(strands):
             if host != number:
-                found = _attachment(ends, row, radius, host, strand, visibility, max_gap)
+                found = _attachment(ends, row, radius, own, host, strand, visibility, max_gap)
                 if found is not None:
                     meetings.append(found)
     return meetings
 
 
 def _attachment(
-    ends: FreeEnds, row: int, radius: float, host: int, strand: Strand, visibility: Visibility | None, max_gap: float
+    ends: FreeEnds,
+    row: int,
+    radius: float,
+    own: Strand,
+    host: int,
+    strand: Strand,
+    visibility: Visibility | None,
+    max_gap: float,
 ) -> Meeting | None:
     """Return the cheapest place at which an end meets a strand, if that costs less than a free end; else None."""
     point, tangent = ends.points[row], ends.tangents[row]
@@ -157,6 +168,10 @@ def _attachment(
         possible &= np.minimum(strand.along, strand.length - strand.along) > END_CLEARANCE_RADII * strand.radii
     for i in np.flatnonzero(possible)[np.argsort(cost[possible], kind="stable")][:1]:
         total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, float(strand.radii[i]), visibility)
+        if total < TIP_COST and visibility is not None:
+            total += NECK_COST * neck_share(
+                own.points if ends.side[row] == 0 else own.points[::-1], radius, strand, float(strand.along[i]), visibility
+            )
         if total < TIP_COST:
             return Meeting(TIP_COST - total, strand.points[i], ((host, float(strand.along[i])),), row)
     return None

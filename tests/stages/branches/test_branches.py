@@ -154,3 +154,21 @@ def test_junctions_follow_chains_that_tracking_reverses():
     assert after.junctions[0].ends == first.junctions[0].ends
     for end in after.junctions[0].ends:
         assert np.linalg.norm(after.chains[end.chain].joints[-end.end] - after.junctions[0].position) <= STEP / 2 + 1e-9
+
+
+@pytest.mark.parametrize("angle", [0, 30, 75])
+@pytest.mark.parametrize("tip", ["round", "into the trunk"])
+def test_a_tip_that_touches_is_narrower_there_than_a_branch(tip, angle):
+    """A strand 13 px wide that leads up to one of 20 px, in an image turned by `angle` degrees."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turn = np.array([[c, -s], [s, c]])
+    mask = np.zeros((400, 400), np.uint8)
+    reach = 0 if tip == "into the trunk" else 16
+    points = np.array([[-170.0, 0.0], [170.0, 0.0], [20.0, -reach], [50.0, -150.0]]) @ turn.T + 200
+    corners = [tuple(round(16 * value) for value in point) for point in points]
+    cv2.line(mask, corners[0], corners[1], 1, 17, shift=4)
+    cv2.line(mask, corners[2], corners[3], 1, 11, shift=4)
+    image = np.dstack([mask * 255] * 3)
+    detection = detect(image, load_config("image", {"merge.branches": True}), mask.astype(bool))
+    assert len(detection.junctions) == (1 if tip == "into the trunk" else 0)
+    assert len(detection.objects) == (1 if tip == "into the trunk" else 2)
