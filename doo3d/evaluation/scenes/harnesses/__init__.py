@@ -1,0 +1,17 @@
+"""Families of branched objects: harnesses on a table and hanging, partly hidden, crossing, and beside ends that only touch.
+
+Each builder draws one scene from the given random numbers, or returns None if the draw cannot be built.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from .build import harness
+from .kinds import KINDS, Kind
+from .motion import motion_tree
+
+__all__ = ["KINDS", "TREES", "Kind", "harness", "motion_tree"]
+
+TREES = {name: partial(harness, kind) for name, kind in KINDS.items()}
+"""Families of scenes of branched objects: name -> builder."""

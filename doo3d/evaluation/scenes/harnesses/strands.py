@@ -1,0 +1,86 @@
+"""Strands in the plane: where they cross, and whether they keep clear of each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ....types import Floats
+from ..curves import STEP, curve_crossings
+
+CLEARANCE = 1.6
+"""Least distance in the plane of two strands that do not cross, in sums of their radii."""
+
+NEAR_JUNCTION_RADII = 7.0
+"""Radii of the trunk from a junction up to which strands are near each other because they meet there."""
+
+MIN_CROSSING_ANGLE = np.radians(35.0)
+
+
+@dataclass
+class Strand:
+    """A strand in the plane, (P, 2) m, 2 mm apart, with radius, heights (P,) and its two nodes; `trunk` tells its kind."""
+
+    curve: Floats
+    radius: float
+    nodes: tuple[int, int]
+    height: Floats
+    trunk: bool = False
+
+
+def crossings_of(strands: list[Strand]) -> list[tuple[int, int, int, int]]:
+    """Return the crossings of strands in the plane: (strand, point of it, other strand, point of that); none at junctions."""
+    points = np.vstack([strand.curve for strand in strands])
+    number = np.repeat(np.arange(len(strands)), [len(strand.curve) for strand in strands])
+    first = np.cumsum([0, *(len(strand.curve) for strand in strands)])
+    found = curve_crossings(points, number)
+    result = []
+    for i, j, angle in zip(found.first, found.second, found.angles, strict=True):
+        a, b = int(number[int(i)]), int(number[int(j)])
+        p, q = int(i) - int(first[a]), int(j) - int(first[b])
+        shared = set(strands[a].nodes) & set(strands[b].nodes)
+        if a != b and shared and min(p, len(strands[a].curve) - p) < 6 and min(q, len(strands[b].curve) - q) < 6:
+            continue
+        result.append((a, p, b, q) if angle > MIN_CROSSING_ANGLE else (-1, 0, 0, 0))
+    return result
+
+
+def is_open(strands: list[Strand], radius: float) -> bool:
+    """Tell whether strands come near each other only where they meet or cross, and cross far from junctions and tips."""
+    crossings = crossings_of(strands)
+    if any(crossing[0] < 0 for crossing in crossings):
+        return False
+    reach = 2.5 * NEAR_JUNCTION_RADII * radius / STEP
+    for a, p, b, q in crossings:
+        if min(p, len(strands[a].curve) - p, q, len(strands[b].curve) - q) < reach:
+            return False
+    for a, first in enumerate(strands):
+        for b in range(a, len(strands)):
+            second = strands[b]
+            limit = CLEARANCE * (first.radius + second.radius)
+            i, j = near_points(first.curve, second.curve, limit, limit if a == b else 0.0)
+            for crossing in crossings:
+                if (crossing[0], crossing[2]) == (a, b):
+                    far = (np.abs(i - crossing[1]) > 3 * limit / STEP) | (np.abs(j - crossing[3]) > 3 * limit / STEP)
+                    i, j = i[far], j[far]
+            if a != b:
+                for node in set(first.nodes) & set(second.nodes):
+                    from_first = i if first.nodes[0] == node else len(first.curve) - 1 - i
+                    from_second = j if second.nodes[0] == node else len(second.curve) - 1 - j
+                    far = np.maximum(from_first, from_second) * STEP > NEAR_JUNCTION_RADII * radius
+                    i, j = i[far], j[far]
+            if len(i):
+                return False
+    return True
+
+
+def near_points(first: Floats, second: Floats, limit: float, apart: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of the pairs of points nearer than `limit`; in one curve only those over 4 limits along it."""
+    pairs = cKDTree(first).sparse_distance_matrix(cKDTree(second), limit, output_type="coo_matrix")
+    i, j = pairs.row, pairs.col
+    if apart:
+        chosen = (j - i) * STEP > 4 * apart
+        i, j = i[chosen], j[chosen]
+    return i, j
