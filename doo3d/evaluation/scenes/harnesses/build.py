@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
+from bisect import bisect_right
+
 import numpy as np
 from numpy.random import Generator
 
-from ..model import Scene, Tree, Truth
+from ..model import Scene, Solid, Tree, Truth
 from ..stacking import spline_axis
-from ..studio import cable_color, make_studio
-from .boxes import box_on_junction
+from ..studio import Studio, cable_color, make_studio
+from .boxes import box_on_junction, wide_box
 from .heights import are_clear, hanging_shape, lay
 from .kinds import Kind
-from .plan import TRUNK_RADII, plan_harness
+from .plan import TRUNK_RADII, Plan, plan_harness, plan_two
+from .swaps import plan_swap
 from .touching import add_touching
 
 Size = tuple[int, int]
@@ -32,16 +36,18 @@ def harness(kind: Kind, rng: Generator, size: Size) -> Scene | None:
 
     Returns
     -------
-    The scene in the camera's optical frame, with one tree (two with a touching cable); None if the draw cannot be built.
+    The scene in the camera's optical frame, with a tree for each object; None if the draw cannot be built.
     """
     studio = make_studio(rng, size)
     radius = rng.uniform(*TRUNK_RADII)
-    strands, nodes = plan_harness(rng, studio, radius, kind)
-    if not strands:
+    plan = _plan(rng, studio, radius, kind)
+    if plan is None:
         return None
-    count = len(nodes)
-    if kind.touching and not add_touching(rng, strands, nodes):
-        return None
+    strands, nodes, starts = plan.strands, plan.nodes, [*plan.starts]
+    if kind.touching:
+        starts.append(len(nodes))
+        if not add_touching(rng, strands, nodes):
+            return None
     if not lay(rng, strands, radius, kind):
         return None
     lift = hanging_shape(rng) if kind.hanging else None
@@ -56,12 +62,26 @@ def harness(kind: Kind, rng: Generator, size: Size) -> Scene | None:
     at = np.zeros((len(nodes), 3))
     for strand, axis in zip(strands, axes, strict=True):
         at[list(strand.nodes)] = axis[[0, -1]]
-    color = cable_color(rng)
-    cables = tuple(Truth(studio.to_camera(axis), strand.radius, color=color) for strand, axis in zip(strands, axes, strict=True))
-    boxes = box_on_junction(rng, studio, strands, at) if kind.hidden else ()
+    group = [bisect_right(starts, strand.nodes[0]) - 1 for strand in strands]
+    colors = [cable_color(rng) for _ in starts] if kind.two else [cable_color(rng)] * len(starts)
+    cables = tuple(
+        Truth(studio.to_camera(axis), strand.radius, color=colors[k])
+        for strand, axis, k in zip(strands, axes, group, strict=True)
+    )
+    boxes: tuple[Solid, ...] | None = ()
+    if kind.hidden:
+        boxes = wide_box(rng, studio, strands, axes, at) if kind.wide else box_on_junction(rng, studio, strands, at)
+    if boxes is None:
+        return None
     table = studio.table(-rng.uniform(0.08, 0.3)) if kind.hanging else studio.table()
-    edges = [(k, *strand.nodes) for k, strand in enumerate(strands)]
-    trees = [Tree(studio.to_camera(at[:count]), tuple(edge for edge in edges if edge[1] < count))]
-    if kind.touching:
-        trees.append(Tree(studio.to_camera(at[count:]), ((edges[-1][0], 0, 1),)))
+    trees = []
+    for k, (start, stop) in enumerate(itertools.pairwise([*starts, len(nodes)])):
+        edges = [(n, strands[n].nodes[0] - start, strands[n].nodes[1] - start) for n in range(len(strands)) if group[n] == k]
+        trees.append(Tree(studio.to_camera(at[start:stop]), tuple(edges)))
     return Scene("", "", 0, studio.camera, cables, boxes, table, studio.light, trees=tuple(trees))
+
+
+def _plan(rng: Generator, studio: Studio, radius: float, kind: Kind) -> Plan | None:
+    if kind.swapping:
+        return plan_swap(rng, studio, radius)
+    return plan_two(rng, studio, radius, kind) if kind.two else plan_harness(rng, studio, radius, kind)

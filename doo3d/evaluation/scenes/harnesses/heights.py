@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def lay(rng: Generator, strands: list[Strand], radius: float, kind: Kind) -> bool:
     """Lift the upper strand over the lower one at each crossing; False if that cannot be done."""
-    for a, p, b, q in crossings_of(strands):
+    for a, p, b, q in crossings_of(strands, 0.0):
         upper_first = strands[a].trunk if kind.under and strands[a].trunk != strands[b].trunk else bool(rng.random() < 0.5)
         (up, at), (low, below) = ((a, p), (b, q)) if upper_first else ((b, q), (a, p))
         both = strands[up].radius + strands[low].radius

@@ -25,6 +25,12 @@ class Kind:
         whether a cable of its own ends at the side of a strand.
     under
         whether a branch passes under the trunk, rather than at random over or under.
+    wide
+        whether the box also hides some centimetres of each strand at the junction.
+    swapping
+        whether two strands run side by side and swap sides; branches and crossings are then those of `plan_swap`.
+    two
+        whether there are two harnesses, which cross each other only.
     """
 
     branches: tuple[int, int] = (1, 3)
@@ -34,6 +40,9 @@ class Kind:
     opposite: bool = False
     touching: bool = False
     under: bool = False
+    wide: bool = False
+    swapping: bool = False
+    two: bool = False
 
 
 KINDS = {
@@ -45,4 +54,7 @@ KINDS = {
     "tree_under": Kind(crossings=(1, 1), under=True),
     "tree_opposite": Kind(branches=(2, 3), opposite=True),
     "tree_touch": Kind(touching=True),
+    "tree_hidden_wide": Kind(hidden=True, wide=True),
+    "tree_swap": Kind(swapping=True),
+    "tree_two": Kind(branches=(1, 2), crossings=(1, 3), two=True),
 }

@@ -30,8 +30,11 @@ class Strand:
     trunk: bool = False
 
 
-def crossings_of(strands: list[Strand]) -> list[tuple[int, int, int, int]]:
-    """Return the crossings of strands in the plane: (strand, point of it, other strand, point of that); none at junctions."""
+def crossings_of(strands: list[Strand], min_angle: float = MIN_CROSSING_ANGLE) -> list[tuple[int, int, int, int]]:
+    """Return the crossings of strands in the plane: (strand, point of it, other strand, point of that); none at junctions.
+
+    A crossing at less than `min_angle`, radians, is (-1, 0, 0, 0).
+    """
     points = np.vstack([strand.curve for strand in strands])
     number = np.repeat(np.arange(len(strands)), [len(strand.curve) for strand in strands])
     first = np.cumsum([0, *(len(strand.curve) for strand in strands)])
@@ -43,21 +46,41 @@ def crossings_of(strands: list[Strand]) -> list[tuple[int, int, int, int]]:
         shared = set(strands[a].nodes) & set(strands[b].nodes)
         if a != b and shared and min(p, len(strands[a].curve) - p) < 6 and min(q, len(strands[b].curve) - q) < 6:
             continue
-        result.append((a, p, b, q) if angle > MIN_CROSSING_ANGLE else (-1, 0, 0, 0))
+        result.append((a, p, b, q) if angle > min_angle else (-1, 0, 0, 0))
     return result
 
 
-def is_open(strands: list[Strand], radius: float) -> bool:
-    """Tell whether strands come near each other only where they meet or cross, and cross far from junctions and tips."""
-    crossings = crossings_of(strands)
+def cross_far_from_ends(strands: list[Strand], crossings: list[tuple[int, int, int, int]], radius: float) -> bool:
+    """Tell whether crossings are far from junctions and tips, in radii of the thickest strand: `radius`, m."""
+    reach = 2.5 * NEAR_JUNCTION_RADII * radius / STEP
+    return all(min(p, len(strands[a].curve) - p, q, len(strands[b].curve) - q) >= reach for a, p, b, q in crossings)
+
+
+def is_open(
+    strands: list[Strand], radius: float, min_angle: float = MIN_CROSSING_ANGLE, beside: tuple[int, int] | None = None
+) -> bool:
+    """Tell whether strands come near each other only where they meet or cross, and cross far from junctions and tips.
+
+    Parameters
+    ----------
+    strands
+        the strands.
+    radius
+        radius of the thickest, m.
+    min_angle
+        least angle of a crossing, radians.
+    beside
+        two strands, the lower number first, that may be near each other all along.
+    """
+    crossings = crossings_of(strands, min_angle)
     if any(crossing[0] < 0 for crossing in crossings):
         return False
-    reach = 2.5 * NEAR_JUNCTION_RADII * radius / STEP
-    for a, p, b, q in crossings:
-        if min(p, len(strands[a].curve) - p, q, len(strands[b].curve) - q) < reach:
-            return False
+    if not cross_far_from_ends(strands, crossings, radius):
+        return False
     for a, first in enumerate(strands):
         for b in range(a, len(strands)):
+            if (a, b) == beside:
+                continue
             second = strands[b]
             limit = CLEARANCE * (first.radius + second.radius)
             i, j = near_points(first.curve, second.curve, limit, limit if a == b else 0.0)
