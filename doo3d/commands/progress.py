@@ -12,7 +12,6 @@ import typer
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from ..evaluation.metrics.score import FrameScore
     from ..runs.frame_record import FrameRecord
 
 
@@ -175,6 +174,14 @@ class Bar:
         self._failed += sum(record.error is not None for record in records)
 
 
+class FrameResult(Protocol):
+    """What a score says of a frame."""
+
+    @property
+    def correct(self) -> bool:
+        """Whether the frame is correct."""
+
+
 class Scored(Protocol):
     """The result of one frame of an evaluation."""
 
@@ -183,7 +190,7 @@ class Scored(Protocol):
         """Name of the frame."""
 
     @property
-    def score(self) -> FrameScore:
+    def score(self) -> FrameResult:
         """Its score."""
 
 

@@ -171,3 +171,33 @@ def test_a_bar_on_a_terminal_only(tmp_path):
     assert b"2 correct   straight_001" in shown
     assert b"\x1b" not in out
     assert b"2/2 100.0 %" in out
+
+
+def test_trees_are_scored_drawn_and_written(doo3d):
+    options = ("--families", "tree,tree_two", "--seeds", 1, "--size", "640x360", "--sensor", "perfect", "--mask", "ragged")
+    code, out, err = doo3d("evaluate", "trees", *options, "--json", "a.json", "--pictures", "worst")
+    assert code == 0, err
+    assert err == ""
+    assert [line.split()[0] for line in out.splitlines()[:4]] == ["family", "tree", "tree_two", "all"]
+    assert sorted(path.name for path in Path("worst").iterdir()) == ["tree_000.png", "tree_two_000.png"]
+    written = json.loads(Path("a.json").read_text())
+    assert (written["settings"]["mask"], written["settings"]["seeds"]) == ("ragged", 1)
+    assert written["families"]["tree_two"]["objects"] == 2
+    assert written["all"]["objects"] == 3
+    assert [frame["name"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        (("--mask", "none"), "choice-unknown"),
+        (("--families", "crossing"), "choice-unknown"),
+        (("-c", "default"), "options-conflict"),
+        (("--motion", "absent.npy"), "file-missing"),
+    ],
+)
+def test_what_evaluate_trees_cannot_do_is_refused_by_name(doo3d, options, code):
+    status, out, err = doo3d("evaluate", "trees", "--size", "64x64", *options)
+    assert status != 0
+    assert out == ""
+    assert code_in(err) == code

@@ -48,12 +48,12 @@ def picture(row: Row) -> Array:
     if row.case is None or row.detection is None:
         raise ValueError(f"{row.name}: the frame is unknown")
     known = row.case.load()
-    cables = [_truth_chain(cable) for cable in known.truths if cable.length > TRUTH_SEGMENT_LENGTH]
-    both = row.detection, Detection(_matching_order(cables, row.detection))
+    cables = [truth_chain(cable) for cable in known.truths if cable.length > TRUTH_SEGMENT_LENGTH]
+    both = row.detection, Detection(matching_order(cables, row.detection))
     data = known.data
     if isinstance(data, Frame):
         joints = [chain.joints for detection in both for chain in detection.chains]
-        data = _cropped(data, np.concatenate([*joints, np.zeros((0, 3))]))
+        data = cropped(data, np.concatenate([*joints, np.zeros((0, 3))]))
     return with_caption(np.concatenate([draw(data, detection) for detection in both], axis=1), caption(row))
 
 
@@ -126,7 +126,7 @@ def write_png(path: Path, image: Array) -> None:
     write_bytes(path, encoded.tobytes())
 
 
-def _truth_chain(truth: Truth) -> Chain:
+def truth_chain(truth: Truth) -> Chain:
     """Return a cable as a chain, to be drawn."""
     axis = np.vstack((truth.axis, truth.axis[:1])) if truth.closed else truth.axis
     joints = lay_equal_chords(axis, TRUTH_SEGMENT_LENGTH)[0]
@@ -135,7 +135,7 @@ def _truth_chain(truth: Truth) -> Chain:
     return Chain(joints, TRUTH_SEGMENT_LENGTH, truth.radius, occluded=~seen[np.round(middle).astype(int)])
 
 
-def _matching_order(cables: list[Chain], detection: Detection) -> tuple[Chain, ...]:
+def matching_order(cables: list[Chain], detection: Detection) -> tuple[Chain, ...]:
     """Return the cables in the order of the chains that lie on them, so that colors agree; those without a chain last."""
     distances = np.array(
         [[cKDTree(cable.joints).query(chain.joints)[0].mean() for chain in detection.chains] for cable in cables]
@@ -145,7 +145,7 @@ def _matching_order(cables: list[Chain], detection: Detection) -> tuple[Chain, .
     return tuple(cables[k] for k in sorted(range(len(cables)), key=lambda k: order.get(k, len(detection.chains))))
 
 
-def _cropped(frame: Frame, points: Floats) -> Frame:
+def cropped(frame: Frame, points: Floats) -> Frame:
     """Return the frame cropped to points (N, 3) m with a margin of CROP_MARGIN_PX; the whole frame if there are none."""
     camera, points = frame.camera, points[points[:, 2] > 0]
     if not len(points):

@@ -49,6 +49,16 @@ class TreeScore:
     taken: int = 0
 
     @property
+    def faults(self) -> int:
+        """The number of faults: of objects, of junctions, and of crossings taken for junctions."""
+        return self.objects - self.right + self.spurious + self.junctions - self.found + self.false + self.taken
+
+    @property
+    def correct(self) -> bool:
+        """Whether there is no fault."""
+        return self.faults == 0
+
+    @property
     def told_apart(self) -> float:
         """The share of junctions and crossings that were told apart: junctions found and crossings not taken for one."""
         return (self.found + self.crossings - self.taken) / max(self.junctions + self.crossings, 1)

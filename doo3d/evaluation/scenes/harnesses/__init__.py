@@ -9,9 +9,9 @@ from functools import partial
 
 from .build import harness
 from .kinds import KINDS, Kind
-from .motion import motion_tree
+from .motion import motion_tree, read_markers
 
-__all__ = ["KINDS", "TREES", "Kind", "harness", "motion_tree"]
+__all__ = ["KINDS", "TREES", "Kind", "harness", "motion_tree", "read_markers"]
 
 TREES = {name: partial(harness, kind) for name, kind in KINDS.items()}
 """Families of scenes of branched objects: name -> builder."""

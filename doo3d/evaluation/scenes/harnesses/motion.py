@@ -11,6 +11,7 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ....errors import InputError, unread_code
+from ....types import Floats
 from ..model import Scene, Tree, Truth
 from ..stacking import spline_axis
 from ..studio import cable_color, make_studio
@@ -22,6 +23,23 @@ MOTION_TRUNK, MOTION_BRANCHES, MOTION_RADIUS = tuple(range(13)), ((4, 13, 14, 15
 
 MIN_MARKER_STEP = 0.02
 """m; markers nearer to the one before are left out of the spline, which would swing between them."""
+
+
+def read_markers(path: str | Path) -> Floats:
+    """Return the positions of the markers of a measured branched cable, (T, 20, 3) m, from an .npy file.
+
+    Raises
+    ------
+    InputError : the file cannot be read or holds something else.
+    """
+    try:
+        frames = np.load(path, allow_pickle=False)
+    except (OSError, ValueError) as error:
+        code = unread_code(error) if isinstance(error, OSError) else "truth-invalid"
+        raise InputError(f"{path}: cannot be read ({error})", code=code) from None
+    if frames.ndim != 3 or frames.shape[1:] != (20, 3):
+        raise InputError(f"{path}: has shape {frames.shape}, expected (T, 20, 3) positions of markers", code="truth-invalid")
+    return np.asarray(frames)
 
 
 def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
@@ -45,13 +63,7 @@ def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     ------
     InputError : the file cannot be read or holds something else.
     """
-    try:
-        frames = np.load(path, allow_pickle=False)
-    except (OSError, ValueError) as error:
-        code = unread_code(error) if isinstance(error, OSError) else "truth-invalid"
-        raise InputError(f"{path}: cannot be read ({error})", code=code) from None
-    if frames.ndim != 3 or frames.shape[1:] != (20, 3):
-        raise InputError(f"{path}: has shape {frames.shape}, expected (T, 20, 3) positions of markers", code="truth-invalid")
+    frames = read_markers(path)
     markers = np.asarray(frames[int(rng.integers(len(frames)))], dtype=float)
     curves = [markers[list(MOTION_TRUNK)], *(markers[list(branch)] for branch in MOTION_BRANCHES)]
     center = (markers.max(axis=0) + markers.min(axis=0)) / 2
