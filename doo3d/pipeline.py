@@ -13,7 +13,7 @@ from .config import Config, ConfigLike, SegmentConfig, as_config
 from .errors import ArgumentError, InputError
 from .plausibility import frame_notes
 from .stages import FrameContext
-from .stages.branches import Branched, find_branches
+from .stages.branches import Branched, find_branches, part_leftovers
 from .stages.confidence import Evidence, with_confidence
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
@@ -187,6 +187,8 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("prune")
     merged = merge(pruned.chains, context, config.merge)
     clock("merge")
+    if config.merge.branches:
+        merged = replace(merged, assemblies=part_leftovers(merged.assemblies, context))
     filled = fill(merged.assemblies, context)
     clock("fill")
     extended = extend_ends(filled, context)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from ...config import MergeConfig
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
+from .clouds import Surface, gap_links, joined
 from .readings import body_meetings, end_meetings
 from .strands import free_ends, strands_of
-from .tree import choose, cut, nodes_of, parted
+from .tree import choose, connected, cut, nodes_of, parted
 
 CROSSING_RADII = 3.0
 """Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
@@ -75,11 +76,18 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     if visibility is not None:
         visibility = visibility.with_bare_surface([chain.joints for chain in chains], context.radius, context.foreground)
     max_gap = config.max_gap * context.gap_unit
-    chosen = choose([*body_meetings(strands), *end_meetings(ends, strands, visibility, max_gap)], strands, ends)
+    surface = Surface.of(context)
+    chosen = choose([*body_meetings(strands), *end_meetings(ends, strands, visibility, max_gap, surface)], strands, ends)
     if any(meeting.end is None for meeting in chosen):
         chains = parted(chains, strands, chosen, context.segment_length)
         strands = strands_of(chains)
         ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, visibility, max_gap), strands, ends)
+        chosen = choose(end_meetings(ends, strands, visibility, max_gap, surface), strands, ends)
+    if surface is not None:
+        links = gap_links(ends, *connected(chosen, strands, ends), max_gap)
+        chains = joined(chains, strands, ends, links, context.segment_length)
+        strands = strands_of(chains)
+        ends = free_ends(chains, strands)
+        chosen = choose(end_meetings(ends, strands, visibility, max_gap, surface, hidden=True), strands, ends)
     pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects))

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from ...geometry.polyline import angle
 from ...types import Floats
 from ...visibility import Visibility
+from .clouds import Surface, bridged_place, hidden_place
 from .necks import neck_share
 from .strands import FreeEnds, Strand
 
@@ -67,6 +68,12 @@ END_CLEARANCE_RADII = 3.0
 
 CURVATURE_PERSISTENCE = 0.7
 """Share of its curvature that an end is expected to keep."""
+
+HIDDEN_COST = 120.0
+"""Cost units up to which an end is attached across a gap of a cloud."""
+
+HIDDEN_WEIGHT = 0.1
+"""Weight of the gain of a junction across a gap of a cloud: it is taken where nothing else connects the end."""
 
 MAX_REACH_RADII = 40.0
 """Radii beyond an end within which a strand is looked for."""
@@ -119,8 +126,31 @@ def body_meetings(strands: Sequence[Strand]) -> list[Meeting]:
     return meetings
 
 
-def end_meetings(ends: FreeEnds, strands: Sequence[Strand], visibility: Visibility | None, max_gap: float) -> list[Meeting]:
-    """Return for each free end the strands that it may branch off from, with the gain of a junction over a free end there."""
+def end_meetings(
+    ends: FreeEnds,
+    strands: Sequence[Strand],
+    visibility: Visibility | None,
+    max_gap: float,
+    surface: Surface | None = None,
+    hidden: bool = False,
+) -> list[Meeting]:
+    """Return for each free end the strands that it may branch off from, with the gain of a junction over a free end there.
+
+    Parameters
+    ----------
+    ends
+        the free ends of all strands.
+    strands
+        all strands.
+    visibility
+        tells free from hidden space; None for an image, and for a cloud without camera views.
+    max_gap
+        m (px in 2-D), longest way from an end to a strand.
+    surface
+        of a cloud without camera views; None for other data.
+    hidden
+        True also attaches ends of a cloud across gaps without points.
+    """
     meetings = []
     for row, number in enumerate(ends.strand.tolist()):
         own = strands[number]
@@ -128,6 +158,8 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], visibility: Visibili
         for host, strand in enumerate(strands):
             if host != number:
                 found = _attachment(ends, row, radius, own, host, strand, visibility, max_gap)
+                if surface is not None:
+                    found = max(found, *_cloud_attachments(ends, row, radius, host, strand, surface, max_gap * hidden), key=_gain)
                 if found is not None:
                     meetings.append(found)
     return meetings
@@ -175,6 +207,26 @@ def _attachment(
         if total < TIP_COST:
             return Meeting(TIP_COST - total, strand.points[i], ((host, float(strand.along[i])),), row)
     return None
+
+
+def _gain(meeting: Meeting | None) -> float:
+    return -math.inf if meeting is None else meeting.gain
+
+
+def _cloud_attachments(
+    ends: FreeEnds, row: int, radius: float, host: int, strand: Strand, surface: Surface, max_gap: float
+) -> Iterator[Meeting | None]:
+    """Yield the places at which an end meets a strand of a cloud: where points lead to it, and across a gap; None without any."""
+    point, tangent = ends.points[row], ends.tangents[row]
+    yield None
+    for found, weight, limit in (
+        (bridged_place(point, tangent, radius, strand, surface), 1.0, TIP_COST),
+        (hidden_place(point, tangent, strand, max_gap), HIDDEN_WEIGHT, HIDDEN_COST),
+    ):
+        if found is not None and found[1] < limit:
+            at = float(strand.along[found[0]])
+            if not _is_near_end(strand, at, END_CLEARANCE_RADII * float(strand.radii[found[0]])):
+                yield Meeting(weight * (limit - found[1]), strand.points[found[0]], ((host, at),), row)
 
 
 def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, visibility: Visibility | None) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import arc_length, resample, unit
 from ...kernels import nearest
-from ...types import Chain, ChainEnd, Connection, Floats, Junction, LinearObject
+from ...types import Bools, Chain, ChainEnd, Connection, Floats, Junction, LinearObject
 from .readings import Meeting
 from .strands import FreeEnds, Strand
 
@@ -74,6 +74,19 @@ def choose(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnd
             used.add(meeting.end)
         chosen.append(meeting)
     return chosen
+
+
+def connected(chosen: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> tuple[Bools, list[int]]:
+    """Return which of the E ends are free, (E,) bool, and the number of the object of each strand."""
+    group, is_free = np.arange(len(strands)), np.ones(len(ends.strand), dtype=bool)
+    for meeting in chosen:
+        members = [strand for strand, _ in meeting.bodies]
+        if meeting.end is not None:
+            is_free[meeting.end] = False
+            members.append(int(ends.strand[meeting.end]))
+        for member in members[1:]:
+            group[group == group[member]] = group[members[0]]
+    return is_free, group.tolist()
 
 
 def nodes_of(chosen: Sequence[Meeting], strands: Sequence[Strand]) -> list[Node]:

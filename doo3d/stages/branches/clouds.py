@@ -1,0 +1,252 @@
+"""Branches in clouds: no camera tells there what is empty, but the points tell where the surface goes on.
+
+An end beside a strand belongs to it if points fill the way between. Where a window was not measured, the parts of one object are
+joined across it, straight on and at a low cost per length, as long as they are not connected otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...geometry.equal_segments import equal_segments
+from ...geometry.gap_path import gap_path
+from ...geometry.polyline import angle
+from ...kernels import nearest
+from ...types import Bools, Chain, ChainEnd, Connection, Floats
+from .. import FrameContext
+from .strands import FreeEnds, Strand
+
+GAP_COST = 0.3
+"""Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
+
+TURN_COST = 100.0
+"""Cost units per radian of a turn across a gap, and of the angle between an end and what it points at."""
+
+JOIN_COST = 250.0
+"""Cost units up to which two ends are joined across a gap."""
+
+MIN_BRANCH_ANGLE = 0.35
+"""Radians between a strand and the way to it across a gap, at least: less is a strand beside it."""
+
+BRIDGED_RADII = 12.0
+"""Radii of an end from it within which points may lead to another strand."""
+
+BRIDGED_NEARNESS, BRIDGED_MISS = 0.5, 15.0
+"""Cost units per mm from an end to a strand on a way of points, and per sum of radii by which the end points past the place."""
+
+COVERED_SHARE = 0.95
+"""Share of a way that must be filled with points."""
+
+SAMPLE_VOXELS = 0.5
+"""Voxels between the places of a way at which points are looked for."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The seen surface of a cloud, to ask whether points fill the way between two places.
+
+    Attributes
+    ----------
+    tree
+        the centroids of the voxels.
+    voxel
+        m, edge of a voxel.
+    radius
+        m, first estimate of the object's radius: the axis lies that deep below the surface.
+    """
+
+    tree: cKDTree
+    voxel: float
+    radius: float
+
+    @staticmethod
+    def of(context: FrameContext) -> Surface | None:
+        """Return the surface of a cloud without camera views; None for all other data, and where points are sparse."""
+        sampling = context.foreground.sampling
+        if sampling is None or sampling.is_sparse or context.visibility is not None or not len(context.grid.centroids):
+            return None
+        return Surface(cKDTree(context.grid.centroids), context.voxel, context.radius)
+
+    def covers(self, start: Floats, end: Floats) -> bool:
+        """Tell whether points fill the straight way between two positions (3,) m."""
+        count = max(3, math.ceil(float(np.linalg.norm(end - start)) / (SAMPLE_VOXELS * self.voxel)))
+        way = np.linspace(start, end, count)
+        distance = self.tree.query(way, distance_upper_bound=self.radius + self.voxel)[0]
+        return bool(np.isfinite(distance).mean() >= COVERED_SHARE)
+
+
+def bridged_place(point: Floats, tangent: Floats, radius: float, strand: Strand, surface: Surface) -> tuple[int, float] | None:
+    """Return the sample of a strand to which points lead from an end, and its cost; None without any.
+
+    Parameters
+    ----------
+    point, tangent
+        (3,) m and unit, the end and its direction.
+    radius
+        m, of the end's strand.
+    strand
+        the other strand.
+    surface
+        the seen surface.
+    """
+    offset = strand.points - point
+    distance = np.linalg.norm(offset, axis=1)
+    near = distance < BRIDGED_RADII * radius
+    if not near.any():
+        return None
+    miss = np.linalg.norm(offset - np.clip(offset @ tangent, 0, None)[:, None] * tangent, axis=1) / (strand.radii + radius)
+    cost = np.where(near, 1000 * BRIDGED_NEARNESS * distance + BRIDGED_MISS * miss, np.inf)
+    best = int(cost.argmin())
+    return (best, float(cost[best])) if surface.covers(point, strand.points[best]) else None
+
+
+def hidden_place(point: Floats, tangent: Floats, strand: Strand, max_gap: float) -> tuple[int, float] | None:
+    """Return the sample of a strand that an end points at across a gap, and its cost; None if all are farther than `max_gap`.
+
+    Parameters
+    ----------
+    point, tangent
+        (3,) m and unit, the end and its direction.
+    strand
+        the other strand.
+    max_gap
+        m, longest gap.
+    """
+    offset = strand.points - point
+    distance = np.linalg.norm(offset, axis=1)
+    if distance.min() > max_gap:
+        return None
+    turn = angle(np.broadcast_to(tangent, offset.shape), offset)
+    aside = angle(offset, np.gradient(strand.points, axis=0))
+    possible = (distance <= max_gap) & (np.minimum(aside, np.pi - aside) > MIN_BRANCH_ANGLE)
+    cost = np.where(possible, 1000 * GAP_COST * distance + TURN_COST * turn, np.inf)
+    best = int(cost.argmin())
+    return best, float(cost[best])
+
+
+def gap_links(ends: FreeEnds, is_free: Bools, group: Sequence[int], max_gap: float) -> list[tuple[int, int, float]]:
+    """Choose free ends to be joined across gaps, so that parts that nothing else connects become one object.
+
+    Parameters
+    ----------
+    ends
+        the E free ends of all strands.
+    is_free
+        (E,) bool, False for an end that meets a strand.
+    group
+        number of the object of each strand.
+    max_gap
+        m, longest gap.
+
+    Returns
+    -------
+    (row, row, cost) of each join, the cheapest first; at most one for each two objects and each end.
+    """
+    rows = np.flatnonzero(is_free)
+    points, tangents = ends.points[rows], ends.tangents[rows]
+    offset = points[None] - points[:, None]
+    distance = np.linalg.norm(offset, axis=2)
+    turn = angle(np.broadcast_to(tangents[:, None], offset.shape), -np.broadcast_to(tangents[None], offset.shape))
+    bend = angle(np.broadcast_to(tangents[:, None], offset.shape), offset)
+    cost = 1000 * GAP_COST * distance + TURN_COST * (turn + np.maximum(bend, bend.T))
+    cost[distance > max_gap] = np.inf
+    own = np.asarray(group)
+    links, used = [], np.zeros(len(rows), dtype=bool)
+    first, second = np.triu_indices(len(rows), 1)
+    order = np.argsort(cost[first, second], kind="stable")
+    for a, b in zip(first[order].tolist(), second[order].tolist(), strict=True):
+        one, other = own[ends.strand[rows[a]]], own[ends.strand[rows[b]]]
+        if cost[a, b] > JOIN_COST:
+            break
+        if one == other or used[a] or used[b]:
+            continue
+        used[[a, b]] = True
+        own = np.where(own == one, other, own)
+        links.append((int(rows[a]), int(rows[b]), float(cost[a, b])))
+    return links
+
+
+def joined(
+    chains: Sequence[Chain], strands: Sequence[Strand], ends: FreeEnds, links: Sequence[tuple[int, int, float]], length: float
+) -> list[Chain]:
+    """Return the chains with those joined to one whose ends are linked.
+
+    Parameters
+    ----------
+    chains
+        the chains as they were found.
+    strands
+        the same chains as samples.
+    ends
+        the free ends of all chains.
+    links
+        as `gap_links` returns them.
+    length
+        segment length, m.
+    """
+    partner: dict[ChainEnd, tuple[ChainEnd, float]] = {}
+    for first, second, cost in links:
+        one, other = (ChainEnd(int(ends.strand[row]), int(ends.side[row])) for row in (first, second))
+        partner[one], partner[other] = (other, cost), (one, cost)
+    tangent = {(int(ends.strand[row]), int(ends.side[row])): ends.tangents[row] for row in range(len(ends.strand))}
+    result, visited = [], set()
+    for start in range(len(chains)):
+        if start in visited or all((start, side) in partner for side in (0, 1)):
+            continue
+        entered = ChainEnd(start, 1 if (start, 0) in partner else 0)
+        entries = [entered]
+        while (left := ChainEnd(entries[-1].chain, 1 - entries[-1].end)) in partner:
+            entries.append(partner[left][0])
+        visited |= {entry.chain for entry in entries}
+        result.append(chains[start] if len(entries) == 1 else _joined(entries, chains, strands, partner, tangent, length))
+    return result
+
+
+def _joined(
+    entries: Sequence[ChainEnd],
+    chains: Sequence[Chain],
+    strands: Sequence[Strand],
+    partner: dict[ChainEnd, tuple[ChainEnd, float]],
+    tangent: dict[tuple[int, int], Floats],
+    length: float,
+) -> Chain:
+    """Return one chain through several, each entered at the end given."""
+    points: list[Floats] = []
+    radii: list[Floats] = []
+    occluded: list[Bools] = []
+    places: list[tuple[Floats, float]] = []
+    for i, entry in enumerate(entries):
+        strand, step = strands[entry.chain], -1 if entry.end else 1
+        if i:
+            left = ChainEnd(entries[i - 1].chain, 1 - entries[i - 1].end)
+            gap = gap_path(points[-1][-1], tangent[left], strand.points[::step][0], tangent[entry])
+            way = gap.points(min(strand.radius, length))[1:-1]
+            if len(way):
+                points.append(way)
+                radii.append(np.asarray(np.linspace(float(radii[-1][-1]), float(strand.radii[::step][0]), len(way))))
+                occluded.append(np.ones(len(way), dtype=bool))
+            places.append((points[-1][len(points[-1]) // 2], max(0.0, 1 - partner[left][1] / JOIN_COST)))
+        points.append(strand.points[::step])
+        radii.append(strand.radii[::step])
+        occluded.append(strand.occluded[::step])
+    line, hidden = np.concatenate(points), np.concatenate(occluded)
+    joints = equal_segments(line, length)
+    middles = (joints[1:] + joints[:-1]) / 2
+    at_joint, at_middle = nearest(joints, line, length, False)[1], nearest(middles, line, length, False)[1]
+    own = [chains[entry.chain] for entry in entries]
+    places += [((each.joints[c.segment : c.segment + 2]).mean(axis=0), c.confidence) for each in own for c in each.connections]
+    connections = sorted(Connection(int(np.linalg.norm(middles - at, axis=1).argmin()), sure) for at, sure in places)
+    sizes = np.array([strands[entry.chain].length for entry in entries])
+    return Chain(
+        joints,
+        length,
+        float(np.average([each.radius for each in own], weights=sizes)),
+        np.concatenate(radii)[at_joint],
+        hidden[at_middle],
+        connections=tuple(connections),
+    )

@@ -1,0 +1,110 @@
+"""Ends of branches that merging joined to each other since both were left over, each beside a strand that it branches off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...geometry.polyline import arc_length, resample, unit
+from ...types import Floats
+from .. import Assembly, FrameContext
+from .clouds import Surface, bridged_place
+from .strands import SPACING_RADII, Strand
+
+BRANCH_COST = 60.0
+"""Cost units of a branch, on top of those of its way to the strand, where its end is joined to another one."""
+
+MIN_APART = 0.5
+"""Lengths of the gap by which the places are apart at least where its two ends branch off: at one place both ends go on."""
+
+TANGENT_RADII = 8.0
+"""Radii of the piece whose direction is that of its end."""
+
+MIN_LENGTH_RADII = 4.0
+"""Radii of the shortest part that is kept."""
+
+
+def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> list[Assembly]:
+    """Part the objects of a cloud at gaps whose two ends rather branch off other strands.
+
+    Merging joins ends in pairs. At a junction of three ends one is left over, and two such ends of neighboring junctions may be
+    joined beside the strand between the two. They are parted if points lead from both ends to another strand, and that costs less
+    than the join.
+
+    Parameters
+    ----------
+    assemblies
+        the pieces of each object in order, as merging joined them.
+    context
+        the data of the frame; all but clouds that show surfaces, without camera views, are returned as they are.
+
+    Returns
+    -------
+    The objects, those that were parted in place of the former one.
+    """
+    surface = Surface.of(context)
+    result = list(assemblies)
+    if surface is None:
+        return result
+    kept: set[tuple[int, int]] = set()
+    while True:
+        gaps = [
+            (cost, i, k)
+            for i, assembly in enumerate(result)
+            for k, cost in enumerate(assembly.costs)
+            if not assembly.closed and (id(assembly), k) not in kept
+        ]
+        if not gaps:
+            return result
+        _, i, k = max(gaps)
+        assembly = result[i]
+        strands = [_strand(each, context.radius) for number, each in enumerate(result) if number != i]
+        if assembly.costs[k] > _branching_cost(assembly, k, strands, surface, context.radius):
+            result[i : i + 1] = [part for part in _parted(assembly, k) if _length(part) > MIN_LENGTH_RADII * context.radius]
+        else:
+            kept.add((id(assembly), k))
+
+
+def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[Strand], surface: Surface, radius: float) -> float:
+    """Return the cost of two branches in place of a join; infinite if there are no two places where the ends branch off."""
+    total, places = 0.0, []
+    ends = assembly.pieces[gap], assembly.pieces[gap + 1][::-1]
+    for piece in ends:
+        along = arc_length(piece)
+        tangent = unit(piece[-1] - resample(piece, np.array([max(0.0, along[-1] - TANGENT_RADII * radius)]))[0])
+        found = [(bridged_place(piece[-1], tangent, radius, strand, surface), strand) for strand in strands]
+        costs = [math.inf if place is None else place[1] for place, _ in found]
+        if min(costs, default=math.inf) == math.inf:
+            return math.inf
+        place, strand = found[int(np.argmin(costs))]
+        assert place is not None
+        total += BRANCH_COST + place[1]
+        places.append(strand.points[place[0]])
+    apart, across = np.linalg.norm(places[0] - places[1]), np.linalg.norm(ends[0][-1] - ends[1][-1])
+    return total if apart > MIN_APART * across else math.inf
+
+
+def _strand(assembly: Assembly, radius: float) -> Strand:
+    """Return an object as samples along its pieces and gaps."""
+    line = assembly.pieces[0]
+    for piece, path in zip(assembly.pieces[1:], assembly.gap_paths, strict=False):
+        line = np.concatenate((line, path.points(radius), piece))
+    along = arc_length(line)
+    at = np.linspace(0, along[-1], max(2, round(along[-1] / (SPACING_RADII * radius)) + 1))
+    points: Floats = resample(line, at)
+    return Strand(points, at, np.full(len(at), radius), np.zeros(len(at), dtype=bool), radius, assembly.closed)
+
+
+def _parted(assembly: Assembly, gap: int) -> tuple[Assembly, Assembly]:
+    """Return the two parts of an object before and after one of its gaps."""
+    first, last = slice(gap), slice(gap + 1, None)
+    return (
+        Assembly(assembly.pieces[: gap + 1], assembly.gap_paths[first], assembly.costs[first], False, assembly.confidence[first]),
+        Assembly(assembly.pieces[gap + 1 :], assembly.gap_paths[last], assembly.costs[last], False, assembly.confidence[last]),
+    )
+
+
+def _length(assembly: Assembly) -> float:
+    return sum(float(arc_length(piece)[-1]) for piece in assembly.pieces)
