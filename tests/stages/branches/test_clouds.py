@@ -55,4 +55,4 @@ def test_cables_beside_each_other_stay_apart():
 
 
 def test_an_end_that_points_elsewhere_stays_a_tip():
-    assert shape(np.concatenate((tube((-0.2, 0, 0), (0.2, 0, 0)), tube((0.0, 0.1, 0), (0.2, 0.11, 0))))) == (2, 0, 2)
+    assert shape(np.concatenate((tube((-0.2, 0, 0), (0.2, 0, 0)), tube((0.0, 0.14, 0), (0.2, 0.15, 0))))) == (2, 0, 2)
