@@ -167,12 +167,13 @@ class SequenceConfig(Section):
 
     chains: int | None = Field(
         None,
-        description="Number of objects in the capture. 1 or more; null: decide from the data.",
+        description="Number of objects in the capture; a branched object is one. 1 or more; null: decide from the data.",
         ge=1,
     )
     length: float | None = Field(
         None,
-        description="Length of every object, m, over 0; null: measure it in the frames in which an object is seen whole.",
+        description="Length of every object without junctions, m, over 0; null: measure it in the frames in which an object is "
+        "seen whole.",
         gt=0,
     )
     max_gap: float = Field(

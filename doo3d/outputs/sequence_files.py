@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..sequence.objects import Anchor, SequenceObject
 from ..sequence.observations import Observation, Strand
+from ..sequence.topology import Node
 from ..types import Detection
 from . import STRANDS
 from .atomic import write_text
@@ -111,7 +112,10 @@ def read_objects(folder: Path) -> SequenceFile:
 def _object(values: dict[str, Any]) -> SequenceObject:
     radius = float("nan") if values["radius"] is None else float(values["radius"])
     anchors = tuple(Anchor(int(item["frame"]), int(item["chain"]), bool(item["backwards"])) for item in values["anchors"])
-    return SequenceObject(int(values["id"]), float(values["length"]), radius, int(values["segments"]), anchors)
+    first, last = (None if node is None else Node(int(node[0]), float(node[1])) for node in values["nodes"])
+    parts = tuple((int(frame), int(chain)) for frame, chain in values["parts"])
+    known = (int(values["id"]), float(values["length"]), radius, int(values["segments"]), anchors)
+    return SequenceObject(*known, (first, last), bool(values["is_trunk"]), parts)
 
 
 def _damaged(path: Path, error: Exception) -> InputError:
@@ -119,6 +123,14 @@ def _damaged(path: Path, error: Exception) -> InputError:
 
 
 def summary(objects: Sequence[SequenceObject], frames: int) -> list[dict[str, Any]]:
-    """Return the objects for the manifest of a run: id, length, radius, number of segments, and frames that show them wholly."""
+    """Return the objects for the manifest of a run: id, length, radius, number of segments, and frames that show them wholly.
+
+    Those of a tree also have "junctions", the numbers of the junctions at their ends, null for a tip.
+    """
     keys = ("id", "length", "radius", "segments")
-    return [{key: getattr(item, key) for key in keys} | {"whole_frames": len(item.anchors), "frames": frames} for item in objects]
+    return [
+        {key: getattr(item, key) for key in keys}
+        | {"whole_frames": len(item.anchors), "frames": frames}
+        | ({"junctions": [node and node.junction for node in item.nodes]} if item.nodes != (None, None) else {})
+        for item in objects
+    ]

@@ -16,12 +16,15 @@ import numpy as np
 from ..config import Config, ConfigLike, as_config
 from ..errors import InputError
 from ..pipeline import detect_with_stages
+from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
 from ..types import Array, Chain, Cloud, Connection, Detection, Frame
+from .junctions import assemble, join_shapes
 from .objects import SequenceObject, find_objects
-from .observations import Observation, observe
+from .observations import Observation, observe, runs
 from .registration import exact_lengths
 from .second_pass import Shape, follow
+from .topology import trees_of
 
 WINDOW, CONTEXT = 300, 90
 """Frames of a window, and frames before and after it that are looked at too: 10 s and 3 s of video."""
@@ -152,13 +155,16 @@ def combine_window(
         as for `combine`.
     """
     claimed = [_claimed(objects, first + k) for k in range(len(observations))]
-    shapes = []
-    for item in objects:
-        own = _own(item, first, len(observations))
-        of_others = [chains - mine for chains, mine in zip(claimed, own, strict=True)]
-        shapes.append(follow(item, observations, first, of_others, max_gap, past_only))
+    shapes: list[list[Shape | None]] = []
+    for tree in trees_of([item.nodes for item in objects]):
+        items = [objects[k] for k in tree]
+        of_others = [
+            [chains - mine for chains, mine in zip(claimed, _own(item, first, len(observations)), strict=True)] for item in items
+        ]
+        shapes += follow(items, observations, first, of_others, max_gap, past_only)
     frames = range(start - first, min(start - first + WINDOW, len(observations)))
-    return [_detection(observations[k], objects, [shape[k] for shape in shapes]) for k in frames]
+    is_branched = any(observation.detection.objects for observation in observations)
+    return [_detection(observations[k], objects, [shape[k] for shape in shapes], is_branched) for k in frames]
 
 
 def gap_frames(observations: Sequence[Observation], config: Config) -> int:
@@ -176,27 +182,53 @@ def frame_seconds(observations: Sequence[Observation]) -> float:
 
 
 def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
-    """Return the chains of a frame that are whole objects."""
-    return {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
+    """Return the chains of a frame that are whole objects, or parts of those of a tree."""
+    whole = {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
+    return whole | {chain for item in objects for at, chain in item.parts if at == frame}
 
 
 def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
-    """Return for each of `count` frames from `first` on the chain that is the whole object, if there is one."""
-    anchors = {anchor.frame: anchor.chain for anchor in item.anchors}
+    """Return for each of `count` frames from `first` on the chain that is the whole object or a part of it, if there is one."""
+    anchors = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
     return [{anchors[first + k]} if first + k in anchors else set() for k in range(count)]
 
 
-def _detection(observation: Observation, objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> Detection:
-    """Return the detection of a frame with the chains of the sequence in place of its own open ones."""
+def _detection(
+    observation: Observation, objects: Sequence[SequenceObject], shapes: Sequence[Shape | None], is_branched: bool
+) -> Detection:
+    """Return the detection of a frame with the chains of the sequence in place of its own open ones.
+
+    Parameters
+    ----------
+    observation
+        the frame as it is seen by itself.
+    objects
+        the objects of the capture.
+    shapes
+        for each of them its shape in the frame, None where it is not there.
+    is_branched
+        whether branched objects are looked for.
+    """
     single = observation.detection
     if not objects:
         return single
-    chains = [as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True) if shape is not None]
-    chains += [replace(chain, id=None) for chain in single.chains if chain.closed]
-    chains.sort(key=lambda chain: -chain.length)
-    crossings = crossings_of_chains(chains, single.coordinates) if chains else ()
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    return replace(single, chains=tuple(chains), crossings=crossings, junctions=(), objects=(), notes=(*single.notes, *missing))
+    rings = [replace(chain, id=None) for chain in single.chains if chain.closed]
+    shapes = join_shapes(objects, shapes)
+    laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
+    if is_branched:
+        found = assemble(objects, laid, rings)
+    else:
+        found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
+    crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
+    return replace(
+        single,
+        chains=tuple(found.chains),
+        crossings=found.without_junctions(crossings),
+        junctions=found.junctions,
+        objects=found.objects,
+        notes=(*single.notes, *missing),
+    )
 
 
 def as_chain(item: SequenceObject, shape: Shape) -> Chain:
@@ -204,13 +236,14 @@ def as_chain(item: SequenceObject, shape: Shape) -> Chain:
     seen = shape.seen[:-1] & shape.seen[1:]
     joints = exact_lengths(shape.joints, item.segment_length)
     confidence = float(np.exp(-shape.cost))
-    gaps = np.flatnonzero(np.diff(np.concatenate(([True], seen)).astype(int)) < 0)
+    gaps = [first for first, end in runs(~seen) if first > 0 and end < len(seen)]  # beyond an end nothing is connected
     return Chain(
         joints,
         item.segment_length,
         item.radius,
         occluded=~seen,
         from_time=~seen & shape.from_time[:-1],
-        connections=tuple(Connection(int(gap), confidence) for gap in gaps),
+        connections=tuple(Connection(gap, confidence) for gap in gaps),
         id=item.id,
+        confidence=confidence if not seen.all() else 1.0,
     )

@@ -10,6 +10,7 @@ import numpy as np
 from ..config import Config, TrackingConfig
 from ..types import Chain, Floats
 from .observations import Observation
+from .topology import OPEN, Nodes, Pattern, TrackedChain, pattern_of, trees_of, vote_nodes, vote_pattern, vote_trunk
 from .tracking import Tracker
 
 MIN_CONFIDENCE = 0.15
@@ -17,6 +18,9 @@ MIN_CONFIDENCE = 0.15
 
 MAX_LENGTH_ERROR = 0.025
 """Share by which a chain's length may differ from its object's for it to be the whole object."""
+
+JUNCTION_SLACK_RADII = 1.5
+"""Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
 
 LENGTH_SPREAD, SHIFT_SPREAD, MIN_LENGTH_SHARE = 0.02, 0.03, 0.1
 """Shares of a length within which others agree with it, and are averaged with it, and share of the chains that must agree: chains
@@ -53,7 +57,7 @@ class Anchor:
 
 @dataclass(frozen=True)
 class SequenceObject:
-    """An object of a capture, with what does not change.
+    """An object of a capture, with what does not change: a cable, or the part of a branched one between two junctions or tips.
 
     Attributes
     ----------
@@ -67,6 +71,12 @@ class SequenceObject:
         number of segments of its chain in every frame.
     anchors
         the frames in which it is whole, in order.
+    nodes
+        the junctions at its first and its last end; None for a tip.
+    is_trunk
+        whether it is part of the trunk of its tree. The objects of a tree follow each other, those of the trunk first.
+    parts
+        (frame, chain) of the chains that are a part of it; only of objects with junctions.
     """
 
     id: int
@@ -74,6 +84,9 @@ class SequenceObject:
     radius: float
     segments: int
     anchors: tuple[Anchor, ...]
+    nodes: Nodes = (None, None)
+    is_trunk: bool = True
+    parts: tuple[tuple[int, int], ...] = ()
 
     @property
     def segment_length(self) -> float:
@@ -87,42 +100,94 @@ class _Track:
 
     items: list[tuple[int, int, Chain]]
     backwards: dict[int, bool]
+    patterns: dict[int, Pattern]
+    pattern: Pattern = OPEN
 
     @property
     def lengths(self) -> Floats:
-        """The lengths (K,) m of the chains that show both ends; of all if there are none."""
-        shown = [chain.length for _, _, chain in self.items if _shows_both_ends(chain)]
-        return np.array(shown or [chain.length for _, _, chain in self.items])
+        """The lengths (K,) m of the chains that show both ends; of all if there are none.
+
+        Chains that end at other junctions than most are left out.
+        """
+        items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
+        shown = [chain.length for _, _, chain in items if _shows_both_ends(chain, self.pattern)]
+        return np.array(shown or [chain.length for _, _, chain in items or self.items])
+
+    def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
+        """Tell whether one of its chains is the whole object, of a length in m."""
+        frame, _, chain = item
+        if chain.confidence < MIN_CONFIDENCE or self.patterns[frame] != self.pattern:
+            return False
+        slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
+        return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= MAX_LENGTH_ERROR * length + slack
+
+    @property
+    def tracked(self) -> list[TrackedChain]:
+        """The chains that end at junctions as most do, by frame and index."""
+        return [
+            TrackedChain(frame, chain, self.backwards[frame])
+            for frame, chain, _ in self.items
+            if self.patterns[frame] == self.pattern
+        ]
 
 
 def find_objects(observations: Sequence[Observation], config: Config) -> list[SequenceObject]:
     """Vote over all frames which objects a capture holds.
 
     Chains are tracked from frame to frame. The length of an object is where its lengths lie closest together; a chain that only
-    appears while another object is short by its length is a part of that object. Closed chains are not followed in time.
+    appears while another object is short by its length is a part of that object. Closed chains are not followed in time. Of a
+    branched object every part between two junctions or tips is an object here, and enough frames have to agree on a junction.
 
     Parameters
     ----------
     observations
         all frames, in order.
     config
-        the settings: `sequence.chains`, `sequence.length`, and those of tracking.
+        the settings: `sequence.chains` (the number of trees), `sequence.length` (of objects without junctions), and those of
+        tracking.
 
     Returns
     -------
-    The objects, the one that is seen longest first, with their anchors.
+    The objects, the one that is seen longest first, with their anchors; those of one tree follow each other.
     """
     tracks = _tracks(observations, config.tracking)
-    lengths = {id: config.sequence.length or vote_length(track.lengths) for id, track in tracks.items()}
     least = min(MIN_FRAMES, len(observations))
+    for track in tracks.values():
+        track.pattern = vote_pattern(list(track.patterns.values()), least)
+    lengths = {
+        id: (config.sequence.length if track.pattern == OPEN else None) or vote_length(track.lengths)
+        for id, track in tracks.items()
+    }
     candidates = []
     for id, track in tracks.items():
-        whole = [item for item in track.items if _is_whole(item[2], lengths[id])]
-        if len(whole) >= least and not _is_part(id, tracks, lengths):
-            candidates.append((id, track, whole))
-    linked = _linked([_Candidate(lengths[id], track, whole) for id, track, whole in candidates])
-    linked.sort(key=lambda candidate: -len(candidate.track.items) * candidate.length)
-    return [_object(number, candidate) for number, candidate in enumerate(linked[: config.sequence.chains])]
+        whole = [item for item in track.items if track.is_whole(item, lengths[id])]
+        is_part = _is_part(id, tracks, lengths)
+        if len(whole) >= least and (track.pattern != OPEN or not is_part):
+            candidates.append(_Candidate(lengths[id], track, whole, is_part))
+    linked = _linked(candidates)
+    return _numbered(linked, observations, config.sequence.chains, least)
+
+
+def _numbered(
+    candidates: Sequence[_Candidate], observations: Sequence[Observation], count: int | None, least: int
+) -> list[SequenceObject]:
+    """Return the candidates as objects, tree by tree, the trees that are seen longest first, `count` of them at most."""
+    detections = [observation.detection for observation in observations]
+    tracked = [candidate.track.tracked for candidate in candidates]
+    nodes = vote_nodes(tracked, detections, least)
+    lengths = {number: candidate.length for number, candidate in enumerate(candidates)}
+    trees = [tree for tree in trees_of(nodes) if len(tree) > 1 or not candidates[tree[0]].is_part]
+    trees.sort(key=lambda tree: -sum(len(candidates[number].track.items) * lengths[number] for number in tree))
+    objects: list[SequenceObject] = []
+    for tree in trees[:count]:
+        trunk = tree if len(tree) == 1 else vote_trunk(tree, lengths, tracked, detections)
+        rest = sorted((number for number in tree if number not in trunk), key=lambda number: -lengths[number])
+        for number in [*trunk, *rest]:
+            item = _object(len(objects), candidates[number])
+            if len(tree) > 1:
+                item = replace(item, nodes=nodes[number], is_trunk=number in trunk, parts=candidates[number].parts)
+            objects.append(item)
+    return objects
 
 
 def vote_length(lengths: Floats) -> float:
@@ -162,19 +227,17 @@ def _tracks(observations: Sequence[Observation], tracking: TrackingConfig) -> di
         )
         for (number, _), chain in zip(chains, tracked.chains, strict=True):
             assert chain.id is not None
-            track = tracks.setdefault(chain.id, _Track([], {}))
+            track = tracks.setdefault(chain.id, _Track([], {}, {}))
             track.items.append((frame, number, chain))
-            track.backwards[frame] = not np.array_equal(chain.joints[0], observation.detection.chains[number].joints[0])
+            backwards = not np.array_equal(chain.joints[0], observation.detection.chains[number].joints[0])
+            track.backwards[frame] = backwards
+            track.patterns[frame] = pattern_of(observation.detection, number, backwards)
     return tracks
 
 
-def _is_whole(chain: Chain, length: float) -> bool:
-    confident = chain.confidence >= MIN_CONFIDENCE and _shows_both_ends(chain)
-    return confident and abs(chain.length - length) <= MAX_LENGTH_ERROR * length
-
-
-def _shows_both_ends(chain: Chain) -> bool:
-    return not (chain.depth_filled[0] or chain.depth_filled[-1])
+def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:
+    """Tell whether both ends were seen; one at a junction is where the strands that meet there say."""
+    return not (chain.depth_filled[0] and not pattern[0]) and not (chain.depth_filled[-1] and not pattern[1])
 
 
 def _is_part(id: int, tracks: dict[int, _Track], lengths: dict[int, float]) -> bool:
@@ -194,33 +257,63 @@ def _is_part(id: int, tracks: dict[int, _Track], lengths: dict[int, float]) -> b
 
 @dataclass
 class _Candidate:
-    """A track that may be an object: its length, and the items in which it is whole."""
+    """A track that may be an object: its length, the items in which it is whole, and whether it may be a part of another."""
 
     length: float
     track: _Track
     whole: list[tuple[int, int, Chain]]
+    is_part: bool
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """The (frame, chain) of the chains that are no longer than the whole, but not the whole."""
+        whole = {(frame, chain) for frame, chain, _ in self.whole}
+        longest = (1 + MAX_LENGTH_ERROR) * self.length
+        return tuple((frame, n) for frame, n, chain in self.track.items if chain.length <= longest and (frame, n) not in whole)
 
 
 def _linked(candidates: list[_Candidate]) -> list[_Candidate]:
-    """Return the candidates, one for those of the same length that follow each other: the object moved while it was hidden."""
+    """Return the candidates, one for those of the same length that follow each other: the object moved while it was hidden.
+
+    Of several that were lost, such as branches of one length, the nearest is taken.
+    """
     result: list[_Candidate] = []
     for candidate in sorted(candidates, key=lambda candidate: candidate.whole[0][0]):
+        alike = []
         for former in result:
             gap = candidate.track.items[0][0] - former.track.items[-1][0]
-            if 0 < gap <= MAX_LINK_FRAMES and abs(candidate.length - former.length) <= 2 * LENGTH_SPREAD * former.length:
-                _append(former, candidate)
-                break
+            is_alike = candidate.track.pattern in (former.track.pattern, former.track.pattern[::-1])
+            if (
+                is_alike
+                and 0 < gap <= MAX_LINK_FRAMES
+                and abs(candidate.length - former.length) <= 2 * LENGTH_SPREAD * former.length
+            ):
+                alike.append(former)
+        if alike and candidate.track.pattern == OPEN:
+            _append(alike[0], candidate)
+        elif alike:
+            _append(min(alike, key=lambda former: _distance(former, candidate)), candidate)
         else:
             result.append(candidate)
     return result
 
 
+def _distance(former: _Candidate, later: _Candidate) -> float:
+    """Return how far apart the middles of two candidates are, where one was lost and the other comes, m."""
+    return float(np.linalg.norm(former.whole[-1][2].joints.mean(axis=0) - later.whole[0][2].joints.mean(axis=0)))
+
+
 def _append(former: _Candidate, later: _Candidate) -> None:
-    """Add a later candidate to a former one, in the direction in which it lies nearer."""
+    """Add a later candidate to a former one, with the junction at the same end or in the direction in which it lies nearer."""
     last, first = former.whole[-1][2].joints[[0, -1]], later.whole[0][2].joints[[0, -1]]
-    if np.linalg.norm(first[::-1] - last) < np.linalg.norm(first - last):
+    is_nearer_backwards = bool(np.linalg.norm(first[::-1] - last) < np.linalg.norm(first - last))
+    pattern = later.track.pattern
+    if is_nearer_backwards if pattern[0] == pattern[1] else pattern != former.track.pattern:
         later.track.backwards = {frame: not value for frame, value in later.track.backwards.items()}
-    former.track = _Track([*former.track.items, *later.track.items], former.track.backwards | later.track.backwards)
+        later.track.patterns = {frame: value[::-1] for frame, value in later.track.patterns.items()}
+    items = [*former.track.items, *later.track.items]
+    backwards, patterns = former.track.backwards | later.track.backwards, former.track.patterns | later.track.patterns
+    former.track = _Track(items, backwards, patterns, former.track.pattern)
     former.whole = [*former.whole, *later.whole]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Bools, Chain, Detection, Floats, Foreground
+from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground
 
 MIN_STRAND_RADII = 6.0
 """Radii; shorter strands tell nothing about where along an object they belong."""
@@ -25,6 +25,9 @@ LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
 
 OCCLUDER_MARGIN_RADII, MIN_OCCLUDER_MARGIN = 0.6, 0.005
 """Radii, and m, by which what hides a continuation is nearer than it at least: more than the noise of depth on the table."""
+
+JUNCTION_SEGMENTS = 1
+"""Segments of a chain beside a junction that need not be seen for its strand to end there."""
 
 TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
 """How surely the end of a strand is a tip of its object: in plain view; no depth around; hidden, or continued in the mask."""
@@ -84,14 +87,30 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
         the settings of the stages.
     """
     context = stages.context
-    strands = [strand for number, chain in enumerate(detection.chains) for strand in _strands(chain, number, context)]
+    joined = {end for junction in detection.junctions for end in junction.ends}
+    strands: list[Strand] = []
+    for number, chain in enumerate(detection.chains):
+        at_junctions = (ChainEnd(number, 0) in joined, ChainEnd(number, 1) in joined)
+        strands += _strands(chain, number, context, at_junctions)
     for chain in _dropped_chains(stages, config):
         strands += _strands(chain, -1, context)
     return Observation(detection, tuple(strands))
 
 
-def _strands(chain: Chain, number: int, context: FrameContext) -> Iterator[Strand]:
-    """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out."""
+def _strands(
+    chain: Chain, number: int, context: FrameContext, at_junctions: tuple[bool, bool] = (False, False)
+) -> Iterator[Strand]:
+    """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out.
+
+    Parameters
+    ----------
+    chain, number
+        the chain, and its index in the detection.
+    context
+        the data of the frame.
+    at_junctions
+        whether its first and its last end are at junctions, where they are as sure as a tip.
+    """
     if chain.closed:
         return
     count = len(chain.occluded)
@@ -109,12 +128,14 @@ def _strands(chain: Chain, number: int, context: FrameContext) -> Iterator[Stran
         if not seen.any():
             continue
         low, high = int(np.flatnonzero(seen)[0]), int(np.flatnonzero(seen)[-1])
+        ends_there = at_junctions[0] and low <= JUNCTION_SEGMENTS, at_junctions[1] and high >= count - JUNCTION_SEGMENTS
+        low, high = (0 if ends_there[0] else low), (count if ends_there[1] else high)
         length = (high - low) * chain.segment_length
         if length < MIN_STRAND_RADII * context.radius:
             continue
         at = np.flatnonzero(seen)
         line = chain.joints[low : high + 1]
-        tips = _is_tip(line[::-1], context), _is_tip(line, context)
+        tips = TIP if ends_there[0] else _is_tip(line[::-1], context), TIP if ends_there[1] else _is_tip(line, context)
         yield Strand(chain.joints[at], (at - low) * chain.segment_length, length, tips, number)
 
 
@@ -151,6 +172,36 @@ def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
     if hides.any() or masked[1:].all():
         return CUT_OFF
     return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
+
+
+def cut_strands(strands: Sequence[Strand], place: Floats, least: float, tolerance: float) -> list[Strand]:
+    """Return strands, cut in two where they pass a junction: a frame may join two parts through one that it does not show.
+
+    Parameters
+    ----------
+    strands
+        what was seen.
+    place
+        (3,) m, of the junction.
+    least
+        m, length of a strand on both sides of the junction from which on it is cut.
+    tolerance
+        m, within which a strand passes the junction.
+    """
+    result = []
+    for strand in strands:
+        distance = np.linalg.norm(strand.points - place, axis=1)
+        k = int(np.argmin(distance))
+        arc = float(strand.arcs[k])
+        if distance[k] > tolerance or min(arc, strand.length - arc) <= least or not 0 < k < len(strand.points) - 1:
+            result.append(strand)
+            continue
+        first, last = strand.tips
+        before, after = slice(0, k + 1), slice(k, None)
+        result.append(Strand(strand.points[before], strand.arcs[before], arc, (first, UNKNOWN), strand.chain))
+        rest = strand.length - arc
+        result.append(Strand(strand.points[after], strand.arcs[after] - arc, rest, (UNKNOWN, last), strand.chain))
+    return result
 
 
 def runs(values: Bools) -> list[tuple[int, int]]:

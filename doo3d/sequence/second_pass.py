@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Chain, Floats, Ints
 from .objects import SequenceObject
-from .observations import Observation, Strand, runs
+from .observations import MIN_STRAND_RADII, Observation, Strand, cut_strands, runs
 from .registration import Placed, bend, place_strands, to_lengths
 
 SPEED_SHARE = 0.7
@@ -75,43 +75,52 @@ class _Clues:
 
 
 def follow(
-    item: SequenceObject,
+    items: Sequence[SequenceObject],
     observations: Sequence[Observation],
     first: int,
-    claimed: Sequence[set[int]],
+    claimed: Sequence[Sequence[set[int]]],
     max_gap: int,
     past_only: bool = False,
-) -> list[Shape | None]:
-    """Find an object in every frame of a stretch of time.
+) -> list[list[Shape | None]]:
+    """Find the objects of one tree in every frame of a stretch of time: a single cable is a tree of one object.
 
     Parameters
     ----------
-    item
-        the object; its anchors are used as far as they lie in the stretch.
+    items
+        the objects; their anchors are used as far as they lie in the stretch.
     observations
         the frames of the stretch.
     first
         index in the capture of the first of them.
     claimed
-        for each frame, the chains that are wholly another object.
+        for each object and each frame, the chains that are another object.
     max_gap
-        number of frames in a row without any strand of the object up to which it is filled in.
+        number of frames in a row without any strand of the tree up to which it is filled in.
     past_only
         True to use no later frame, as while recording: nothing before the first anchor, and no smoothing over time.
 
     Returns
     -------
-    For each frame the object, or None where it is not there.
+    For each object and each frame its shape, or None where it is not there.
     """
+    located = [_located(item, observations, first, own, past_only) for item, own in zip(items, claimed, strict=True)]
+    located = _without_long_gaps(located, max_gap)
+    return located if past_only else [_smoothed(item, shapes) for item, shapes in zip(items, located, strict=True)]
+
+
+def _located(
+    item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]], past_only: bool
+) -> list[Shape | None]:
+    """Return an object in every frame, filled in however long it is hidden."""
     clues = _clues(item, observations, first, claimed)
     forward = _pass(item, observations, clues, range(len(observations)))
     if past_only:
-        return _without_long_gaps(forward, max_gap)
+        return forward
     backward = _pass(item, observations, clues, range(len(observations) - 1, -1, -1))
     shapes: list[Shape | None] = []
     for frame, (before, after) in enumerate(zip(forward, backward, strict=True)):
         shapes.append(_decided(item, observations[frame], clues[frame], before, after))
-    return _smoothed(item, _without_long_gaps(shapes, max_gap))
+    return shapes
 
 
 def _clues(item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]]) -> list[_Clues]:
@@ -178,8 +187,13 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
     else:
         strands = [observation.strands[k] for k in clue.strands]
         tolerance = max(TOLERANCE_SHARE * item.length, MIN_TOLERANCE_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
+        is_joined = item.nodes != (None, None)
+        for side, node in enumerate(item.nodes):
+            if node is not None:
+                least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
+                strands = cut_strands(strands, expected[-side], least, tolerance)
         placed = place_strands(strands, expected, item.length, tolerance)
-        if strands and not placed:
+        if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
             placed = place_strands(strands, expected, item.length, LOST_TOLERANCES * tolerance)
         cost = _total_cost(strands, placed)
         if placed:
@@ -229,12 +243,14 @@ def _blended(before: Shape, after: Shape) -> Floats:
     return np.asarray(before.joints * (1 - share) + after.joints * share)
 
 
-def _without_long_gaps(shapes: list[Shape | None], max_gap: int) -> list[Shape | None]:
-    """Drop the object from frames in a row without any strand of it, if there are more than `max_gap`."""
-    result = list(shapes)
-    for first, end in runs(np.array([shape is None or not shape.seen.any() for shape in shapes], dtype=bool)):
+def _without_long_gaps(shapes: Sequence[list[Shape | None]], max_gap: int) -> list[list[Shape | None]]:
+    """Drop the objects of a tree from frames in a row without any strand of them, if there are more than `max_gap`."""
+    result = [list(each) for each in shapes]
+    unseen = [all(shape is None or not shape.seen.any() for shape in frame) for frame in zip(*shapes, strict=True)]
+    for first, end in runs(np.array(unseen, dtype=bool)):
         if end - first > max_gap:
-            result[first:end] = [None] * (end - first)
+            for each in result:
+                each[first:end] = [None] * (end - first)
     return result
 
 

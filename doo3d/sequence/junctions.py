@@ -1,0 +1,145 @@
+"""Hold the objects of one tree together at their junctions, frame by frame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..stages.branches import Branched
+from ..types import Chain, ChainEnd, Floats, Junction, LinearObject
+from .objects import SequenceObject
+from .registration import to_lengths
+from .second_pass import Shape
+from .topology import Node, Nodes, trees_of
+
+MIN_ENDS = 3
+"""Chain ends that a junction joins at least."""
+
+ROUNDS = 3
+"""Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again."""
+
+BLEND_RADII, MIN_BLEND_SEGMENTS = 6.0, 3
+"""Radii, and segments at least, along which a seen end gives way to its junction."""
+
+
+def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> list[Shape | None]:
+    """Return the objects of one frame with the ends that meet at a junction led to one place.
+
+    The place is the mean of the ends in the sense of least squares, each weighted by how recently it was seen. A part that was
+    not seen moves with its ends; where an object was seen beside its end, the shift fades along a few radii.
+
+    objects : the objects of the capture. shapes : for each of them its shape in the frame; None where it is not there.
+    """
+    result = list(shapes)
+    for _ in range(ROUNDS):
+        places = _places(objects, result)
+        if not places:
+            break
+        for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
+            targets = [None if node is None else places.get(node.junction) for node in item.nodes]
+            if shape is not None and any(target is not None for target in targets):
+                result[k] = _led_to(item, shape, targets)
+    return result
+
+
+def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
+    """Return the position of each junction at which at least two ends are known, (3,) m."""
+    ends: dict[int, list[tuple[Floats, float]]] = {}
+    for item, shape in zip(objects, shapes, strict=True):
+        for side, node in enumerate(item.nodes):
+            if node is not None and shape is not None:
+                ends.setdefault(node.junction, []).append((shape.joints[-side], 1.0 / (1.0 + shape.age[-side]) ** 2))
+    return {
+        junction: np.average([point for point, _ in known], axis=0, weights=[weight for _, weight in known])
+        for junction, known in ends.items()
+        if len(known) > 1
+    }
+
+
+def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]) -> Shape:
+    """Return an object with its first and its last end at positions (3,) m; an end without a target is free."""
+    count = len(shape.joints)
+    radius = item.radius if np.isfinite(item.radius) else 0.0
+    blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
+    at = np.arange(count)
+    from_ends = np.minimum(
+        at if targets[0] is not None else np.full(count, count), at[::-1] if targets[1] is not None else np.full(count, count)
+    )
+    held = shape.seen & (from_ends >= min(blend, count // 2))
+    known, shifts = list(at[held]), [np.zeros(3)] * int(held.sum())
+    for index, target in ((0, targets[0]), (count - 1, targets[1])):
+        if target is not None:
+            known.append(index)
+            shifts.append(target - shape.joints[index])
+    order = np.argsort(known)
+    moved = np.column_stack([np.interp(at, np.array(known)[order], column) for column in np.array(shifts)[order].T])
+    fixed = shape.seen & held
+    for index, target in ((0, targets[0]), (count - 1, targets[1])):
+        fixed[index] |= target is not None
+    return replace(shape, joints=to_lengths(shape.joints + moved, item.segment_length, fixed))
+
+
+def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], others: Sequence[Chain]) -> Branched:
+    """Return the chains of a frame as trees: object by object, the longest first, in each the trunk first.
+
+    A junction at which fewer than three chains are in the frame is left out.
+
+    Parameters
+    ----------
+    objects
+        the objects of the capture.
+    chains
+        the chain of each; None where it is not in the frame.
+    others
+        further chains, each an object by itself.
+    """
+    ends = Counter(node.junction for item, chain in zip(objects, chains, strict=True) if chain for node in item.nodes if node)
+    present = [(item, chain) for item, chain in zip(objects, chains, strict=True) if chain is not None]
+    nodes: list[Nodes] = []
+    for item, _ in present:
+        first_node, last_node = (node if node and ends[node.junction] >= MIN_ENDS else None for node in item.nodes)
+        nodes.append((first_node, last_node))
+    bodies = [[(present[k][0].is_trunk, present[k][1], nodes[k]) for k in tree] for tree in trees_of(nodes)]
+    bodies += [[(True, chain, (None, None))] for chain in others]
+    bodies.sort(key=lambda body: -sum(chain.length for _, chain, _ in body))
+    ordered: list[Chain] = []
+    junctions: list[Junction] = []
+    trees: list[LinearObject] = []
+    for body in bodies:
+        first, first_junction = len(ordered), len(junctions)
+        ordered += [chain for _, chain, _ in body]
+        junctions += _junctions([pair for _, _, pair in body], ordered, first)
+        trunk = max(1, sum(is_trunk for is_trunk, _, _ in body))
+        trees.append(LinearObject(tuple(range(first, len(ordered))), tuple(range(first_junction, len(junctions))), trunk))
+    return Branched(ordered, tuple(junctions), tuple(trees))
+
+
+def _junctions(nodes: Sequence[Nodes], chains: Sequence[Chain], first: int) -> list[Junction]:
+    """Return the junctions of a tree: the middles of the ends that meet there.
+
+    Parameters
+    ----------
+    nodes
+        the nodes of the chains of the tree.
+    chains
+        all chains of the frame.
+    first
+        index in them of the first chain of the tree.
+    """
+    met: dict[Node, list[ChainEnd]] = {}
+    for k, pair in enumerate(nodes, first):
+        for side, node in enumerate(pair):
+            if node is not None:
+                met.setdefault(node, []).append(ChainEnd(k, side))
+    return [
+        Junction(
+            np.mean([chains[end.chain].joints[-end.end] for end in ends], axis=0),
+            tuple(ends),
+            np.array([chains[end.chain].radius for end in ends]),
+            node.confidence,
+        )
+        for node, ends in met.items()
+    ]
