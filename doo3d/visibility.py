@@ -156,32 +156,41 @@ class Visibility:
         """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""
         return 1.0 if self.camera is None else float(point[2]) / self.camera.fx
 
-    def is_beside(self, points: Floats) -> Bools:
+    def is_beside(self, points: Floats, clearance: float) -> Bools:
         """Tell at which positions the camera looks past the object: outside its mask, and not at something in front.
 
-        Unlike BARE and FREE this trusts the mask, where depth is undecided: in gaps of a few pixels. A pixel without reading is in
-        front if one next to it is. Pixels that clearly have the object's color are holes in the mask, and not beside the object.
+        Unlike FREE and BARE this trusts the mask, where depth is undecided: in gaps of a few pixels. A pixel without reading is
+        in front if one next to it is. Pixels that clearly have the object's color are holes in the mask, and not beside it.
 
-        points : (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D. Returns (N,) bool, False outside the image.
+        Parameters
+        ----------
+        points
+            (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D.
+        clearance
+            m by which something in front of a position is nearer at least. In 2-D it is not used.
+
+        Returns
+        -------
+        (N,) bool, False outside the image.
         """
         pixels = self.camera.project(points) if self.camera is not None else points
         height, width = self.mask.shape
         inside = np.asarray(np.isfinite(pixels).all(axis=1))
         inside[inside] = ((pixels[inside] > -0.5) & (pixels[inside] < (width - 0.5, height - 0.5))).all(axis=1)
-        u, v = np.rint(pixels[inside]).astype(np.int64).T
         beside = np.zeros(len(points), dtype=bool)
-        beside[inside] = ~self.mask[v, u]
-        if self.depth is not None and beside.any():
-            reach = FRONT_PIXELS
-            left, top, right, bottom = u.min() - reach, v.min() - reach, u.max() + reach + 1, v.max() + reach + 1
-            left, top = max(left, 0), max(top, 0)
-            depth, mask = self.depth[top:bottom, left:right], self.mask[top:bottom, left:right]
-            others = np.where(mask | (depth <= 0), np.inf, depth).astype(np.float32)
-            nearest = cv2.erode(others, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-            beside[inside] &= nearest[v - top, u - left] >= points[inside, 2] - self.margin
-        if self.bare is not None and beside.any():
-            rows = np.flatnonzero(beside)
-            beside[rows] = ~self.bare.has_object_color(np.column_stack((u, v))[beside[inside]])
+        if not inside.any():
+            return beside
+        u, v = np.rint(pixels[inside]).astype(np.int64).T
+        shown = ~self.mask[v, u]
+        if self.depth is not None:
+            left, top = max(u.min() - FRONT_PIXELS, 0), max(v.min() - FRONT_PIXELS, 0)
+            part = np.s_[top : v.max() + FRONT_PIXELS + 1, left : u.max() + FRONT_PIXELS + 1]
+            others = np.where(self.mask[part] | (self.depth[part] <= 0), np.inf, self.depth[part]).astype(np.float32)
+            nearest = cv2.erode(others, np.ones((2 * FRONT_PIXELS + 1, 2 * FRONT_PIXELS + 1), np.uint8))
+            shown &= nearest[v - top, u - left] >= points[inside, 2] - clearance
+        if self.bare is not None and shown.any():
+            shown[shown] = ~self.bare.has_object_color(np.column_stack((u, v))[shown])
+        beside[inside] = shown
         return beside
 
     def with_bare_surface(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> Visibility:
@@ -373,7 +382,7 @@ class MultiViewVisibility(Visibility):
         """Return the width that a pixel shows at the depth of a position, in the view where it is the smallest, m."""
         return min(one.pixel_at((point - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each)
 
-    def is_beside(self, points: Floats) -> Bools:
+    def is_beside(self, points: Floats, clearance: float) -> Bools:
         """Tell at which positions more views look past the object than see it: (N, 3) m in the cloud's frame -> (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
 

@@ -75,19 +75,22 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     visibility = context.visibility
     if visibility is not None:
         visibility = visibility.with_bare_surface([chain.joints for chain in chains], context.radius, context.foreground)
+    viewpoint = context.foreground.viewpoint
     max_gap = config.max_gap * context.gap_unit
     surface = Surface.of(context)
-    chosen = choose([*body_meetings(strands), *end_meetings(ends, strands, visibility, max_gap, surface)], strands, ends)
+    chosen = choose(
+        [*body_meetings(strands, viewpoint), *end_meetings(ends, strands, visibility, viewpoint, max_gap, surface)], strands, ends
+    )
     if any(meeting.end is None for meeting in chosen):
         chains = parted(chains, strands, chosen, context.segment_length)
         strands = strands_of(chains)
         ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, visibility, max_gap, surface), strands, ends)
+        chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface), strands, ends)
     if surface is not None:
         links = gap_links(ends, *connected(chosen, strands, ends), max_gap)
         chains = joined(chains, strands, ends, links, context.segment_length)
         strands = strands_of(chains)
         ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, visibility, max_gap, surface, hidden=True), strands, ends)
+        chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface, hidden=True), strands, ends)
     pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects))

@@ -23,11 +23,16 @@ CELL_RADII, CELLS = 0.125, 16
 MAX_OFFSET_CELLS = 8
 """Positions beside the branch's axis within which a cut must meet the object, or it shows a gap."""
 
+IN_FRONT_RADII = 2.5
+"""Radii of the trunk by which an occluder is nearer than the axes: stereo depth beside a strand is often that of its surface."""
+
 UNSURE_PIXELS = 0.75
 """Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
 
 
-def neck_share(branch: Floats, radius: float, trunk: Strand, at: float, visibility: Visibility) -> float:
+def neck_share(
+    branch: Floats, radius: float, trunk: Strand, at: float, visibility: Visibility, viewpoint: Floats | None
+) -> float:
     """Return by how much a strand narrows before it meets another: the open share of its diameter in its narrowest cut.
 
     Parameters
@@ -40,6 +45,8 @@ def neck_share(branch: Floats, radius: float, trunk: Strand, at: float, visibili
         the other strand, and the arc length of the place on it, m (px in 2-D).
     visibility
         tells where the camera looks past the object.
+    viewpoint
+        (3,) m, where the camera is; None in 2-D, and where it is unknown.
 
     Returns
     -------
@@ -47,13 +54,21 @@ def neck_share(branch: Floats, radius: float, trunk: Strand, at: float, visibili
     """
     place = trunk.at(at)
     i = int(np.abs(trunk.along - at).argmin())
-    along = unit(trunk.points[min(i + 3, len(trunk.points) - 1)] - trunk.points[max(i - 3, 0)])
+    surface = float(trunk.radii[i])
     line = np.concatenate((np.zeros((1, len(place))), branch - place))
+    along = trunk.points[min(i + 3, len(trunk.points) - 1)] - trunk.points[max(i - 3, 0)]
+    if viewpoint is not None:
+        towards = unit(place - viewpoint)
+        line, along = (vectors - (vectors @ towards)[..., None] * towards for vectors in (line, along))
+    along = unit(along)
+    outside = np.flatnonzero(np.linalg.norm(line, axis=1) > surface + radius)
+    if not len(outside):
+        return 0.0
+    line = np.concatenate((line[:1], line[outside[0] :]))
     across = unit(line[1] - (line[1] @ along) * along)
     height, shift = line @ across, line @ along
     rising = np.concatenate(([True], np.diff(np.maximum.accumulate(height)) > 0))
     cell = CELL_RADII * radius
-    surface = float(trunk.radii[i])
     cuts = np.arange(FIRST_CUT * surface, min(surface + LAST_CUT * radius, height.max()), cell)
     is_near = cuts < surface + NECK_END * radius
     if not is_near.any():
@@ -61,7 +76,7 @@ def neck_share(branch: Floats, radius: float, trunk: Strand, at: float, visibili
     middle = np.interp(cuts, height[rising], shift[rising])
     beside = middle[:, None] + cell * np.arange(-CELLS, CELLS + 1)
     points = place + cuts[:, None, None] * across + beside[..., None] * along
-    is_beside = visibility.is_beside(points.reshape(-1, len(place))).reshape(beside.shape)
+    is_beside = visibility.is_beside(points.reshape(-1, len(place)), IN_FRONT_RADII * surface).reshape(beside.shape)
     width = cell * np.array([_run_length(row) for row in ~is_beside])
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
     missing = full - width[is_near].min() - UNSURE_PIXELS * visibility.pixel_at(place)

@@ -15,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...geometry.polyline import angle
+from ...geometry.polyline import unit
 from ...types import Floats
 from ...visibility import Visibility
 from .clouds import Surface, bridged_place, hidden_place
@@ -25,8 +25,11 @@ from .strands import FreeEnds, Strand
 LAYER_COST = 300.0
 """Cost units for axes a whole sum of radii from where a reading wants them."""
 
-TURN_COST = 100.0
-"""Cost units per radian by which strands turn that should go on straight."""
+BODY_LAYER_COST = 100.0
+"""The same where two bodies meet: the lower one is hidden there, and stereo cameras do not tell layers of thin strands."""
+
+KINK_COST, SMOOTH_KINK = 300.0, 0.1
+"""Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
 
 RADIUS_COST = 150.0
 """Cost units per e-fold by which the radius of a strand changes where it should go on."""
@@ -44,6 +47,10 @@ MISS_FREE, CLOUD_MISS_FREE = 0.4, 0.7
 """Sums of radii by which the continuation of an end may miss a strand's axis without cost, in a frame or an image, and in a
 cloud, whose axes are less certain."""
 
+DEPTH_FREE, DEPTH_SLOPE, MAX_SLOPE = 0.2, 0.5, 0.9
+"""Depth between an end and a strand that does not count: in sums of radii, and as a share of the way to it. Depth is the least
+certain at ends, above all its slope; only that of ends that run along the view direction, cosine above the third, counts."""
+
 MISS_SLOPE = 0.4
 """Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
 
@@ -56,6 +63,9 @@ NORMAL_SHORTFALL = 2.2
 NEARNESS_COST, MISS_COST = 0.5, 20.0
 """Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of
 the places on a strand that fit an end, the nearest and straightest ahead is taken."""
+
+MIN_CROSSING_SINE = 0.2
+"""Sine of the angle between two strands from which they count as crossing lines."""
 
 CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.35
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
@@ -101,7 +111,7 @@ class Meeting:
     end: int | None = None
 
 
-def body_meetings(strands: Sequence[Strand]) -> list[Meeting]:
+def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[Meeting]:
     """Return the places where two strands pass each other in contact, away from their ends, with the gain of a junction there."""
     meetings = []
     for a, p, b, q in _contacts(strands):
@@ -111,14 +121,14 @@ def body_meetings(strands: Sequence[Strand]) -> list[Meeting]:
         if _is_near_end(first, at[0], 2 * both) or _is_near_end(second, at[1], 2 * both):
             continue
         points = first.points[p], second.points[q]
-        apart = float(np.linalg.norm(points[0] - points[1])) / both
+        apart = _distance(first, p, second, q) / both
+        towards = None if viewpoint is None else unit(points[0] - viewpoint)
         crossing, branch = 0.0, BRANCH_COST
         if len(points[0]) == 3:
-            crossing += LAYER_COST * max(0.0, 1 - apart)
-            branch += LAYER_COST * min(apart, 1.0)
+            crossing += BODY_LAYER_COST * max(0.0, 1 - apart)
+            branch += BODY_LAYER_COST * min(apart, 1.0)
         for strand, position in ((first, at[0]), (second, at[1])):
-            before, after = strand.arm(position, -1, both), strand.arm(position, 1, both)
-            crossing += TURN_COST * float(angle(-before, after))
+            crossing += KINK_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
             crossing += RADIUS_COST * abs(math.log(strand.radius_near(position, -1) / strand.radius_near(position, 1)))
         weight = np.array([first.radii[p] ** 2, second.radii[q] ** 2])
         middle = (weight[0] * points[0] + weight[1] * points[1]) / weight.sum()
@@ -130,6 +140,7 @@ def end_meetings(
     ends: FreeEnds,
     strands: Sequence[Strand],
     visibility: Visibility | None,
+    viewpoint: Floats | None,
     max_gap: float,
     surface: Surface | None = None,
     hidden: bool = False,
@@ -144,6 +155,8 @@ def end_meetings(
         all strands.
     visibility
         tells free from hidden space; None for an image, and for a cloud without camera views.
+    viewpoint
+        (3,) m, where the camera is; None in 2-D, and where it is unknown.
     max_gap
         m (px in 2-D), longest way from an end to a strand.
     surface
@@ -157,7 +170,7 @@ def end_meetings(
         radius = own.radius_near(0.0 if ends.side[row] == 0 else own.length, 1 if ends.side[row] == 0 else -1)
         for host, strand in enumerate(strands):
             if host != number:
-                found = _attachment(ends, row, radius, own, host, strand, visibility, max_gap)
+                found = _attachment(ends, row, radius, own, host, strand, visibility, viewpoint, max_gap)
                 if surface is not None:
                     found = max(found, *_cloud_attachments(ends, row, radius, host, strand, surface, max_gap * hidden), key=_gain)
                 if found is not None:
@@ -173,21 +186,24 @@ def _attachment(
     host: int,
     strand: Strand,
     visibility: Visibility | None,
+    viewpoint: Floats | None,
     max_gap: float,
 ) -> Meeting | None:
     """Return the cheapest place at which an end meets a strand, if that costs less than a free end; else None."""
-    point, tangent = ends.points[row], ends.tangents[row]
-    offset = strand.points - point
+    point, tangent, curvature = ends.points[row], ends.tangents[row], ends.curvatures[row]
+    offset, both = strand.points - point, strand.radii + radius
+    if viewpoint is not None:
+        towards = unit(point - viewpoint)
+        offset = _without_small_depth(offset, towards, both)
+        tangent, curvature = _across(tangent, towards), curvature - (curvature @ towards) * towards
     distance = np.linalg.norm(offset, axis=1)
     reach = min(max_gap, MAX_REACH_RADII * radius)
     if distance.min() > reach:
         return None
-    curvature = ends.curvatures[row]
     bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * CURVATURE_PERSISTENCE
     ahead = offset @ tangent
     expected = np.clip(ahead, 0, None)[:, None] * tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * bend
     miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * tangent, axis=1)
-    both = strand.radii + radius
     shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
     unit_cost = 1000.0 if len(point) == 3 else 1.0
     behind = np.clip(-ahead - both, 0, None)
@@ -202,7 +218,12 @@ def _attachment(
         total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, float(strand.radii[i]), visibility)
         if total < TIP_COST and visibility is not None:
             total += NECK_COST * neck_share(
-                own.points if ends.side[row] == 0 else own.points[::-1], radius, strand, float(strand.along[i]), visibility
+                own.points if ends.side[row] == 0 else own.points[::-1],
+                radius,
+                strand,
+                float(strand.along[i]),
+                visibility,
+                viewpoint,
             )
         if total < TIP_COST:
             return Meeting(TIP_COST - total, strand.points[i], ((host, float(strand.along[i])),), row)
@@ -229,6 +250,20 @@ def _cloud_attachments(
                 yield Meeting(weight * (limit - found[1]), strand.points[found[0]], ((host, at),), row)
 
 
+def _without_small_depth(offset: Floats, towards: Floats, both: Floats) -> Floats:
+    """Return offsets (S, 3) from an end to a strand with the part along the view direction less what depth leaves open there."""
+    depth = offset @ towards
+    beside = offset - depth[:, None] * towards
+    free = DEPTH_FREE * both + DEPTH_SLOPE * np.clip(np.linalg.norm(beside, axis=1) - both, 0, None)
+    return np.asarray(beside + (np.sign(depth) * np.clip(np.abs(depth) - free, 0, None))[:, None] * towards)
+
+
+def _across(tangent: Floats, towards: Floats) -> Floats:
+    """Return a tangent turned across the view direction; one that runs along it as it is."""
+    slope = float(tangent @ towards)
+    return tangent if abs(slope) > MAX_SLOPE else unit(tangent - slope * towards)
+
+
 def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, visibility: Visibility | None) -> float:
     """Return the cost of the straight way from an end to an axis, outside both surfaces, m (px in 2-D) times weights."""
     gap = float(np.linalg.norm(end - start))
@@ -239,6 +274,16 @@ def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, vi
     t = np.linspace(radius / gap, 1 - host_radius / gap, max(3, math.ceil(gap / (0.5 * radius))))
     free, unknown, bare = visibility.gap_lengths([start + t[:, None] * (end - start)])[0]
     return float(FREE_COST * (free + bare) + UNKNOWN_COST * unknown)
+
+
+def _distance(first: Strand, p: int, second: Strand, q: int) -> float:
+    """Return how far apart two axes pass each other, m (px in 2-D), as straight lines at samples p and q, which lie near."""
+    offset = first.points[p] - second.points[q]
+    if len(offset) == 3:
+        normal = np.cross(first.direction(p), second.direction(q))
+        if np.linalg.norm(normal) > MIN_CROSSING_SINE:
+            return abs(float(offset @ unit(normal)))
+    return float(np.linalg.norm(offset))
 
 
 def _is_near_end(strand: Strand, position: float, limit: float) -> bool:

@@ -21,6 +21,10 @@ ARM_RADII = (2.0, 8.0)
 """Radii from a place between which the direction and the radius of a strand beside it are measured."""
 
 
+KINK_RADII, MIN_KINK_SAMPLES = 10.0, 4
+"""Radii of strand beside a place from which its direction and curvature there are taken, and samples at least."""
+
+
 @dataclass(frozen=True)
 class Strand:
     """One chain as S samples along its axis.
@@ -57,6 +61,10 @@ class Strand:
         """Return the point of the axis at an arc length, (D,)."""
         return np.asarray(resample(self.points, np.array([position]))[0])
 
+    def direction(self, sample: int) -> Floats:
+        """Return the tangent of the axis at a sample, (D,) unit."""
+        return unit(self.points[min(sample + 2, len(self.points) - 1)] - self.points[max(sample - 2, 0)])
+
     def radius_near(self, position: float, side: int) -> float:
         """Return the median radius beside a position, before it (side -1) or after it (1), m (px in 2-D)."""
         offset = side * (self.along - position)
@@ -65,6 +73,35 @@ class Strand:
         if not chosen.any():
             chosen = (offset > 0) & ~self.occluded
         return float(np.median(self.radii[chosen])) if chosen.any() else self.radius
+
+    def kink(self, position: float, clear: float, towards: Floats | None) -> float:
+        """Return the angle in radians by which the strand bends at a position, beyond the curvature of both sides.
+
+        Parameters
+        ----------
+        position
+            arc length, m (px in 2-D).
+        clear
+            m (px in 2-D) to both sides that are left out, since another strand bends the axis there.
+        towards
+            (3,) unit, the view direction, along which the axis is less certain and is not looked at; None looks at all.
+
+        Returns
+        -------
+        0 to pi; 0 where one side is too short to tell.
+        """
+        length = KINK_RADII * self.radius
+        points = self.points if towards is None else self.points - (self.points @ towards)[:, None] * towards
+        leaving = []
+        for side in (-1, 1):
+            offset = side * (self.along - position)
+            chosen = points[(offset >= clear) & (offset <= clear + length)]
+            if len(chosen) < MIN_KINK_SAMPLES:
+                return 0.0
+            line = np.ascontiguousarray(chosen if side < 0 else chosen[::-1])
+            tangents, curvatures = end_tangents(line, np.array([0, len(line)]), length)
+            leaving.append(unit(tangents[1] + clear * curvatures[1]))
+        return float(np.arccos(np.clip(-leaving[0] @ leaving[1], -1, 1)))
 
     def arm(self, position: float, side: int, clear: float) -> Floats:
         """Return the direction (D,) unit in which the strand leaves a position, before it (side -1) or after it (1).
