@@ -54,6 +54,7 @@ KINDS = {
     "tree_under": Kind(crossings=(1, 1), under=True),
     "tree_opposite": Kind(branches=(2, 3), opposite=True),
     "tree_touch": Kind(touching=True),
+    "tree_hanging_crossing": Kind(hanging=True, crossings=(1, 1)),
     "tree_hidden_wide": Kind(hidden=True, wide=True),
     "tree_swap": Kind(swapping=True),
     "tree_two": Kind(branches=(1, 2), crossings=(1, 3), two=True),
