@@ -134,12 +134,13 @@ def tree_table(rows: Sequence[TreeRow]) -> str:
     - spurious: detected objects that are none of the right ones;
     - junctions found: of all true junctions;
     - false: detected junctions at no true one;
-    - crossings taken: crossings at which a junction was detected, of all crossings;
-    - told apart: junctions found and crossings not taken for one, of all;
+    - crossings found: crossings at which a crossing and no junction was detected, of all crossings;
+    - taken: crossings at which a junction was detected;
+    - told apart: junctions and crossings found, of all;
     - ms: duration of the detection, median over scenes, if known.
     """
-    titles = ("objects right", "spurious", "junctions found", "false", "crossings taken", "told apart", "ms")
-    lines = ["".join([f"{'family':<17}", *(f"{title:>{len(title) + 3}}" for title in titles)])]
+    titles = ("objects right", "spurious", "junctions found", "false", "crossings found", "taken", "told apart", "ms")
+    lines = ["".join([f"{'family':<23}", *(f"{title:>{len(title) + 3}}" for title in titles)])]
     groups = _by_family(rows)
     for name, members in (*groups.items(), *([("all", list(rows))] if len(groups) > 1 else [])):
         each = total(row.score for row in members)
@@ -149,11 +150,12 @@ def tree_table(rows: Sequence[TreeRow]) -> str:
             str(each.spurious),
             f"{_share(each.found, each.junctions)}",
             str(each.false),
-            f"{each.taken}/{each.crossings}",
+            f"{each.crossed}/{each.crossings}",
+            str(each.taken),
             f"{100 * each.told_apart:.1f} %" if each.junctions + each.crossings else "",
             f"{1000 * float(np.median(seconds)):.0f}" if seconds else "",
         )
-        lines.append("".join([f"{name:<17}", *(f"{cell:>{len(title) + 3}}" for title, cell in zip(titles, cells, strict=True))]))
+        lines.append("".join([f"{name:<23}", *(f"{cell:>{len(title) + 3}}" for title, cell in zip(titles, cells, strict=True))]))
     failed = sum(row.error is not None for row in rows)
     return "\n".join([*lines, *([f"{failed} of {len(rows)} scenes failed"] if failed else [])])
 

@@ -37,6 +37,8 @@ class TreeScore:
         true junctions, those found, and detected junctions at no true one.
     crossings, taken
         true crossings of strands in the view, and those at which a junction was detected.
+    crossed
+        true crossings at which a crossing was detected, and no junction.
     """
 
     objects: int = 0
@@ -47,6 +49,7 @@ class TreeScore:
     false: int = 0
     crossings: int = 0
     taken: int = 0
+    crossed: int = 0
 
     @property
     def faults(self) -> int:
@@ -60,8 +63,8 @@ class TreeScore:
 
     @property
     def told_apart(self) -> float:
-        """The share of junctions and crossings that were told apart: junctions found and crossings not taken for one."""
-        return (self.found + self.crossings - self.taken) / max(self.junctions + self.crossings, 1)
+        """The share of junctions and crossings that were told apart: junctions found as such and crossings as such."""
+        return (self.found + self.crossed) / max(self.junctions + self.crossings, 1)
 
 
 def total(scores: Iterable[TreeScore]) -> TreeScore:
@@ -101,7 +104,9 @@ def score_trees(detection: Detection, scene: Scene) -> TreeScore:
     junctions = np.array([junction.position for junction in detection.junctions]).reshape(-1, 3)
     limit = 2 * NODE_RADII * max(cable.radius for cable in scene.cables)
     away = [p for p in junctions if np.linalg.norm(nodes[is_junction] - p, axis=1).min(initial=np.inf) > limit]
-    taken = sum(any(np.linalg.norm(p - crossing) < limit for p in away) for crossing in crossings)
+    at = [any(np.linalg.norm(p - crossing) < limit for p in away) for crossing in crossings]
+    detected = [each.point for each in detection.crossings]
+    crossed = [any(np.linalg.norm(p - crossing) < limit for p in detected) for crossing in crossings]
     return TreeScore(
         objects=len(scene.trees),
         right=right,
@@ -110,7 +115,8 @@ def score_trees(detection: Detection, scene: Scene) -> TreeScore:
         found=len(hits),
         false=len(detection.junctions) - len(hits),
         crossings=len(crossings),
-        taken=taken,
+        taken=sum(at),
+        crossed=sum(found and not taken for found, taken in zip(crossed, at, strict=True)),
     )
 
 

@@ -1,5 +1,7 @@
 """Scores of branched objects: sums, tables, the worst rows and their pictures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,11 @@ from doo3d.errors import InputError
 from doo3d.evaluation.benchmark import trees
 from doo3d.evaluation.benchmark.tree_pictures import tree_caption, tree_picture, true_trees
 from doo3d.evaluation.benchmark.trees import TreeRow, evaluate_trees, tree_document, tree_table, worst_trees
-from doo3d.evaluation.metrics.trees import TreeScore, score_trees
+from doo3d.evaluation.metrics.trees import TreeScore, score_trees, true_crossings
 from doo3d.evaluation.scenes.registry import TREES, make_scene
+from doo3d.types import Crossing, SegmentRef
 
-CORRECT = TreeScore(objects=1, right=1, junctions=2, found=2, crossings=1)
+CORRECT = TreeScore(objects=1, right=1, junctions=2, found=2, crossings=1, crossed=1)
 WRONG = TreeScore(objects=2, right=1, spurious=2, junctions=4, found=3, false=1, crossings=1, taken=1)
 
 
@@ -21,7 +24,7 @@ def test_rows_are_summed_by_family_and_ordered_by_their_faults():
     assert (WRONG.faults, WRONG.correct) == (6, False)
     assert [row.name for row in worst_trees(rows, 1)] == ["a_1", "b_0"]
     table = tree_table(rows).splitlines()
-    assert table[1].split() == ["a", "2/3", "67", "%", "2", "5/6", "83", "%", "1", "1/2", "75.0", "%"]
+    assert table[1].split() == ["a", "2/3", "67", "%", "2", "5/6", "83", "%", "1", "1/2", "1", "75.0", "%"]
     assert table[2].split()[-1] == "50"
     assert tree_document(rows)["all"]["objects"] == 4
     assert tree_document([])["all"]["scenes"] == 0
@@ -54,3 +57,13 @@ def test_a_picture_shows_both_trees_and_needs_the_scene():
     assert image.shape[2] == 3
     with pytest.raises(ValueError, match="unknown"):
         tree_picture(TreeRow("a", "a_0", CORRECT))
+
+
+def test_a_crossing_counts_as_told_apart_only_where_it_is_detected():
+    scene = make_scene("tree_two", 0)
+    (point, *_) = true_crossings(scene)
+    blind = true_trees(scene)
+    seen = replace(blind, crossings=(Crossing(SegmentRef(0, 0), SegmentRef(1, 0), point + 0.002),))
+    none, one = score_trees(blind, scene), score_trees(seen, scene)
+    assert (none.crossed, one.crossed) == (0, 1)
+    assert none.told_apart < one.told_apart <= 1
