@@ -16,6 +16,7 @@ from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Imag
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
+from .mask_image import object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
@@ -145,11 +146,16 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     shape = image.color.shape[:2]
+    drawn = object_in_mask_image(image.color)
+    if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) == "strands":
+        mask = drawn
     method, selected, note = _select(image, config, mask, seed, shape)
+    # an image of the mask tells nothing that the mask does not
+    color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
-    split = split_strands(cleaned.mask, selected, image.color, None, config.equal_widths)
+    split = split_strands(cleaned.mask, selected, color, None, config.equal_widths)
     cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
     foreground = Foreground(
@@ -157,7 +163,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         pixels=pixels,
         mask=cleaned.mask,
         side_by_side=split.side_by_side,
-        color=image.color,
+        color=color,
         notes=_notes(method, note, len(pixels) > 0),
     )
     return replace(_record(foreground, method, cleaned), split=split.removed)
