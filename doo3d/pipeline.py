@@ -38,6 +38,10 @@ MAX_EXTENDED_CHAINS = 30
 
 EXTENSION_NOTE = "extend_mask: {} chains were found, so the mask is not extended along them; that is done for at most {}"
 
+BRANCH_SEGMENT_RADII = 0.5
+"""Radii; length at most of the segments by which strands of branched objects are joined in an image: what shows of a branch
+beyond the strand that it crosses may be short."""
+
 
 @dataclass
 class Stages:
@@ -173,9 +177,11 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     foreground = segmentation.foreground
     grid = voxelize(foreground, config.voxelize)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
-    context = FrameContext(foreground, grid, visibility, config.fit.segment_length)
+    context = FrameContext(foreground, grid, visibility, config.fit.segment_length, config.merge.branches)
     if foreground.sampling is not None and foreground.sampling.is_sparse:
         context = replace(context, segment_length=foreground.sampling.spacing / 2)
+    elif config.merge.branches and config.mode == "2d":
+        context = replace(context, segment_length=min(context.segment_length, BRANCH_SEGMENT_RADII * grid.radius))
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")

@@ -36,12 +36,15 @@ class FrameContext:
         views.
     segment_length
         length of the segments of every chain, m (px in 2-D).
+    branches
+        whether objects may branch, so that their strands differ in width, and short ones are no clutter.
     """
 
     foreground: Foreground
     grid: VoxelGrid
     visibility: Visibility | None
     segment_length: float
+    branches: bool = False
 
     @property
     def radius(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ MIN_LOOP_RADII = 12.0
 
 JUNCTION_MERGE_DISTANCE_RADII = 3.0
 """Radii; two forks nearer to each other than this are one crossing: strands at over 40 degrees thin to such a pair."""
+
+CORNER_HALF_WIDTHS = 1.8
+"""Half-widths of a region from its middle to its corners at most: 1.4 in a square, more where its edge is ragged."""
 
 
 @dataclass(eq=False)
@@ -181,7 +185,9 @@ class BranchGraph:
             last, after = ending[1].from_end(node)
             self.add(first, last, np.concatenate((before[::-1], position, after)))
 
-    def simplify(self, min_branch: float, radius: float) -> tuple[float, float]:
+    def simplify(
+        self, min_branch: float, radius: float, half_width: Callable[[Floats], float] | None = None
+    ) -> tuple[float, float]:
         """Remove spurs and small loops, the shortest first, and unite the two forks of a crossing; changes the graph in place.
 
         A spur is a branch with one free end. A node left with fewer than three branches is dissolved. Thinning turns a crossing
@@ -194,6 +200,9 @@ class BranchGraph:
             m (px in 2-D); shorter spurs are removed.
         radius
             radius of the object, m (px in 2-D). Loops with a perimeter of less than 12 radii are taken for holes in the surface.
+        half_width
+            function from a position (D,) to the distance from there to the edge of the object, m (px in 2-D). Spurs that reach no
+            farther than the corners of a region that wide are removed too, such as those in a connector; None keeps them.
 
         Returns
         -------
@@ -202,7 +211,7 @@ class BranchGraph:
         removed = {"spur": 0.0, "loop": 0.0}
         for node in list(self.positions):
             self.dissolve(node)
-        queue = _Simplification(self, min_branch, MIN_LOOP_RADII * radius, JUNCTION_MERGE_DISTANCE_RADII * radius)
+        queue = _Simplification(self, min_branch, MIN_LOOP_RADII * radius, JUNCTION_MERGE_DISTANCE_RADII * radius, half_width)
         while True:
             queue.take([self._branches[i] for i in range(queue.seen, self._added) if i in self._branches])
             queue.seen = self._added
@@ -230,8 +239,15 @@ class _Simplification:
     and whether it may still go is asked when it comes up.
     """
 
-    def __init__(self, graph: BranchGraph, min_branch: float, min_loop: float, merge_distance: float) -> None:
-        self.graph, self.seen = graph, 0
+    def __init__(
+        self,
+        graph: BranchGraph,
+        min_branch: float,
+        min_loop: float,
+        merge_distance: float,
+        half_width: Callable[[Floats], float] | None,
+    ) -> None:
+        self.graph, self.seen, self.half_width = graph, 0, half_width
         self.min_branch, self.min_loop, self.merge_distance = min_branch, min_loop, merge_distance
         self.removable: _Queue = []
         self.bridges: _Queue = []
@@ -242,7 +258,7 @@ class _Simplification:
         for branch in branches:
             entry = (branch.length, branch.number, branch)
             if branch.is_spur:
-                if branch.length < self.min_branch:
+                if branch.length < self._min_spur(branch):
                     heapq.heappush(self.removable, entry)
             elif branch.a == branch.b:
                 if branch.a != FREE_END and branch.length < self.min_loop:
@@ -274,6 +290,13 @@ class _Simplification:
             if self.graph.has(branch):
                 return branch
         return None
+
+    def _min_spur(self, branch: Branch) -> float:
+        """Return the least length of a spur that is kept, m (px in 2-D): thinning leads spurs to the corners of wide regions."""
+        if self.half_width is None:
+            return self.min_branch
+        node = branch.b if branch.a == FREE_END else branch.a
+        return max(self.min_branch, CORNER_HALF_WIDTHS * self.half_width(self.graph.positions[node]))
 
     def _may_go(self, branch: Branch) -> bool:
         if branch.is_spur:
