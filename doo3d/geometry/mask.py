@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
 from .. import kernels
-from ..types import Array, Bools, Ints
+from ..types import Array, Bools, Floats, Ints
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
@@ -86,3 +88,25 @@ def median_half_width(half_width: Array) -> float:
     half_width = np.sort(half_width)
     weight = np.cumsum(half_width)
     return float(half_width[np.searchsorted(weight, weight[-1] / 2)])
+
+
+def half_width_in(mask: Bools, reach: float = 0.0) -> Callable[[Floats], Floats]:
+    """Return a function from positions (K, 2) px to the half-width (K,) px of a mask (H, W) there: the distance to its edge.
+
+    It is 0 outside of the mask. reach : px, by how much positions may miss the middle of the strand whose half-width is wanted.
+    """
+    if not mask.any():
+        return lambda positions: np.zeros(len(positions))
+    box = bounding_box(mask)
+    inside = cv2.distanceTransform(np.pad(mask[box].astype(np.uint8), 1), cv2.DIST_L2, 5)
+    origin = np.array([box[1].start, box[0].start]) - 1
+    if reach >= 1:
+        size = 2 * int(reach) + 1
+        inside = np.where(inside > 0, cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))), 0)
+
+    def half_width(positions: Floats) -> Floats:
+        u, v = np.rint(positions - origin).astype(int).T
+        found = inside[np.clip(v, 0, inside.shape[0] - 1), np.clip(u, 0, inside.shape[1] - 1)] - 0.5
+        return np.asarray(np.maximum(found, 0.0))
+
+    return half_width

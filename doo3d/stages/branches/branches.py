@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...config import MergeConfig
+from ...geometry.mask import half_width_in
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .clouds import Surface, gap_links, joined
@@ -15,6 +16,9 @@ from .tree import choose, connected, cut, nodes_of, parted
 
 CROSSING_RADII = 3.0
 """Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
+
+AXIS_ERROR_RADII = 0.5
+"""Radii by which an axis in an image may miss the middle of its strand, where two were followed through one."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,13 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     """
     if not chains:
         return Branched([])
-    strands = strands_of(chains)
+    mask = context.foreground.mask
+    half_width = (
+        half_width_in(mask, AXIS_ERROR_RADII * context.radius)
+        if mask is not None and context.foreground.points.shape[1] == 2
+        else None
+    )
+    strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     visibility = context.visibility
     if visibility is not None:
@@ -83,7 +93,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     )
     if any(meeting.end is None for meeting in chosen):
         chains = parted(chains, strands, chosen, context.segment_length)
-        strands = strands_of(chains)
+        strands = strands_of(chains, half_width)
         ends = free_ends(chains, strands)
         chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface), strands, ends)
     if surface is not None:

@@ -20,6 +20,7 @@ from ...types import Floats
 from ...visibility import Visibility
 from .clouds import Surface, bridged_place, hidden_place
 from .necks import neck_share
+from .planar import planar_radius_change, planar_turn, radius_change
 from .strands import FreeEnds, Strand
 
 LAYER_COST = 300.0
@@ -30,6 +31,9 @@ BODY_LAYER_COST = 100.0
 
 KINK_COST, SMOOTH_KINK = 300.0, 0.1
 """Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
+
+PLANAR_TURN_COST = 100.0
+"""Cost units per radian by which one of two strands that cross in an image turns inside the other."""
 
 RADIUS_COST = 150.0
 """Cost units per e-fold by which the radius of a strand changes where it should go on."""
@@ -57,6 +61,9 @@ MISS_SLOPE = 0.4
 NECK_COST = 1000.0
 """Cost units of a strand that narrows to nothing before it reaches another, as a tip that touches does."""
 
+PLANAR_NECK_FREE = 0.35
+"""Share of its diameter by which a branch may narrow without cost in an image, whose mask is ragged; a round tip loses half."""
+
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
 
@@ -67,7 +74,7 @@ the places on a strand that fit an end, the nearest and straightest ahead is tak
 MIN_CROSSING_SINE = 0.2
 """Sine of the angle between two strands from which they count as crossing lines."""
 
-CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.35
+CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.65
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
 
 OWN_LENGTH_RADII = 12.0
@@ -123,13 +130,14 @@ def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[M
         points = first.points[p], second.points[q]
         apart = _distance(first, p, second, q) / both
         towards = None if viewpoint is None else unit(points[0] - viewpoint)
-        crossing, branch = 0.0, BRANCH_COST
         if len(points[0]) == 3:
-            crossing += BODY_LAYER_COST * max(0.0, 1 - apart)
-            branch += BODY_LAYER_COST * min(apart, 1.0)
-        for strand, position in ((first, at[0]), (second, at[1])):
-            crossing += KINK_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
-            crossing += RADIUS_COST * abs(math.log(strand.radius_near(position, -1) / strand.radius_near(position, 1)))
+            crossing, branch = BODY_LAYER_COST * max(0.0, 1 - apart), BRANCH_COST + BODY_LAYER_COST * min(apart, 1.0)
+            for strand, position in ((first, at[0]), (second, at[1])):
+                crossing += KINK_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
+                crossing += RADIUS_COST * radius_change(strand, position)
+        else:
+            place = (first, at[0], second, at[1])
+            crossing, branch = PLANAR_TURN_COST * planar_turn(*place) + RADIUS_COST * planar_radius_change(*place), BRANCH_COST
         weight = np.array([first.radii[p] ** 2, second.radii[q] ** 2])
         middle = (weight[0] * points[0] + weight[1] * points[1]) / weight.sum()
         meetings.append(Meeting(crossing - branch, middle, ((a, at[0]), (b, at[1]))))
@@ -207,9 +215,11 @@ def _attachment(
     shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
     unit_cost = 1000.0 if len(point) == 3 else 1.0
     behind = np.clip(-ahead - both, 0, None)
+    # in an image an end beyond a strand crossed it
+    behind_cost = 2 * unit_cost * behind if len(point) == 3 else LAYER_COST * behind / both
     free = CLOUD_MISS_FREE if visibility is None else MISS_FREE
     tolerance = free * both + MISS_SLOPE * np.clip(distance - both, 0, both)
-    cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + 2 * unit_cost * behind
+    cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + behind_cost
     cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
     possible = cost < TIP_COST
     if not strand.closed:
@@ -217,7 +227,7 @@ def _attachment(
     for i in np.flatnonzero(possible)[np.argsort(cost[possible], kind="stable")][:1]:
         total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, float(strand.radii[i]), visibility)
         if total < TIP_COST and visibility is not None:
-            total += NECK_COST * neck_share(
+            share = neck_share(
                 own.points if ends.side[row] == 0 else own.points[::-1],
                 radius,
                 strand,
@@ -225,6 +235,7 @@ def _attachment(
                 visibility,
                 viewpoint,
             )
+            total += NECK_COST * (share if len(point) == 3 else max(0.0, share - PLANAR_NECK_FREE))
         if total < TIP_COST:
             return Meeting(TIP_COST - total, strand.points[i], ((host, float(strand.along[i])),), row)
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,11 @@ TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
 
 ARM_RADII = (2.0, 8.0)
 """Radii from a place between which the direction and the radius of a strand beside it are measured."""
+
+PART_RADII = 0.7
+"""Radii of a branch from the surface of its trunk to its axis up to which the branch runs along the trunk, not away from it."""
+
+HalfWidth = Callable[[Floats], Floats]
 
 
 KINK_RADII, MIN_KINK_SAMPLES = 10.0, 4
@@ -43,6 +48,9 @@ class Strand:
         m (px in 2-D), of the whole strand.
     closed
         True for a ring.
+    half_widths
+        (S,) px, half-width of the mask at each sample, in an image; None otherwise. `radii` are smoothed along a strand, and hide
+        where a thick one was joined to a thin one.
     """
 
     points: Floats
@@ -51,11 +59,17 @@ class Strand:
     occluded: Bools
     radius: float
     closed: bool
+    half_widths: Floats | None = None
 
     @property
     def length(self) -> float:
         """The length of the strand, m (px in 2-D)."""
         return float(self.along[-1])
+
+    @property
+    def widths(self) -> Floats:
+        """Half the width of the strand at each sample, (S,) m (px in 2-D): as the mask shows it, if there is one."""
+        return self.radii if self.half_widths is None else self.half_widths
 
     def at(self, position: float) -> Floats:
         """Return the point of the axis at an arc length, (D,)."""
@@ -72,7 +86,7 @@ class Strand:
         chosen = (offset > low) & (offset < high) & ~self.occluded
         if not chosen.any():
             chosen = (offset > 0) & ~self.occluded
-        return float(np.median(self.radii[chosen])) if chosen.any() else self.radius
+        return float(np.median(self.widths[chosen])) if chosen.any() else self.radius
 
     def kink(self, position: float, clear: float, towards: Floats | None) -> float:
         """Return the angle in radians by which the strand bends at a position, beyond the curvature of both sides.
@@ -115,8 +129,36 @@ class Strand:
         return unit(self.at(far) - self.at(near))
 
 
-def strands_of(chains: Sequence[Chain]) -> list[Strand]:
-    """Return chains as strands, in the same order."""
+def stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> tuple[float, float]:
+    """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand.
+
+    Parameters
+    ----------
+    branch
+        the strand that runs through the other one.
+    at
+        arc length on it, m (px in 2-D), where the axes meet.
+    trunk
+        the other strand.
+    place
+        arc length on that, m (px in 2-D), where the axes meet.
+    """
+    distance = np.linalg.norm(branch.points[:, None] - trunk.points[None], axis=2).min(axis=1)
+    radius = max(trunk.radius_near(place, -1), trunk.radius_near(place, 1))
+    is_inside = distance < radius + PART_RADII * branch.radius
+    middle = int(np.abs(branch.along - at).argmin())
+    outside = np.flatnonzero(~is_inside)
+    before, after = outside[outside < middle], outside[outside > middle]
+    low = float(branch.along[before[-1]]) if len(before) else 0.0
+    high = float(branch.along[after[0]]) if len(after) else branch.length
+    return low, high
+
+
+def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[Strand]:
+    """Return chains as strands, in the same order.
+
+    half_width : function from positions (S, 2) px to the half-width (S,) of the mask there, in an image; None otherwise.
+    """
     strands = []
     for chain in chains:
         radius = chain.radius if chain.radius > 0 else chain.segment_length
@@ -125,7 +167,11 @@ def strands_of(chains: Sequence[Chain]) -> list[Strand]:
         segment = np.minimum((at / chain.segment_length).astype(int), len(chain.occluded) - 1)
         measured = np.where(np.isfinite(chain.radii) & (chain.radii > 0), chain.radii, radius)
         radii = np.interp(at, along, measured)
-        strands.append(Strand(resample(chain.joints, at), at, radii, chain.occluded[segment], radius, chain.closed))
+        points, occluded = resample(chain.joints, at), chain.occluded[segment]
+        widths = None if half_width is None else half_width(points)
+        if widths is not None:
+            widths, occluded = np.where(widths > 0, widths, radii), occluded | (widths <= 0)
+        strands.append(Strand(points, at, radii, occluded, radius, chain.closed, widths))
     return strands
 
 

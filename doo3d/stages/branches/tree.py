@@ -13,7 +13,7 @@ from ...geometry.polyline import arc_length, resample, unit
 from ...kernels import nearest
 from ...types import Bools, Chain, ChainEnd, Connection, Floats, Junction, LinearObject
 from .readings import Meeting
-from .strands import FreeEnds, Strand
+from .strands import FreeEnds, Strand, stretch_inside
 
 MERGE_RADII = 2.0
 """Radii of the thickest strand within which two junctions on it are one."""
@@ -23,9 +23,6 @@ JUNCTION_RADII = 0.8
 
 MIN_PIECE_RADII = 2.5
 """Radii of its strand that a piece must be long, or it is dropped."""
-
-PART_RADII = 0.7
-"""Radii of a branch from the surface of its trunk to its axis up to which the branch runs along the trunk, not away from it."""
 
 TURN_WEIGHT = 0.3
 """Share of a chain's weight that a turn of 1 radian into it takes, when the trunk is chosen."""
@@ -118,7 +115,7 @@ def parted(chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[
     for meeting in chosen:
         if meeting.end is None:
             (branch, at), (trunk, place) = sorted(meeting.bodies, key=lambda body: _thickness(strands[body[0]], body[1]))
-            inside.setdefault(branch, []).append(_stretch_inside(strands[branch], at, strands[trunk], place))
+            inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk], place))
     result = []
     for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
         if number not in inside or strand.closed:
@@ -139,19 +136,6 @@ def _thickness(strand: Strand, at: float) -> float:
     before, after = strand.arm(at, -1, 2 * strand.radius), strand.arm(at, 1, 2 * strand.radius)
     turn = float(np.arccos(np.clip(-before @ after, -1, 1)))
     return min(strand.radius_near(at, -1), strand.radius_near(at, 1)) * (1 - 0.2 * min(turn, 1.0))
-
-
-def _stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> tuple[float, float]:
-    """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand."""
-    distance = np.linalg.norm(branch.points[:, None] - trunk.points[None], axis=2).min(axis=1)
-    radius = max(trunk.radius_near(place, -1), trunk.radius_near(place, 1))
-    is_inside = distance < radius + PART_RADII * branch.radius
-    middle = int(np.abs(branch.along - at).argmin())
-    outside = np.flatnonzero(~is_inside)
-    before, after = outside[outside < middle], outside[outside > middle]
-    low = float(branch.along[before[-1]]) if len(before) else 0.0
-    high = float(branch.along[after[0]]) if len(after) else branch.length
-    return low, high
 
 
 def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None:
@@ -254,7 +238,10 @@ def _chain(joints: Floats, chain: Chain, strand: Strand, low: float, high: float
     inside = (strand.along >= low + 2 * strand.radius) & (strand.along <= high - 2 * strand.radius) & ~strand.occluded
     if not inside.any():
         inside = (strand.along >= low) & (strand.along <= high)
-    radius = float(np.median(strand.radii[inside])) if inside.any() else strand.radius
+    radius = float(np.median(strand.widths[inside])) if inside.any() else strand.radius
+    radii = strand.radii[near]
+    if strand.half_widths is not None and inside.any():
+        radii = radii * (radius / float(np.median(strand.radii[inside])))
     connections = [
         Connection(
             int(np.argmin(np.linalg.norm((joints[1:] + joints[:-1]) / 2 - chain.joints[each.segment], axis=1))), each.confidence
@@ -266,7 +253,7 @@ def _chain(joints: Floats, chain: Chain, strand: Strand, low: float, high: float
         joints,
         length,
         radius,
-        strand.radii[near],
+        radii,
         chain.occluded[middle],
         depth_filled=chain.depth_filled[middle],
         connections=tuple(sorted(connections)),

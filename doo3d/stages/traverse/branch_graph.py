@@ -186,7 +186,7 @@ class BranchGraph:
             self.add(first, last, np.concatenate((before[::-1], position, after)))
 
     def simplify(
-        self, min_branch: float, radius: float, half_width: Callable[[Floats], float] | None = None
+        self, min_branch: float, radius: float, half_width: Callable[[Floats], Floats] | None = None
     ) -> tuple[float, float]:
         """Remove spurs and small loops, the shortest first, and unite the two forks of a crossing; changes the graph in place.
 
@@ -201,8 +201,8 @@ class BranchGraph:
         radius
             radius of the object, m (px in 2-D). Loops with a perimeter of less than 12 radii are taken for holes in the surface.
         half_width
-            function from a position (D,) to the distance from there to the edge of the object, m (px in 2-D). Spurs that reach no
-            farther than the corners of a region that wide are removed too, such as those in a connector; None keeps them.
+            function from positions (K, D) to the distance (K,) to the object's edge, m (px in 2-D). Spurs that reach no farther
+            than the corners of a region that wide are removed too, such as those in a connector; None keeps them.
 
         Returns
         -------
@@ -245,7 +245,7 @@ class _Simplification:
         min_branch: float,
         min_loop: float,
         merge_distance: float,
-        half_width: Callable[[Floats], float] | None,
+        half_width: Callable[[Floats], Floats] | None,
     ) -> None:
         self.graph, self.seen, self.half_width = graph, 0, half_width
         self.min_branch, self.min_loop, self.merge_distance = min_branch, min_loop, merge_distance
@@ -296,7 +296,7 @@ class _Simplification:
         if self.half_width is None:
             return self.min_branch
         node = branch.b if branch.a == FREE_END else branch.a
-        return max(self.min_branch, CORNER_HALF_WIDTHS * self.half_width(self.graph.positions[node]))
+        return max(self.min_branch, CORNER_HALF_WIDTHS * float(self.half_width(self.graph.positions[node][None])[0]))
 
     def _may_go(self, branch: Branch) -> bool:
         if branch.is_spur:

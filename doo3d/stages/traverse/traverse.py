@@ -6,16 +6,13 @@ followed instead, as Keipour et al. (RA-L 2022, section III-C) do.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-import cv2
 import numpy as np
 
 from ...config import TraverseConfig
-from ...geometry.mask import bounding_box
+from ...geometry.mask import half_width_in
 from ...geometry.polyline import arc_length, moving_mean, resample, steps
 from ...kernels import first_clear
-from ...types import Bools, Floats, Path, Skeleton
+from ...types import Floats, Path, Skeleton
 from .. import FrameContext
 from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
 from .contours import trace_contours
@@ -75,7 +72,9 @@ def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) 
 
 def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
     graph, loops = build_graph(skeleton)
-    half_width = _half_width_in(context.foreground.mask) if context.branches and skeleton.coords.shape[1] == 2 else None
+    mask, half_width = context.foreground.mask, None
+    if context.branches and mask is not None and skeleton.coords.shape[1] == 2:
+        half_width = half_width_in(mask)
     spur_length, loop_length = graph.simplify(config.min_branch * context.radius, context.radius, half_width)
     loops += [graph.all_points(branch)[:-1] for branch in graph.branches if graph.is_loop(branch)]
     window_half = round(SMOOTHING_RADII * context.radius / context.voxel)
@@ -96,21 +95,6 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
             paths.append(Path(moving_mean(trimmed, window_half)))
     parted = cut_corners(paths, context)
     return Traversal(parted.paths, spur_length, loop_length, trimmed_length + parted.length, notes, parted.corners)
-
-
-def _half_width_in(mask: Bools | None) -> Callable[[Floats], float] | None:
-    """Return a function from a position (2,) px to its distance from the edge of a mask (H, W); None without a mask."""
-    if mask is None:
-        return None
-    box = bounding_box(mask)
-    inside = cv2.distanceTransform(np.pad(mask[box].astype(np.uint8), 1), cv2.DIST_L2, 5)
-    origin = np.array([box[1].start, box[0].start]) - 1
-
-    def half_width(position: Floats) -> float:
-        u, v = np.rint(position - origin).astype(int)
-        return float(inside[v, u])
-
-    return half_width
 
 
 def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:

@@ -1,0 +1,49 @@
+"""Two strands that cross in an image, or two branches joined through a trunk: told by turns and widths, as depth is missing."""
+
+from __future__ import annotations
+
+import math
+
+from ...geometry.polyline import angle, unit
+from .strands import Strand, stretch_inside
+
+RADIUS_TOLERANCE = 0.3
+"""E-folds by which the width of a strand in a mask may change at a crossing without cost: a mask is ragged."""
+
+
+def radius_change(strand: Strand, position: float) -> float:
+    """Return by how many e-folds the radius of a strand differs on both sides of a position."""
+    return abs(math.log(strand.radius_near(position, -1) / strand.radius_near(position, 1)))
+
+
+def planar_radius_change(first: Strand, at: float, second: Strand, place: float) -> float:
+    """Return by how many e-folds two strands together change their width at a place, beyond what a ragged mask shows.
+
+    first, at, second, place : each strand with its arc length, px, where they meet.
+    """
+    changes = radius_change(first, at), radius_change(second, place)
+    return sum(max(0.0, change - RADIUS_TOLERANCE) for change in changes)
+
+
+def planar_turn(first: Strand, at: float, second: Strand, place: float) -> float:
+    """Return the angle in radians by which one of two strands turns inside the other, of the two the greater, in an image.
+
+    The thicker of the two runs through in any case, however it bends: its turn counts by the ratio of the areas.
+
+    first, at, second, place : each strand with its arc length, px, where they meet.
+    """
+    radii = [max(strand.radius_near(s, -1), strand.radius_near(s, 1)) for strand, s in ((first, at), (second, place))]
+    turns = _turn_inside(first, at, second, place), _turn_inside(second, place, first, at)
+    thinner = min(radii)
+    return max(turn * (thinner / radius) ** 2 for turn, radius in zip(turns, radii, strict=True))
+
+
+def _turn_inside(strand: Strand, at: float, other: Strand, place: float) -> float:
+    """Return the angle in radians by which a strand turns where it runs inside another one.
+
+    It turns where it comes in and again where it goes out: two branches that were joined along the trunk may go on in one
+    direction, but not in one line.
+    """
+    low, high = stretch_inside(strand, at, other, place)
+    line = unit(strand.at(high) - strand.at(low))
+    return float(angle(-strand.arm(low, -1, strand.radius), line) + angle(line, strand.arm(high, 1, strand.radius)))
