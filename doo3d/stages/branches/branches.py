@@ -10,6 +10,7 @@ from ...geometry.mask import half_width_in
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .clouds import Surface, gap_links, joined
+from .elbows import bridges
 from .readings import body_meetings, end_meetings
 from .strands import free_ends, strands_of
 from .tree import choose, connected, cut, nodes_of, parted
@@ -99,8 +100,14 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     if surface is not None:
         links = gap_links(ends, *connected(chosen, strands, ends), max_gap)
         chains = joined(chains, strands, ends, links, context.segment_length)
-        strands = strands_of(chains)
-        ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface, hidden=True), strands, ends)
+        for with_bridges in (False, True):
+            if with_bridges:
+                found = bridges(strands, connected(chosen, strands, ends)[1], max_gap, context.segment_length)
+                if not found:
+                    break
+                chains = [*chains, *found]
+            strands = strands_of(chains)
+            ends = free_ends(chains, strands)
+            chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface, hidden=True), strands, ends)
     pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects))

@@ -1,0 +1,94 @@
+"""Elbows: places where two branches were joined to each other, since the strand that both belong to was not measured."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.equal_segments import equal_segments
+from ...geometry.polyline import angle, unit
+from ...types import Chain, Floats
+from .clouds import GAP_COST, TURN_COST, hidden_place
+from .strands import ARM_RADII, Strand
+
+MIN_TURN = 0.9
+"""Radians by which a strand turns at an elbow at least: cables do not, branches of one trunk that were joined do."""
+
+ELBOW_COST = 150.0
+"""Cost units up to which two elbows are bridged."""
+
+BODY_COST = 30.0
+"""Cost units of a bridge from an elbow to a strand that goes straight on, more than to another elbow."""
+
+CLEAR_RADII = 2.0
+"""Radii beside an elbow that are left out of the directions of its arms."""
+
+
+@dataclass(frozen=True)
+class Elbow:
+    """A place where a strand turns sharply: the strand, the position (3,) m, and the unit direction (3,) in which it points."""
+
+    strand: int
+    point: Floats
+    direction: Floats
+
+
+def bridges(strands: Sequence[Strand], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
+    """Return hidden chains between elbows that point at each other, so that parts that nothing else connects become one object.
+
+    Parameters
+    ----------
+    strands
+        all strands, m.
+    group
+        number of the object of each strand.
+    max_gap
+        m, longest bridge.
+    length
+        segment length, m.
+    """
+    elbows = [elbow for number, strand in enumerate(strands) for elbow in _elbows(number, strand)]
+    found = []
+    for one, other in itertools.combinations(elbows, 2):
+        offset = other.point - one.point
+        distance = float(np.linalg.norm(offset))
+        if group[one.strand] != group[other.strand] and length < distance <= max_gap:
+            turn = float(angle(one.direction, offset)) + float(angle(other.direction, -offset))
+            found.append((1000 * GAP_COST * distance + TURN_COST * turn, one, other))
+    for one, (number, strand) in itertools.product(elbows, enumerate(strands)):
+        place = hidden_place(one.point, one.direction, strand, max_gap) if group[one.strand] != group[number] else None
+        if place is not None and np.linalg.norm(strand.points[place[0]] - one.point) > length:
+            found.append((BODY_COST + place[1], one, Elbow(number, strand.points[place[0]], -one.direction)))
+    own = np.asarray(group)
+    result = []
+    for cost, one, other in sorted(found, key=lambda item: item[0]):
+        if cost < ELBOW_COST and own[one.strand] != own[other.strand]:
+            own = np.where(own == own[one.strand], own[other.strand], own)
+            joints = equal_segments(np.stack((one.point, other.point)), length)
+            radius = max(strands[one.strand].radius, strands[other.strand].radius)
+            result.append(Chain(joints, length, radius, occluded=np.ones(len(joints) - 1, dtype=bool)))
+    return result
+
+
+def _elbows(number: int, strand: Strand) -> Iterator[Elbow]:
+    """Yield the elbows of a strand: where it turns sharply across a gap, or from one place to the next."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], strand.occluded, [False])).astype(int)))
+    gaps = [(low, high - 1) for low, high in zip(edges[::2], edges[1::2], strict=True)]
+    steps = max(1, round(ARM_RADII[1] * strand.radius / max(float(strand.along[1]), 1e-9)))
+    places = [(i, i) for i in range(steps, len(strand.along) - steps)]
+    turned = []
+    for low, high in [*gaps, *places]:
+        middle, half = (strand.along[low] + strand.along[high]) / 2, (strand.along[high] - strand.along[low]) / 2
+        clear = float(half + CLEAR_RADII * strand.radius)
+        if min(middle, strand.length - middle) < clear + ARM_RADII[0] * strand.radius:
+            continue
+        before, after = strand.arm(float(middle), -1, clear), strand.arm(float(middle), 1, clear)
+        turned.append((float(angle(-before, after)), float(middle), clear + ARM_RADII[1] * strand.radius, -(before + after)))
+    used: list[tuple[float, float]] = []
+    for turn, middle, reach, direction in sorted(turned, key=lambda item: -item[0]):
+        if turn > MIN_TURN and all(abs(middle - place) > max(reach, width) for place, width in used):
+            used.append((middle, reach))
+            yield Elbow(number, strand.at(middle), unit(direction))
