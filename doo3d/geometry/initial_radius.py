@@ -52,17 +52,17 @@ def estimate_radius(foreground: Foreground, apart: float) -> float:
         if radius is None:
             radius = mask_radius(foreground.mask, foreground.depth, foreground.camera.fx)
         return max(radius, apart)
-    separate = foreground.sampling is not None and foreground.sampling.gap is not None
-    return max(_cloud_radius(foreground.points, apart, separate), apart)
+    strands = None if foreground.sampling is None else foreground.sampling.strands
+    return max(_cloud_radius(foreground.points, apart, strands), apart)
 
 
-def _cloud_radius(points: Floats, apart: float, separate: bool) -> float:
+def _cloud_radius(points: Floats, apart: float, number: Ints | None) -> float:
     """Return the median half-width in m of a cloud where it looks like a strip.
 
     Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
     for a whole tube, told apart by the variance in depth. Strands side by side with air between them are looked at one by one,
-    since together they are wider than each, if `separate` is True.
+    since together they are wider than each; `number` is that of the strand of each sampled point, None if all touch.
     """
     sample = _sample(points)
     seeds = np.ascontiguousarray(sample[:: max(1, len(sample) // SAMPLE_SEEDS)])
@@ -70,10 +70,9 @@ def _cloud_radius(points: Floats, apart: float, separate: bool) -> float:
     radii: list[float] = []
     sample_apart = apart * math.sqrt(len(points) / len(sample))
     strands = [(sample, seeds)]
-    if separate:
-        large, label = _parts(sample, STRAND_SPACINGS * sample_apart)
-        own = label[:: max(1, len(sample) // SAMPLE_SEEDS)]
-        strands = [(np.ascontiguousarray(sample[label == part]), seeds[own == part]) for part in large.tolist()]
+    if number is not None:
+        own = number[:: max(1, len(sample) // SAMPLE_SEEDS)]
+        strands = [(np.ascontiguousarray(sample[number == k]), seeds[own == k]) for k in range(int(number.max()) + 1)]
     for strand, own_seeds in strands:
         reach, seeds = 3 * sample_apart, np.ascontiguousarray(own_seeds)
         while len(seeds) and reach < extent:
@@ -86,8 +85,8 @@ def _cloud_radius(points: Floats, apart: float, separate: bool) -> float:
     return float(np.median(radii)) if radii else extent / 6
 
 
-def strand_gap(points: Floats, apart: float) -> float | None:
-    """Return the least distance in m between strands of a cloud that do not touch; None if all are connected.
+def separate_strands(points: Floats, apart: float) -> tuple[float | None, Ints | None]:
+    """Find the strands of a cloud that do not touch.
 
     Parameters
     ----------
@@ -95,36 +94,36 @@ def strand_gap(points: Floats, apart: float) -> float | None:
         (N, 3) m.
     apart
         m, typical distance between neighboring surface points.
+
+    Returns
+    -------
+    gap : m, least distance between two strands; None if all touch.
+    strands : (S,) number, from 0, of the strand of every k-th point, as `CloudSampling.strands` holds it; None if all touch.
     """
     sample = _sample(points)
     large, label = _parts(sample, STRAND_SPACINGS * apart * math.sqrt(len(points) / len(sample)))
     if not len(large):
-        return None
-    return min(
-        float(cKDTree(sample[(label != part) & np.isin(label, large)]).query(sample[label == part])[0].min())
-        for part in large[1:].tolist()
+        return None, None
+    is_large = np.isin(label, large)
+    gap = min(
+        float(cKDTree(sample[(label != part) & is_large]).query(sample[label == part])[0].min()) for part in large[1:].tolist()
     )
+    return gap, np.where(is_large, np.searchsorted(large, label), -1)
 
 
-def strand_of_points(points: Floats, apart: float) -> Ints:
-    """Return the number of the strand that each point of a cloud belongs to, (N,) from 0, where strands that touch are one.
-
-    Points of small parts, and all points where there are no such strands, have the number 0 or that of the nearest strand.
+def strand_of_points(points: Floats, strands: Ints) -> Ints:
+    """Return the number of the strand that each point of a cloud belongs to, (N,) from 0; in small parts that of the nearest.
 
     Parameters
     ----------
     points
-        (N, 3) m.
-    apart
-        m, typical distance between neighboring surface points.
+        (N, 3) m, in the order of the points that `separate_strands` was given.
+    strands
+        (S,) number of the strand of every k-th point, as `separate_strands` returns it.
     """
-    sample = _sample(points)
-    large, label = _parts(sample, STRAND_SPACINGS * apart * math.sqrt(len(points) / len(sample)))
-    if not len(large):
-        return np.zeros(len(points), dtype=np.int64)
-    in_large = np.isin(label, large)
-    near = cKDTree(sample[in_large]).query(points)[1]
-    return np.asarray(np.searchsorted(large, label[in_large][near]))
+    sample, is_large = _sample(points), strands >= 0
+    near = cKDTree(sample[is_large]).query(points)[1]
+    return np.asarray(strands[is_large][near])
 
 
 def _sample(points: Floats) -> Floats:

@@ -253,8 +253,13 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
     if len(cells.keys) > MAX_VOXELS:
         raise _too_large(len(cells.keys), MAX_VOXELS, size)
     sampling = foreground.sampling
-    if sampling is not None and sampling.gap is not None and sampling.gap < MAX_CLOSED_GAP * size:
-        part = strand_of_points(points, sampling.spacing)
+    if (
+        sampling is not None
+        and sampling.strands is not None
+        and sampling.gap is not None
+        and sampling.gap < MAX_CLOSED_GAP * size
+    ):
+        part = strand_of_points(points, sampling.strands)
         closed = [
             close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
             for number in range(int(part.max()) + 1)

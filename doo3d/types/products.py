@@ -21,11 +21,18 @@ class CloudSampling:
         noise of the scanner; None if there are so many points that they show surfaces.
     gap
         m, least distance between strands that do not touch; None if all touch, and where points are sparse.
+    strands
+        (S,) number, from 0, of the strand of every k-th point, where strands that touch are one; -1 in a small part. None where
+        `gap` is None.
     """
 
     spacing: float
     scatter: float | None = None
     gap: float | None = None
+    strands: Ints | None = None
+
+    def __post_init__(self) -> None:
+        set_sealed(self, strands=self.strands)
 
     @property
     def is_sparse(self) -> bool:

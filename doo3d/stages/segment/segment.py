@@ -8,7 +8,7 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
-from ...geometry.initial_radius import strand_gap
+from ...geometry.initial_radius import separate_strands
 from ...geometry.mask import mask_pixels, mask_radius
 from ...geometry.sparse_grid import cloud_spacing
 from ...kernels import readings_in_mask
@@ -177,7 +177,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     sparse = None if cloud.views else find_sparse_strands(points)
     if sparse is None and len(points):
         spacing = cloud_spacing(points)
-        sampling = CloudSampling(spacing, gap=strand_gap(points, spacing))
+        sampling = CloudSampling(spacing, None, *separate_strands(points, spacing))
     elif sparse is not None:
         outliers += int(np.count_nonzero(~sparse.kept))
         points, means, bridges, sampling = points[sparse.kept], sparse.centered, sparse.bridges, sparse.sampling
