@@ -63,12 +63,15 @@ def test_pose_density_noise_and_order_do_not_matter(name, change):
         ("harness_whole.pcd", (0.17, 0.11), 0.1),
         ("harness_whole.pcd", (-0.3, -0.005), 0.15),
         ("harness_whole.pcd", (0.098, 0.012), 0.24),
+        ("harness_whole.pcd", (0.0165, 0.011), 0.24),
+        ("harness_whole.pcd", (-0.16, -0.022), 0.1),
         ("harness_stereo.xyz", (-0.25, -0.05), 0.15),
+        ("harness_stereo.xyz", (-0.0115, 0.062), 0.24),
         ("harness_stereo.xyz", (0.25, 0.135), 0.24),
     ],
 )
 def test_a_window_that_was_not_measured_does_not_part_a_harness(name, middle, width):
-    """The window is a disc in the plane of the harness: over a branch, or over a junction."""
+    """The window is a disc in the plane of the harness: over a branch, a junction, or the trunk with two junctions."""
     points = points_of(name)
     seen = (points - points.mean(axis=0)) @ principal_axes(points)[:2].T
     detection = found(points[np.linalg.norm(seen - middle, axis=1) > width / 2])
