@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..types.display import tree_text
+
 
 def frame_line(
     name: str,
@@ -13,8 +15,11 @@ def frame_line(
     units: str,
     seconds: float,
     column: int = 0,
+    trees: tuple[int, int] | None = None,
 ) -> str:
     """Return the line printed for a frame, such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
+
+    With branched objects it begins like "000012   1 object, 5 chains, 2 junctions".
 
     Parameters
     ----------
@@ -30,8 +35,12 @@ def frame_line(
         time that the frame took, s.
     column
         number of characters to which the name is padded with blanks.
+    trees
+        number of objects and of junctions; None if branched objects were not looked for.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
+    if trees is not None:
+        count = tree_text(trees[0], len(lengths), trees[1])
     parts = [name.ljust(column), count]
     if lengths:
         factor, unit = (1000, "mm") if units == "m" else (1, "px")

@@ -72,7 +72,8 @@ class Reporter:
             echo(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
         elif not self.quiet:
             values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
-            line = frame_line(record.name, *values, self.column)
+            trees = None if record.objects is None else (record.objects, record.junctions or 0)
+            line = frame_line(record.name, *values, self.column, trees)
             echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
         if self._bar:
             self._bar.advance(record)

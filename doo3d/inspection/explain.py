@@ -16,6 +16,7 @@ from ..pipeline import Stages, run_with_stages
 from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
+from ..types.display import tree_text
 
 SCHEMA = "doo3d/explanation/1"
 
@@ -199,6 +200,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         _merge(stages, config, in_words),
         Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
         _refine(stages, in_words),
+        *_branches(stages),
     )
     merges = tuple(Merge.of(decision) for decision in stages.merged.decisions)
     return Explanation(accounts, merges, stages.pruned.removed)
@@ -328,13 +330,26 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
 
 
 def _refine(stages: Stages, in_words: _Lengths) -> Account:
-    dropped = len(stages.filled) - len(stages.chains)
+    # chains are cut at junctions, so that their number does not say how many were dropped
+    dropped = len(stages.filled) - len(stages.chains) if stages.branched is None else 0
     reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
     return Account(
         "refine",
         f"{_counted(len(stages.chains), 'chain')}: {', '.join(in_words(chain.length) for chain in stages.chains)}",
         (f"{_counted(dropped, 'chain')} {reason}",) * (dropped > 0),
     )
+
+
+def _branches(stages: Stages) -> list[Account]:
+    """Return what became of the places where strands meet; nothing if branched objects were not looked for."""
+    found = stages.branched
+    if found is None:
+        return []
+    junctions = [
+        f"chains {', '.join(str(end.chain) for end in each.ends)} (confidence {each.confidence:.2f})" for each in found.junctions
+    ]
+    made = tree_text(len(found.objects), len(found.chains), len(found.junctions))
+    return [Account("branches", made + (f": {'; '.join(junctions)}" if junctions else ""))]
 
 
 def _counted(count: int, noun: str) -> str:

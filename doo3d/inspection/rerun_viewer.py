@@ -15,6 +15,7 @@ from ..outputs import CONFIG
 from ..outputs.run_reader import Results, read_detection
 from ..pipeline import as_mode_data, run_with_stages
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
+from ..types.display import objects_text
 from ..viz import draw
 from ..viz.overlay import caption_lines
 from ..viz.palette import chain_color
@@ -113,7 +114,9 @@ class RerunRecording:
 
     def _log_content(self, name: str, detection: Detection, stages: bool) -> None:
         log, rr = self.recording.log, self.rr
-        log("summary", rr.TextDocument("\n".join([name, *(caption_lines(detection) or ["nothing found"]), *detection.notes])))
+        trees = [objects_text(detection.objects)] if detection.objects else []
+        lines = [name, *trees, *(caption_lines(detection) or ["nothing found"]), *detection.notes]
+        log("summary", rr.TextDocument("\n".join(lines)))
         self._log_chains(detection)
         try:
             data, table = self._load(name, stages)
@@ -168,7 +171,7 @@ class RerunRecording:
             self.recording.log(f"{entity}/labels", labels)
 
     def _log_chains(self, detection: Detection) -> None:
-        """Log the chains: in 3-D as tubes of the object's radius.
+        """Log the chains: in 3-D as tubes of the object's radius, with junctions as white balls.
 
         Segments whose depth was filled in are darker, and paler if other frames filled them in.
         """
@@ -182,6 +185,11 @@ class RerunRecording:
             pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)
             strips = (rr.LineStrips2D if planar else rr.LineStrips3D)(pairs, colors=colors, radii=radius)
             self.recording.log(f"{'image' if planar else 'world'}/chains/{i}", strips)
+        if detection.junctions:
+            at = np.array([junction.position for junction in detection.junctions])
+            radii = np.array([2 * np.nanmax([0.0, *junction.radii]) for junction in detection.junctions])
+            dots = (rr.Points2D if planar else rr.Points3D)(at, colors=[(255, 255, 255)] * len(at), radii=radii)
+            self.recording.log(f"{'image' if planar else 'world'}/chains/junctions", dots)
 
 
 def _effective_config(results: Results) -> Config | None:

@@ -16,15 +16,15 @@ from .explain import Explanation
 PRUNED = (255, 50, 50)
 VOXEL, SKELETON = (120, 190, 255), (255, 222, 60)
 CONFIDENT, UNCERTAIN = (60, 220, 90), (255, 60, 60)
-GRAY = (150, 155, 165)
+GRAY, WHITE = (150, 155, 165), (255, 255, 255)
 
 
 def products(stages: Stages, explanation: Explanation) -> list[Product]:
     """Return the product of each stage as colored points and edges, in the order of the stages.
 
     They are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are
-    red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains". Points are in m
-    (px in 2-D).
+    red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
+    (junctions numbered). Points are in m (px in 2-D).
 
     stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
     numbered.
@@ -38,8 +38,20 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
         _lines("5-segments", [chain.joints for chain in stages.fitted]),
         _pruned(stages.pruned.chains, stages.pruned.removed),
         _merges(stages, explanation),
-        _lines("8-chains", [chain.joints for chain in stages.chains]),
+        _chains(stages),
     ]
+
+
+def _chains(stages: Stages) -> Product:
+    """Return the chains, with white points numbered "J0" at junctions."""
+    product = _lines("8-chains", [chain.joints for chain in stages.chains])
+    if stages.branched is None or not stages.branched.junctions:
+        return product
+    at = np.array([junction.position for junction in stages.branched.junctions])
+    first = len(product.points)
+    labels = {first + k: f"J{k}" for k in range(len(at))}
+    points, colors = np.concatenate((product.points, at)), np.concatenate((product.colors, _uniform(len(at), WHITE)))
+    return Product(product.name, points, colors, product.edges, labels=labels)
 
 
 def merge_table(explanation: Explanation) -> str:

@@ -128,6 +128,8 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
         lengths=tuple(chain.length for chain in chains),
         radii=tuple(chain.radius for chain in chains),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
+        objects=len(detected.detection.objects) if detected.detection.objects else None,
+        junctions=len(detected.detection.junctions) if detected.detection.objects else None,
         units="m" if detected.detection.mode == "3d" else "px",
         evidence=evidence,
     )

@@ -30,6 +30,8 @@ class FrameRecord:
         length and radius of each chain, longest chain first, m (px in 2-D); a radius is NaN if unknown.
     occluded
         fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
+    objects, junctions
+        number of objects and of junctions; None if branched objects were not looked for.
     units
         unit of the lengths and radii: "m", or "px" in 2-D.
     notes
@@ -53,6 +55,8 @@ class FrameRecord:
     lengths: tuple[float, ...] = ()
     radii: tuple[float, ...] = ()
     occluded: float | None = None
+    objects: int | None = None
+    junctions: int | None = None
     units: str = "m"
     notes: tuple[str, ...] = ()
     error: str | None = None
@@ -71,12 +75,14 @@ class FrameRecord:
         The entry has the number of chains, but neither the notes nor the times that the steps took, so that equal runs write
         equal manifests.
         """
+        trees = {} if self.objects is None else {"objects": self.objects, "junctions": self.junctions}
         return {
             "name": self.name,
             "status": self.status,
             "source": self.source,
             "timestamp": self.timestamp,
             "chains": len(self.lengths),
+            **trees,
             "lengths": list(self.lengths),
             "radii": list(self.radii),
             "occluded": self.occluded,

@@ -9,17 +9,21 @@ from dataclasses import replace
 import numpy as np
 
 from ..stages.branches import Branched
-from ..types import Chain, ChainEnd, Floats, Junction, LinearObject
+from ..types import Bools, Chain, ChainEnd, Floats, Junction, LinearObject
 from .objects import SequenceObject
-from .registration import to_lengths
+from .registration import exact_lengths, to_lengths
 from .second_pass import Shape
 from .topology import Node, Nodes, trees_of
 
 MIN_ENDS = 3
 """Chain ends that a junction joins at least."""
 
-ROUNDS = 3
-"""Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again."""
+ROUNDS, FREE_ROUNDS = 3, 5
+"""Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again. Then
+the times that objects whose ends are still too far off are led there without regard to where they were seen."""
+
+MAX_GAP_SEGMENTS = 0.3
+"""Segments between an end and its junction from which on it is too far off."""
 
 BLEND_RADII, MIN_BLEND_SEGMENTS = 6.0, 3
 """Radii, and segments at least, along which a seen end gives way to its junction."""
@@ -34,14 +38,18 @@ def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None
     objects : the objects of the capture. shapes : for each of them its shape in the frame; None where it is not there.
     """
     result = list(shapes)
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS + FREE_ROUNDS):
         places = _places(objects, result)
         if not places:
             break
         for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
             targets = [None if node is None else places.get(node.junction) for node in item.nodes]
-            if shape is not None and any(target is not None for target in targets):
-                result[k] = _led_to(item, shape, targets)
+            if shape is None or all(target is None for target in targets):
+                continue
+            if number < ROUNDS:
+                result[k] = _led_to(item, shape, targets, shape.seen)
+            elif _gap(shape, targets) > MAX_GAP_SEGMENTS * item.segment_length:
+                result[k] = _led_to(item, shape, targets, np.zeros_like(shape.seen))
     return result
 
 
@@ -59,8 +67,25 @@ def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -
     }
 
 
-def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]) -> Shape:
-    """Return an object with its first and its last end at positions (3,) m; an end without a target is free."""
+def _gap(shape: Shape, targets: Sequence[Floats | None]) -> float:
+    """Return the larger distance of the two ends from their targets, m."""
+    return max(float(np.linalg.norm(shape.joints[-k] - target)) for k, target in enumerate(targets) if target is not None)
+
+
+def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
+    """Return an object with its first and its last end led to places.
+
+    Parameters
+    ----------
+    item
+        the object.
+    shape
+        its shape.
+    targets
+        where the first and the last end have to be, (3,) m; None for an end that is free.
+    seen
+        (M + 1,) bool, the joints that stay, except near these ends.
+    """
     count = len(shape.joints)
     radius = item.radius if np.isfinite(item.radius) else 0.0
     blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
@@ -68,7 +93,7 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
     from_ends = np.minimum(
         at if targets[0] is not None else np.full(count, count), at[::-1] if targets[1] is not None else np.full(count, count)
     )
-    held = shape.seen & (from_ends >= min(blend, count // 2))
+    held = seen & (from_ends >= min(blend, count // 2))
     known, shifts = list(at[held]), [np.zeros(3)] * int(held.sum())
     for index, target in ((0, targets[0]), (count - 1, targets[1])):
         if target is not None:
@@ -76,10 +101,11 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
             shifts.append(target - shape.joints[index])
     order = np.argsort(known)
     moved = np.column_stack([np.interp(at, np.array(known)[order], column) for column in np.array(shifts)[order].T])
-    fixed = shape.seen & held
+    fixed = held.copy()
     for index, target in ((0, targets[0]), (count - 1, targets[1])):
         fixed[index] |= target is not None
-    return replace(shape, joints=to_lengths(shape.joints + moved, item.segment_length, fixed))
+    joints = to_lengths(shape.joints + moved, item.segment_length, fixed)
+    return replace(shape, joints=exact_lengths(joints, item.segment_length))
 
 
 def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], others: Sequence[Chain]) -> Branched:

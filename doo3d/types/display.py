@@ -6,9 +6,16 @@ Figures are drawn by `viz`, which stands above this package: its modules are imp
 from __future__ import annotations
 
 import importlib
-from typing import Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
-Rows = Literal["chains", "joints", "crossings"]
+if TYPE_CHECKING:
+    from .tree import LinearObject
+
+Rows = Literal["chains", "joints", "crossings", "junctions"]
+
+MAX_LISTED_OBJECTS = 3
+"""Branched objects that are described one by one."""
 
 
 class Displayed:
@@ -28,7 +35,8 @@ class Drawn(Displayed):
     def plot(self, data: Any = None) -> Any:
         """Return an interactive figure: chains as tubes of their own radius, pale and dashed where they are occluded.
 
-        In 2-D the chains are lines, in pixels. A notebook shows the figure; `.show()` opens it in a browser.
+        In 2-D the chains are lines, in pixels. White diamonds mark junctions. A notebook shows the figure; `.show()` opens it in
+        a browser.
 
         data : the Frame, Cloud or image that the chains were found in, shown around (in 2-D: below) them; None for none.
 
@@ -53,6 +61,26 @@ def radius_text(radius: float, planar: bool) -> str:
     if radius != radius:
         return "unknown"
     return f"{radius:.1f} px" if planar else f"{1000 * radius:.1f} mm"
+
+
+def tree_text(objects: int, chains: int, junctions: int) -> str:
+    """Return the size of branched objects as text, such as "1 object, 5 chains, 2 junctions"."""
+    return ", ".join((counted(objects, "object"), counted(chains, "chain"), counted(junctions, "junction")))
+
+
+def objects_text(objects: Sequence[LinearObject]) -> str:
+    """Return what branched objects there are, such as "2 objects: one with 5 chains and 2 junctions, one without junctions"."""
+    if len(objects) == 1:
+        return f"1 object with {counted(len(objects[0].chains), 'chain')} and {counted(len(objects[0].junctions), 'junction')}"
+    branched = [each for each in objects if each.junctions]
+    parts = [
+        f"one with {counted(len(each.chains), 'chain')} and {counted(len(each.junctions), 'junction')}"
+        for each in branched[:MAX_LISTED_OBJECTS]
+    ]
+    more, single = len(branched) - len(parts), len(objects) - len(branched)
+    parts += [f"{more} more with junctions"] * (more > 0)
+    parts += [f"{'one' if single == 1 else single} without junctions"] * (single > 0)
+    return f"{counted(len(objects), 'object')}: {', '.join(parts)}" if parts else counted(0, "object")
 
 
 def counted(count: int, noun: str) -> str:

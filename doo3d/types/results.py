@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from . import tables
 from .arrays import Bools, Floats, set_sealed
-from .display import Drawn, Rows, counted, length_text, radius_text
+from .display import Drawn, Rows, counted, length_text, radius_text, tree_text
 from .pose import Plane
 from .tree import Junction, LinearObject
 
@@ -293,8 +293,12 @@ class Detection(Drawn):
         return min((chain.confidence for chain in self.chains), default=1.0)
 
     def summary(self) -> str:
-        """Return the facts of the detection in one short line: frame, number of chains and crossings, length, confidence."""
-        planar, facts = self.mode == "2d", [repr(self.frame), counted(len(self.chains), "chain")]
+        """Return the facts of the detection in one short line: frame, number of chains and crossings, length, confidence.
+
+        With branched objects looked for, also their number and that of the junctions.
+        """
+        sizes = tree_text(len(self.objects), len(self.chains), len(self.junctions))
+        planar, facts = self.mode == "2d", [repr(self.frame), sizes if self.objects else counted(len(self.chains), "chain")]
         if self.chains:
             facts.append(
                 " + ".join(length_text(chain.length, planar) for chain in self.chains[:4]) + " + ..." * (len(self.chains) > 4)
@@ -312,10 +316,12 @@ class Detection(Drawn):
         ----------
         rows
             what a row is. "chains": chain (index), id, closed, segments (number), segment_length, length, radius, occluded and
-            depth_filled (shares of the segments), confidence. "joints": chain, id, closed, segment_length, chain_radius, joint
-            (index), x, y, z, radius (at the joint), occluded (bool, of the segment that starts there; None at the last joint),
-            depth ("seen" or "filled", of the same segment; not in 2-D), from_time (bool, of the same segment). "crossings":
-            upper_chain, upper_segment, lower_chain, lower_segment, x, y, z, confidence.
+            depth_filled (shares of the segments), confidence; with branched objects looked for, also object (index). "joints":
+            chain, id, closed, segment_length, chain_radius, joint (index), x, y, z, radius (at the joint), occluded (bool, of
+            the segment that starts there; None at the last joint), depth ("seen" or "filled", of the same segment; not in 2-D),
+            from_time (bool, of the same segment). "crossings": upper_chain, upper_segment, lower_chain, lower_segment, x, y, z,
+            confidence. "junctions", a row per chain end that meets at one: junction (index), object, chain, end (0 first joint,
+            1 last), radius (of the chain beside it), x, y, z, confidence.
 
         Raises
         ------

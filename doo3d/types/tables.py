@@ -26,6 +26,7 @@ def chains_table(detection: Any) -> Table:
             "occluded": [float(chain.occluded.mean()) for chain in chains],
             "depth_filled": [float(chain.depth_filled.mean()) for chain in chains],
             "confidence": [float(chain.confidence) for chain in chains],
+            **({"object": [_object_of(detection, chain) for chain in range(len(chains))]} if detection.objects else {}),
         },
     )
 
@@ -68,8 +69,34 @@ def crossings_table(detection: Any) -> Table:
     )
 
 
-TABLES = {"chains": chains_table, "joints": joints_table, "crossings": crossings_table}
+def junctions_table(detection: Any) -> Table:
+    """Return a table with one row per chain end that meets at a junction; see `Detection.table` for the columns."""
+    rows = [
+        (number, junction, end, radius)
+        for number, junction in enumerate(detection.junctions)
+        for end, radius in zip(junction.ends, junction.radii.tolist(), strict=True)
+    ]
+    return _framed(
+        detection,
+        {
+            "junction": [number for number, *_ in rows],
+            "object": [_object_of(detection, end.chain) for _, _, end, _ in rows],
+            "chain": [end.chain for _, _, end, _ in rows],
+            "end": [end.end for _, _, end, _ in rows],
+            "radius": [radius for *_, radius in rows],
+            **{axis: [float(junction.position[k]) for _, junction, _, _ in rows] for k, axis in enumerate(_axes(detection))},
+            "confidence": [float(junction.confidence) for _, junction, _, _ in rows],
+        },
+    )
+
+
+TABLES = {"chains": chains_table, "joints": joints_table, "crossings": crossings_table, "junctions": junctions_table}
 """What a row is -> the function that makes the table."""
+
+
+def _object_of(detection: Any, chain: int) -> int | None:
+    """Return the index of the object that a chain belongs to; None if no object has it."""
+    return next((number for number, each in enumerate(detection.objects) if chain in each.chains), None)
 
 
 def _axes(detection: Any) -> str:

@@ -44,10 +44,13 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
     go = require("plotly.graph_objects")
     detection = result if isinstance(result, Detection) else _alone(result, data)
     drawn = go.Figure()
-    for number, chain in zip(chain_numbers(detection), detection.chains, strict=True):
+    joined = {end for junction in detection.junctions for end in junction.ends}
+    for index, (number, chain) in enumerate(zip(chain_numbers(detection), detection.chains, strict=True)):
         name = f"chain {number}"
         color = "rgb({}, {}, {})".format(*chain_color(number))
-        drawn.add_traces(_flat(go, chain, name, color) if detection.mode == "2d" else _tube(go, chain, name, color))
+        at_junction = (index, 0) in joined
+        drawn.add_traces(_flat(go, chain, name, color) if detection.mode == "2d" else _tube(go, chain, name, color, at_junction))
+    drawn.add_traces(_junctions(go, detection))
     drawn.update_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, title=detection.frame, legend_itemsizing="constant")
     if detection.mode == "2d":
         _place_on_image(drawn, data)
@@ -57,6 +60,23 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
     axes = {f"{axis}axis_title": f"{axis} (m)" for axis in "xyz"}
     scene = {"aspectmode": "manual", "aspectratio": _sides(drawn), "camera": view, **axes}
     return drawn.update_layout(scene=scene, height=600)
+
+
+def _junctions(go: Any, detection: Detection) -> list[Any]:
+    """Return the trace of the junctions, white diamonds; none without junctions."""
+    if not detection.junctions:
+        return []
+    numbers = chain_numbers(detection)
+    at = np.array([junction.position for junction in detection.junctions])
+    text = [
+        f"junction {k} of chains {', '.join(str(numbers[end.chain]) for end in each.ends)}<br>confidence {each.confidence:.2f}"
+        for k, each in enumerate(detection.junctions)
+    ]
+    marker = {"size": 9, "color": "white", "symbol": "diamond", "line": {"color": "black", "width": 2}}
+    shared = {"mode": "markers", "marker": marker, "name": "junctions", "hoverinfo": "text", "hovertext": text}
+    if detection.mode == "2d":
+        return [go.Scatter(x=at[:, 0], y=at[:, 1], **shared)]
+    return [go.Scatter3d(x=at[:, 0], y=at[:, 1], z=at[:, 2], **shared)]
 
 
 def _sides(drawn: Any) -> dict[str, float]:
@@ -84,8 +104,22 @@ def _runs(chain: Chain) -> Iterator[tuple[int, int, int]]:
         yield first, last, int(kind[first])
 
 
-def _tube(go: Any, chain: Chain, name: str, color: str) -> list[Any]:
-    """Return the traces of a chain in space: tubes, center line, a disc at the first joint and a ring at the last."""
+def _tube(go: Any, chain: Chain, name: str, color: str, at_junction: bool) -> list[Any]:
+    """Return the traces of a chain in space: tubes, center line, a disc at the first joint and a ring at the last.
+
+    Parameters
+    ----------
+    go
+        plotly.graph_objects.
+    chain
+        the chain.
+    name
+        of the chain, such as "chain 0".
+    color
+        of the chain, as CSS.
+    at_junction
+        whether the first joint is at a junction: then the number stands beside the middle.
+    """
     radius = chain.radius if np.isfinite(chain.radius) else 0.0
     radii = np.where(np.isfinite(chain.radii), chain.radii, radius)
     rings, traces = _rings(chain.joints, radii), []
@@ -105,8 +139,12 @@ def _tube(go: Any, chain: Chain, name: str, color: str) -> list[Any]:
     marker = {"size": 8, "color": color, "symbol": ["circle", "circle-open"][: len(ends)], "line": {"color": "black", "width": 2}}
     x, y, z = ends.T
     hover = {"hoverinfo": "text", "hovertext": [f"{name}, first joint", f"{name}, last joint"][: len(ends)]}
-    label = {"text": [name.removeprefix("chain "), ""][: len(ends)], "textposition": "top center"}
+    number = name.removeprefix("chain ")
+    label = {"text": ["" if at_junction else number, ""][: len(ends)], "textposition": "top center"}
     traces.append(go.Scatter3d(x=x, y=y, z=z, mode="markers+text", marker=marker, showlegend=False, **label, **hover, **shared))
+    if at_junction:
+        x, y, z = chain.joints[len(chain.joints) // 2][:, None]
+        traces.append(go.Scatter3d(x=x, y=y, z=z, mode="text", text=[number], showlegend=False, hoverinfo="skip", **shared))
     return traces
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.projection import spread_axes
 from ..types import Chain, Detection, Floats
-from ..types.display import counted, length_text, radius_text
+from ..types.display import counted, length_text, objects_text, radius_text
 from .palette import chain_color, chain_numbers
 
 SIZE, MARGIN = (360.0, 220.0), 16.0  # px of the drawing
@@ -25,7 +25,8 @@ def html_of(result: Detection | Chain) -> str:
         result = Detection((result,), mode=f"{result.joints.shape[1]}d", frame="chain")
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in result.notes)
     crossings = f", {counted(len(result.crossings), 'crossing')}" if result.crossings else ""
-    title = f"{html.escape(result.frame)}: {counted(len(result.chains), 'chain')}{crossings}, confidence {result.confidence:.2f}"
+    found = objects_text(result.objects) if result.objects else counted(len(result.chains), "chain")
+    title = f"{html.escape(result.frame)}: {found}{crossings}, confidence {result.confidence:.2f}"
     return (
         f'<div class="doo3d"><p><b>{title}</b></p>{_drawing(result)}{_table(result)}{f"<ul>{notes}</ul>" if notes else ""}</div>'
     )
@@ -56,13 +57,15 @@ def _table(detection: Detection) -> str:
 def _drawing(detection: Detection) -> str:
     """Return the chains as SVG: a disc marks the first joint of each, the number stands beside it.
 
-    Occluded segments are dashed, with dots between the dashes where other frames filled them in.
+    Occluded segments are dashed, with dots between the dashes where other frames filled them in. A white square that stands on a
+    corner marks a junction.
     """
     if not detection.chains:
         return ""
-    placed = _placed(detection)
+    placed, nodes = _placed(detection)
     shapes = []
-    for number, chain, points in zip(chain_numbers(detection), detection.chains, placed, strict=True):
+    joined = {end for junction in detection.junctions for end in junction.ends}
+    for index, (number, chain, points) in enumerate(zip(chain_numbers(detection), detection.chains, placed, strict=True)):
         color = _color(number)
         edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int) + chain.from_time)) + 1).tolist(), len(chain.occluded)]
         for first, last in pairwise(edges):
@@ -72,14 +75,20 @@ def _drawing(detection: Detection) -> str:
             shapes.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="3"{dash}/>')
         x, y = points[0]
         shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{color}" stroke="#222"/>')
+        x, y = points[len(points) // 2] if (index, 0) in joined else (x, y)
         shapes.append(f'<text x="{x + 7:.1f}" y="{y - 5:.1f}" font-size="12" fill="currentColor">{number}</text>')
+    for x, y in nodes:
+        square = f'x="{x - 5:.1f}" y="{y - 5:.1f}" width="10" height="10" transform="rotate(45 {x:.1f} {y:.1f})"'
+        shapes.append(f'<rect {square} fill="#fff" stroke="#222"><title>junction</title></rect>')
     width, height = SIZE
     return f'<svg width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}">{"".join(shapes)}</svg>'
 
 
-def _placed(detection: Detection) -> list[Floats]:
-    """Return the joints of each chain, (N + 1, 2), px of the drawing."""
-    joints = np.concatenate([chain.joints for chain in detection.chains])
+def _placed(detection: Detection) -> tuple[list[Floats], Floats]:
+    """Return the joints of each chain, (N + 1, 2), and the junctions, (J, 2), px of the drawing."""
+    counts = [len(chain.joints) for chain in detection.chains]
+    nodes = [junction.position[None] for junction in detection.junctions]
+    joints = np.concatenate([*(chain.joints for chain in detection.chains), *nodes])
     if joints.shape[1] == 3:
         in_view = detection.coordinates == "camera" and bool((joints[:, 2] > 0).all())
         joints = (
@@ -90,4 +99,5 @@ def _placed(detection: Detection) -> list[Floats]:
     low, high = joints.min(axis=0), joints.max(axis=0)
     scale = float(np.min((np.array(SIZE) - 2 * MARGIN) / np.maximum(high - low, 1e-9)))
     placed = np.array(SIZE) / 2 + scale * (joints - (low + high) / 2)
-    return np.split(placed, np.cumsum([len(chain.joints) for chain in detection.chains])[:-1])
+    *chains, nodes_placed = np.split(placed, np.cumsum(counts))
+    return chains, nodes_placed

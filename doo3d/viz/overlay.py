@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Frame, Image
+from ..types.display import tree_text
 from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, upper_pieces
@@ -23,12 +24,13 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
     - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
       pale and the line dashed; where other frames of a sequence filled it in, the line is white between the dashes.
-    - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint: its
-      id, or without tracking its index.
+    - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint, or its
+      middle if that is at a junction: its id, or without tracking its index.
     - Where chains meet at a junction, a white square stands for their ends.
     - Where chains cross in the view, the upper one is drawn on top, between two white lines if the detection knows which one is
       upper. For a cloud without a viewpoint, the one nearer in the picture is drawn on top.
-    - A panel in a corner lists number, length, radius and occluded share of each chain.
+    - A panel in a corner lists number, length, radius and occluded share of each chain; where there are junctions, first how many
+      objects, chains and junctions there are.
 
     Parameters
     ----------
@@ -62,14 +64,14 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     _paint_junctions(canvas, detection, backdrop, unit)
     picture = _caption(canvas.blend_over(backdrop.image), canvas, detection)
     if len(strands) > 1:
-        for number, strand in zip(chain_numbers(detection), strands, strict=True):
-            _label(picture, str(number), strand)
+        for index, (number, strand) in enumerate(zip(chain_numbers(detection), strands, strict=True)):
+            _label(picture, str(number), strand, len(strand.points) // 2 if (index, 0) in joined else 0)
     return picture
 
 
-def _label(picture: Array, text: str, strand: Strand) -> None:
-    """Write the number of a chain beside its first joint into a picture, white with a dark rim; nothing if it is out of view."""
-    first = strand.points[0]
+def _label(picture: Array, text: str, strand: Strand, joint: int) -> None:
+    """Write the number of a chain beside one of its joints, white with a dark rim; nothing if that is out of view."""
+    first = strand.points[joint]
     if not ((first >= 0) & (first < picture.shape[1::-1])).all():
         return
     size = LABEL_SIZE * strand.unit
@@ -126,8 +128,10 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     lines = caption_lines(detection) or ["nothing found"]
     if len(lines) > 1:
         lines = [f"{number}   {line}" for number, line in zip(chain_numbers(detection), lines, strict=True)]
+    head = [tree_text(len(detection.objects), len(detection.chains), len(detection.junctions))] if detection.junctions else []
     if len(lines) > _MAX_CAPTION_LINES:
         lines = [*lines[: _MAX_CAPTION_LINES - 1], f"and {len(lines) - _MAX_CAPTION_LINES + 1} more"]
+    lines = [*head, *lines]
     height, width = image.shape[:2]
     size = max(0.36, 0.42 * float(np.sqrt(height * width)) / UNIT_PX)
     (_, letter_height), _ = cv2.getTextSize("0", _FONT, size, 1)
@@ -144,8 +148,8 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     for i, line in enumerate(lines):
         base = top + pad // 2 + row * i + (row + letter_height) // 2
         text_at = left + pad
-        if i < len(detection.chains) and not line.startswith("and "):
-            cv2.rectangle(picture, (left + pad, base - letter_height), (left + 2 * pad, base), colors[i], -1)
+        if 0 <= i - len(head) < len(detection.chains) and not line.startswith("and "):
+            cv2.rectangle(picture, (left + pad, base - letter_height), (left + 2 * pad, base), colors[i - len(head)], -1)
             text_at += 2 * pad
         cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thickness, cv2.LINE_AA)
     return picture

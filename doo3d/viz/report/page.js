@@ -15,7 +15,9 @@ const lengthText = (length) => metric ? `${length.toFixed(3)} m` : `${length.toF
 const radiusText = (radius) => radius === null ? "–" : metric ? `${(1000 * radius).toFixed(1)} mm` : `${radius.toFixed(1)} px`;
 const percent = (share) => share > 0 && share < 0.01 ? "< 1 %" : `${Math.round(100 * share)} %`;
 const timeText = (seconds) => seconds < 10 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`;
-const chainsText = (frame) => `${frame.chains.length} chain${frame.chains.length === 1 ? "" : "s"}`;
+const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+const chainsText = (frame) => (frame.objects ? `${counted(frame.objects.length, "object")}, ` : "") + counted(frame.chains.length, "chain")
+  + (frame.junctions ? `, ${counted(frame.junctions.length, "junction")}` : "");
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 function median(values) {
   const sorted = [...values].sort((a, b) => a - b), middle = sorted.length >> 1;
@@ -25,7 +27,7 @@ function median(values) {
 /** Return the number of cables, which tracking tells from that of the chains in all frames, and of the frames with chains. */
 function cableFigures(chains) {
   const ids = new Set(chains.map((chain) => chain.id)), tracked = chains.length > 0 && !ids.has(null);
-  return [tracked ? ["Cables", ids.size] : ["Chains", chains.length], ["Frames with chains", `${succeeded.filter((frame) => frame.chains.length).length} of ${frames.length}`]];
+  return [tracked ? [succeeded.some((frame) => frame.junctions?.length) ? "Different chains" : "Cables", ids.size] : ["Chains", chains.length], ["Frames with chains", `${succeeded.filter((frame) => frame.chains.length).length} of ${frames.length}`]];
 }
 
 function heading() {
@@ -35,6 +37,10 @@ function heading() {
   const chains = succeeded.flatMap((frame) => frame.chains), times = succeeded.map((frame) => frame.seconds).filter((each) => each !== null);
   const shares = succeeded.map((frame) => frame.occluded).filter((each) => each !== null);
   const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ...cableFigures(chains)];
+  const branched = succeeded.filter((frame) => frame.objects);
+  if (branched.length) {
+    figures.push(["Objects, median", median(branched.map((frame) => frame.objects.length))], ["Junctions, median", median(branched.map((frame) => frame.junctions.length))]);
+  }
   if (chains.length) {
     figures.push(["Length, median", lengthText(median(chains.map((chain) => chain.length)))]);
     const radii = chains.map((chain) => chain.radius).filter((each) => each !== null);

@@ -19,6 +19,7 @@ from ...outputs.detection_json import finite
 from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ...outputs.run_reader import Results, read_detection
 from ...types import Detection
+from ...types.display import objects_text
 from .packing import pack_chain, pack_cloud, pack_picture
 
 MAX_PICTURE_BYTES, MAX_CLOUD_BYTES = 4_500_000, 5_000_000  # of the page, for all thumbnails and for all clouds
@@ -134,12 +135,31 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
             }
             for crossing in detection.crossings
         ],
+        **_trees(detection),
     }
     if (picture := read_picture(frame.picture)) is not None:
         values["picture"], values["width"], values["height"] = pack_picture(picture, thumbnail_bytes)
     if points is not None and detection.mode == "3d":
         values["cloud"] = points.packed(frame.name, detection)
     return values
+
+
+def _trees(detection: Detection) -> dict[str, Any]:
+    """Return the branched objects of a frame for the page; empty if they were not looked for."""
+    if not detection.objects:
+        return {}
+    return {
+        "objects": [list(each.chains) for each in detection.objects],
+        "objects_text": objects_text(detection.objects),
+        "junctions": [
+            {
+                "position": junction.position.tolist(),
+                "ends": [list(end) for end in junction.ends],
+                "confidence": junction.confidence,
+            }
+            for junction in detection.junctions
+        ],
+    }
 
 
 class _CapturePoints:

@@ -92,7 +92,12 @@ function drawPlots() {
   });
 }
 
-function chainTraces(chain, number) {
+const isJoined = (frame, number, side) => !!frame.junctions?.some((junction) => junction.ends.some(([chain, end]) => chain === number && end === side));
+/** Return the joint of a chain beside which its number stands: the first, or the middle one if the first is at a junction. */
+const labelJoint = (frame, number) => isJoined(frame, number, 0) ? frame.chains[number].occluded.length >> 1 : 0;
+
+function chainTraces(frame, chain, number) {
+  const at = labelJoint(frame, number);
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
   const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number}`;
@@ -106,12 +111,12 @@ function chainTraces(chain, number) {
     traces.push({ ...shared, type: "scatter3d", mode: "lines", x: part(columns[0]), y: part(columns[1]), z: part(columns[2]), hoverinfo: "skip",
       line: { color, width: 4, dash: kinds[kind].dash }, showlegend: piece === 0 });
   });
-  const ends = chain.closed ? [0] : [0, joints.length - 1];
+  const sides = (chain.closed ? [0] : [0, 1]).filter((side) => !isJoined(frame, number, side)), ends = sides.map((side) => side * (joints.length - 1));
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
-    x: ends.map((n) => joints[n][0]), y: ends.map((n) => joints[n][1]), z: ends.map((n) => joints[n][2]), hovertext: [`${name}, first joint`, `${name}, last joint`],
-    marker: { size: 9, color, symbol: ["circle", "circle-open"].slice(0, ends.length), line: { color: css("--text"), width: 2 } } });
+    x: ends.map((n) => joints[n][0]), y: ends.map((n) => joints[n][1]), z: ends.map((n) => joints[n][2]), hovertext: sides.map((side) => `${name}, ${["first", "last"][side]} joint`),
+    marker: { size: 9, color, symbol: sides.map((side) => ["circle", "circle-open"][side]), line: { color: css("--text"), width: 2 } } });
   traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [String(chain.id ?? number)],
-    x: [joints[0][0]], y: [joints[0][1]], z: [joints[0][2]], textposition: "top center", textfont: { size: 16, color: css("--text") } });
+    x: [joints[at][0]], y: [joints[at][1]], z: [joints[at][2]], textposition: "top center", textfont: { size: 16, color: css("--text") } });
   return traces;
 }
 
@@ -127,6 +132,16 @@ function trailTraces(frame, chain) {
   if (past.length < 2) return [];
   return [0, count >> 1, count].map((joint) => ({ type: "scatter3d", mode: "lines", name: "trail", legendgroup: `chain ${chain.id}`, showlegend: false, hoverinfo: "skip",
     ...Object.fromEntries(["x", "y", "z"].map((axis, k) => [axis, past.map((columns) => columns[k][joint])])), line: { color: shaded(chain.color), width: 1.5 } }));
+}
+
+/** Return the positions of the junctions of a frame as a trace of white diamonds, with `axes` such as "xyz". */
+function junctionTraces(frame, axes, type) {
+  if (!frame.junctions?.length) return [];
+  const chainName = (number) => frame.chains[number].id ?? number;
+  return [{ type, mode: "markers", name: "junctions", showlegend: true, hoverinfo: "text",
+    hovertext: frame.junctions.map((junction, number) => `junction ${number} of chains ${junction.ends.map(([chain]) => chainName(chain)).join(", ")}<br>confidence ${percent(junction.confidence)}`),
+    ...Object.fromEntries([...axes].map((axis, k) => [axis, frame.junctions.map((junction) => junction.position[k])])),
+    marker: { size: 9, color: "#ffffff", symbol: "diamond", line: { color: "#202020", width: 2 } } }];
 }
 
 function cloudTraces(cloud) {
@@ -158,7 +173,7 @@ function drawSpace(frame) {
     camera.eye = Object.fromEntries(["x", "y", "z"].map((key, k) => [key, 1.35 * direction[k]]));
     if (Math.abs(direction[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
   }
-  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap(chainTraces), ...frame.chains.flatMap((chain) => trailTraces(frame, chain))];
+  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap((chain, number) => chainTraces(frame, chain, number)), ...frame.chains.flatMap((chain) => trailTraces(frame, chain)), ...junctionTraces(frame, "xyz", "scatter3d")];
   const sides = boxSides(traces), axisOf = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
@@ -175,6 +190,7 @@ function drawImage(frame) {
     return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number}`, marker: { size: 4, color: chain.color },
       line: { color: chain.color, width: 3, dash: ["solid", "solid", "dot", "dashdot"][kind] }, showlegend: false };
   }));
+  traces.push(...junctionTraces(frame, "xy", "scatter").map((trace) => ({ ...trace, showlegend: false })));
   const { width, height } = frame, size = frame.picture ? { x: [0, width], y: [height, 0] } : null;
   const axis = { color: css("--quiet"), showgrid: false, zeroline: false };
   return Plotly.react(by("view"), traces, {
@@ -191,13 +207,14 @@ function chainTable(frame) {
   if (!frame.chains?.length) return;
   const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains"));
   const inTime = frame.chains.some((chain) => chain.from_time) ? ["From other frames"] : [];
-  for (const title of ["Chain", "Length", "Radius", "Occluded", ...inTime, "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
+  const inObject = frame.objects ? ["Object"] : [];
+  for (const title of ["Chain", ...inObject, "Length", "Radius", "Occluded", ...inTime, "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
   frame.chains.forEach((chain, number) => {
     const row = make("tr", undefined, body), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
     first.append(`${chain.id ?? number}${chain.closed ? ", a ring" : ""}`);
     const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length;
-    for (const text of [lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), ...inTime.map(() => percent(share(chain.from_time ?? "0"))), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
+    for (const text of [...inObject.map(() => String(frame.objects.findIndex((members) => members.includes(number)))), lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), ...inTime.map(() => percent(share(chain.from_time ?? "0"))), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
   });
 }
 
@@ -207,7 +224,7 @@ function show(number) {
   const frame = frames[number], at = order.indexOf(number);
   current = number;
   by("one-title").textContent = frame.name;
-  by("one-notes").textContent = frame.error ?? frame.notes.join(" ");
+  by("one-notes").textContent = frame.error ?? [...(frame.objects_text ? [`${frame.objects_text}.`] : []), ...frame.notes].join(" ");
   by("one-notes").classList.toggle("bad", frame.error !== null);
   by("previous").disabled = at <= 0;
   by("next").disabled = at < 0 || at >= order.length - 1;
