@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..types.display import tree_text
-
 
 def frame_line(
     name: str,
@@ -40,6 +38,8 @@ def frame_line(
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     if trees is not None:
+        from ..types.display import tree_text
+
         count = tree_text(trees[0], len(lengths), trees[1])
     parts = [name.ljust(column), count]
     if lengths:
