@@ -17,14 +17,17 @@ FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
 """The cuts begin at this distance from the trunk's axis, radii of the trunk. A neck is looked for up to the second, the width of
 the branch is measured from there up to the third: radii of the branch beyond the trunk's surface."""
 
-CELL_RADII, CELLS = 0.125, 16
+CELL_RADII, CELLS = 0.125, 32
 """Radii of the branch between cuts and between the positions of a cut, and positions of a cut to each side of the axis."""
 
-MAX_OFFSET_CELLS = 8
-"""Positions beside the branch's axis within which a cut must meet the object, or it shows a gap."""
+MAX_OFFSET_CELLS = 16
+"""Positions beside the branch's axis within which a cut must meet the object, or it shows a gap: ends are uncertain."""
 
 IN_FRONT_RADII = 2.5
 """Radii of the trunk by which an occluder is nearer than the axes: stereo depth beside a strand is often that of its surface."""
+
+REACH_RADII = 12.0
+"""Radii of the branch from its end on within which the axis may run inside the trunk: ends overshoot."""
 
 UNSURE_PIXELS = 0.75
 """Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
@@ -53,20 +56,16 @@ def neck_share(
     0 for a strand that keeps its width, 1 for one that ends before it reaches the other.
     """
     place = trunk.at(at)
-    i = int(np.abs(trunk.along - at).argmin())
-    surface = float(trunk.radii[i])
-    line = np.concatenate((np.zeros((1, len(place))), branch - place))
-    along = trunk.points[min(i + 3, len(trunk.points) - 1)] - trunk.points[max(i - 3, 0)]
-    if viewpoint is not None:
-        towards = unit(place - viewpoint)
-        line, along = (vectors - (vectors @ towards)[..., None] * towards for vectors in (line, along))
-    along = unit(along)
-    outside = np.flatnonzero(np.linalg.norm(line, axis=1) > surface + radius)
-    if not len(outside):
+    surface = float(trunk.radii[int(np.abs(trunk.along - at).argmin())])
+    towards = None if viewpoint is None else unit(place - viewpoint)
+    line, axis = (_flat(points - place, towards) for points in (branch, trunk.points))
+    inside = np.flatnonzero(np.linalg.norm(line[: max(2, _samples_of(line, REACH_RADII * radius))], axis=1) <= surface + radius)
+    line = line[inside[-1] + 1 if len(inside) else 0 :]
+    if not len(line):
         return 0.0
-    line = np.concatenate((line[:1], line[outside[0] :]))
-    across = unit(line[1] - (line[1] @ along) * along)
-    height, shift = line @ across, line @ along
+    nearest = np.linalg.norm(line[:, None] - axis[None], axis=2).argmin(axis=1)
+    height = np.append(0.0, np.linalg.norm(line - axis[nearest], axis=1))
+    shift = np.append(0.0, trunk.along[nearest] - at)
     rising = np.concatenate(([True], np.diff(np.maximum.accumulate(height)) > 0))
     cell = CELL_RADII * radius
     cuts = np.arange(FIRST_CUT * surface, min(surface + LAST_CUT * radius, height.max()), cell)
@@ -74,20 +73,63 @@ def neck_share(
     if not is_near.any():
         return 0.0
     middle = np.interp(cuts, height[rising], shift[rising])
-    beside = middle[:, None] + cell * np.arange(-CELLS, CELLS + 1)
-    points = place + cuts[:, None, None] * across + beside[..., None] * along
-    is_beside = visibility.is_beside(points.reshape(-1, len(place)), IN_FRONT_RADII * surface).reshape(beside.shape)
+    arcs = at + middle[:, None] + cell * np.arange(-CELLS, CELLS + 1)
+    feet, across = _beside(trunk.along, axis, arcs, line[0], towards)
+    points = place + feet + cuts[:, None, None] * across
+    is_beside = visibility.is_beside(points.reshape(-1, len(place)), IN_FRONT_RADII * surface).reshape(arcs.shape)
     width = cell * np.array([_run_length(row) for row in ~is_beside])
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
     missing = full - width[is_near].min() - UNSURE_PIXELS * visibility.pixel_at(place)
     return float(np.clip(missing / (2 * radius), 0, 1))
 
 
+def _flat(vectors: Floats, towards: Floats | None) -> Floats:
+    """Return vectors (N, D) without their part along the view direction."""
+    return vectors if towards is None else vectors - (vectors @ towards)[:, None] * towards
+
+
+def _samples_of(line: Floats, length: float) -> int:
+    """Return how many of the evenly spaced points of a line make up a length."""
+    return round(length / max(float(np.linalg.norm(line[1] - line[0])), 1e-12))
+
+
+def _beside(along: Floats, axis: Floats, arcs: Floats, side: Floats, towards: Floats | None) -> tuple[Floats, Floats]:
+    """Return the points of an axis at arc lengths, and the unit normals there to the side on which a point lies.
+
+    Parameters
+    ----------
+    along, axis
+        (S,) arc lengths and (S, D) points of the axis.
+    arcs
+        (C, N) arc lengths asked for; the ends of the axis go on straight.
+    side
+        (D,) the point to whose side the normals point.
+    towards
+        (3,) unit, the view direction, which normals have no part in; None in 2-D, and where it is unknown.
+
+    Returns
+    -------
+    feet, normals : (C, N, D).
+    """
+    clipped = np.clip(arcs, along[0], along[-1])
+    tangents = unit(np.gradient(axis, axis=0))
+    feet, tangent = (np.stack([np.interp(clipped, along, each) for each in values.T], axis=-1) for values in (axis, tangents))
+    tangent = unit(tangent)
+    feet = feet + (arcs - clipped)[..., None] * tangent
+    foot = int(np.linalg.norm(axis - side, axis=1).argmin())
+    across = side - axis[foot]
+    if towards is not None:
+        normals = np.cross(towards, tangent)
+    elif axis.shape[1] == 2:
+        normals = np.stack((-tangent[..., 1], tangent[..., 0]), axis=-1)
+    else:
+        normals = across - (tangent @ across)[..., None] * tangent
+    return feet, unit(normals) * np.where(normals @ across < 0, -1.0, 1.0)[..., None]
+
+
 def _run_length(is_object: Bools) -> int:
-    """Return how many positions in a row of a cut are of the object, in the row nearest to the branch's axis."""
-    near = np.flatnonzero(is_object[CELLS - MAX_OFFSET_CELLS : CELLS + MAX_OFFSET_CELLS + 1])
-    if not len(near):
-        return 0
-    start = CELLS - MAX_OFFSET_CELLS + int(near[np.abs(near - MAX_OFFSET_CELLS).argmin()])
-    gaps = np.flatnonzero(~is_object)
-    return int(gaps[gaps > start].min(initial=len(is_object)) - gaps[gaps < start].max(initial=-1) - 1)
+    """Return how many positions in a row of a cut are of the object: the longest row that lies at the branch's axis."""
+    bounds = np.flatnonzero(np.diff(np.concatenate(([False], is_object, [False]))))
+    first, end = bounds[::2], bounds[1::2]
+    near = (first <= CELLS + MAX_OFFSET_CELLS) & (end > CELLS - MAX_OFFSET_CELLS)
+    return int((end - first)[near].max(initial=0))
