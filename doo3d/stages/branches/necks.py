@@ -29,7 +29,7 @@ IN_FRONT_RADII = 2.5
 REACH_RADII = 12.0
 """Radii of the branch from its end on within which the axis may run inside the trunk: ends overshoot."""
 
-UNSURE_PIXELS = 0.75
+UNSURE_PIXELS = 1.0
 """Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
 
 

@@ -58,7 +58,7 @@ certain at ends, above all its slope; only that of ends that run along the view 
 MISS_SLOPE = 0.4
 """Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
 
-NECK_COST = 1000.0
+NECK_COST = 680.0
 """Cost units of a strand that narrows to nothing before it reaches another, as a tip that touches does."""
 
 PLANAR_NECK_FREE = 0.35
