@@ -9,9 +9,11 @@ from ...config import MergeConfig
 from ...geometry.mask import half_width_in
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
-from .clouds import Surface, gap_links, joined
+from .attachments import end_meetings
+from .bodies import body_meetings
+from .clouds import gap_links, joined
 from .elbows import bridges
-from .readings import body_meetings, end_meetings
+from .readings import Evidence
 from .strands import free_ends, strands_of
 from .tree import choose, connected, cut, nodes_of, parted
 
@@ -83,31 +85,24 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     )
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
-    visibility = context.visibility
-    if visibility is not None:
-        visibility = visibility.with_bare_surface([chain.joints for chain in chains], context.radius, context.foreground)
-    viewpoint = context.foreground.viewpoint
-    max_gap = config.max_gap * context.gap_unit
-    surface = Surface.of(context)
-    chosen = choose(
-        [*body_meetings(strands, viewpoint), *end_meetings(ends, strands, visibility, viewpoint, max_gap, surface)], strands, ends
-    )
+    evidence = Evidence.of([chain.joints for chain in chains], context, config)
+    chosen = choose([*body_meetings(strands, evidence.viewpoint), *end_meetings(ends, strands, evidence)], strands, ends)
     if any(meeting.end is None for meeting in chosen):
         chains = parted(chains, strands, chosen, context.segment_length)
         strands = strands_of(chains, half_width)
         ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface), strands, ends)
-    if surface is not None:
-        links = gap_links(ends, *connected(chosen, strands, ends), max_gap)
+        chosen = choose(end_meetings(ends, strands, evidence), strands, ends)
+    if evidence.surface is not None:
+        links = gap_links(ends, *connected(chosen, strands, ends), evidence.max_gap)
         chains = joined(chains, strands, ends, links, context.segment_length)
         for with_bridges in (False, True):
             if with_bridges:
-                found = bridges(strands, connected(chosen, strands, ends)[1], max_gap, context.segment_length)
+                found = bridges(strands, connected(chosen, strands, ends)[1], evidence.max_gap, context.segment_length)
                 if not found:
                     break
                 chains = [*chains, *found]
             strands = strands_of(chains)
             ends = free_ends(chains, strands)
-            chosen = choose(end_meetings(ends, strands, visibility, viewpoint, max_gap, surface, hidden=True), strands, ends)
+            chosen = choose(end_meetings(ends, strands, evidence, hidden=True), strands, ends)
     pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects))

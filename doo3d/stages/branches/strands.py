@@ -75,6 +75,10 @@ class Strand:
         """Return the point of the axis at an arc length, (D,)."""
         return np.asarray(resample(self.points, np.array([position]))[0])
 
+    def is_near_end(self, position: float, limit: float) -> bool:
+        """Tell whether a position lies within `limit` of an end, m (px in 2-D); a ring has none."""
+        return not self.closed and min(position, self.length - position) < limit
+
     def direction(self, sample: int) -> Floats:
         """Return the tangent of the axis at a sample, (D,) unit."""
         return unit(self.points[min(sample + 2, len(self.points) - 1)] - self.points[max(sample - 2, 0)])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...geometry.equal_segments import equal_segments
-from ...geometry.polyline import arc_length, resample, unit
+from ...geometry.polyline import resample
 from ...kernels import nearest
-from ...types import Bools, Chain, ChainEnd, Connection, Floats, Junction, LinearObject
+from ...types import Bools, Chain, Connection, Floats, Junction, LinearObject
+from .objects import Node, Piece, assembled
 from .readings import Meeting
 from .strands import FreeEnds, Strand, stretch_inside
 
@@ -23,31 +23,6 @@ JUNCTION_RADII = 0.8
 
 MIN_PIECE_RADII = 2.5
 """Radii of its strand that a piece must be long, or it is dropped."""
-
-TURN_WEIGHT = 0.3
-"""Share of a chain's weight that a turn of 1 radian into it takes, when the trunk is chosen."""
-
-
-@dataclass
-class Node:
-    """A junction in the making: its position, the gain of each meeting there, and where it lies on strands.
-
-    Attributes
-    ----------
-    position
-        (D,) m (px in 2-D).
-    gains
-        cost units of each meeting.
-    bodies
-        strand -> arc length, for the strands that run through.
-    ends
-        rows in `FreeEnds` of the ends that meet there.
-    """
-
-    position: Floats
-    gains: list[float]
-    bodies: dict[int, float]
-    ends: list[int]
 
 
 def choose(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> list[Meeting]:
@@ -152,14 +127,6 @@ def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None
     nodes.append(Node(meeting.position, [meeting.gain], dict(meeting.bodies), ends))
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A piece of a strand: its chain, the strand it is of, and the node at each end (None at a tip)."""
-
-    chain: Chain
-    nodes: tuple[int | None, int | None]
-
-
 def cut(
     chains: Sequence[Chain], strands: Sequence[Strand], ends: FreeEnds, nodes: Sequence[Node], length: float
 ) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
@@ -182,7 +149,7 @@ def cut(
     -------
     chains, junctions, objects : as `Detection` holds them; a chain that meets no junction is returned as it was.
     """
-    pieces: list[_Piece] = []
+    pieces: list[Piece] = []
     for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
         stops = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
         tips: list[int | None] = [None, None]
@@ -191,15 +158,15 @@ def cut(
                 if ends.strand[row] == number:
                     tips[ends.side[row]] = k
         if not stops and tips == [None, None]:
-            pieces.append(_Piece(chain, (None, None)))
+            pieces.append(Piece(chain, (None, None)))
         else:
             pieces += _pieces(chain, strand, stops, tips, nodes, length)
-    return _assembled(pieces, nodes)
+    return assembled(pieces, nodes)
 
 
 def _pieces(
     chain: Chain, strand: Strand, stops: list[tuple[float, int]], tips: list[int | None], nodes: Sequence[Node], length: float
-) -> list[_Piece]:
+) -> list[Piece]:
     """Return the pieces of one chain between its stops, (arc length, node), and its tips."""
     bounds: list[tuple[float, int | None]] = [(0.0, tips[0]), *stops, (strand.length, tips[1])]
     if strand.closed and stops:
@@ -218,7 +185,7 @@ def _pieces(
         is_stub = None in (first, last) and high - low < MIN_PIECE_RADII * strand.radius
         joints = equal_segments(line, length)
         if len(joints) >= 2 and not is_stub:
-            pieces.append(_Piece(_chain(joints, chain, strand, low, high, length), (first, last)))
+            pieces.append(Piece(_chain(joints, chain, strand, low, high, length), (first, last)))
     return pieces
 
 
@@ -259,80 +226,3 @@ def _chain(joints: Floats, chain: Chain, strand: Strand, low: float, high: float
         connections=tuple(sorted(connections)),
         id=None,
     )
-
-
-def _assembled(pieces: Sequence[_Piece], nodes: Sequence[Node]) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
-    """Return chains, junctions and objects; the longest object first, in each the trunk first."""
-    at: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(nodes))}
-    for number, piece in enumerate(pieces):
-        for side, node in enumerate(piece.nodes):
-            if node is not None:
-                at[node].append((number, side))
-    group = np.arange(len(pieces))
-    for members in at.values():
-        for number, _ in members[1:]:
-            group[group == group[number]] = group[members[0][0]]
-    bodies = [np.flatnonzero(group == value).tolist() for value in dict.fromkeys(group.tolist())]
-    bodies.sort(key=lambda body: -sum(pieces[number].chain.length for number in body))
-    order: list[int] = []
-    trunks = []
-    for body in bodies:
-        trunk = _trunk(body, pieces, at)
-        rest = sorted((number for number in body if number not in trunk), key=lambda number: -pieces[number].chain.length)
-        order += [*trunk, *rest]
-        trunks.append(len(trunk))
-    place = {number: i for i, number in enumerate(order)}
-    junctions: list[Junction] = []
-    index: dict[int, int] = {}
-    for node, members in sorted(at.items(), key=lambda item: min((place[number] for number, _ in item[1]), default=0)):
-        if len(members) < 3:
-            continue
-        index[node] = len(junctions)
-        met = sorted(ChainEnd(place[number], side) for number, side in members)
-        radii = np.array([pieces[order[end.chain]].chain.radius for end in met])
-        confidence = float(1 / (1 + np.exp(-min(nodes[node].gains) / 40)))
-        junctions.append(Junction(nodes[node].position, tuple(met), radii, confidence))
-    objects = []
-    for body, trunk_length in zip(bodies, trunks, strict=True):
-        first = min(place[number] for number in body)
-        own = sorted({index[node] for number in body for node in pieces[number].nodes if node in index})
-        objects.append(LinearObject(tuple(range(first, first + len(body))), tuple(own), trunk_length))
-    return [pieces[number].chain for number in order], junctions, objects
-
-
-def _trunk(body: Sequence[int], pieces: Sequence[_Piece], at: dict[int, list[tuple[int, int]]]) -> list[int]:
-    """Return the chains along the thickest path from tip to tip: the one with the greatest sum of length times radius squared."""
-    if len(body) == 1:
-        return list(body)
-    best: tuple[float, list[int]] = (-1.0, list(body[:1]))
-
-    def follow(number: int, entered: int, weight: float, path: list[int]) -> None:
-        nonlocal best
-        chain = pieces[number].chain
-        weight += chain.length * chain.radius**2
-        path = [*path, number]
-        node = pieces[number].nodes[1 - entered]
-        onwards = [] if node is None else [item for item in at[node] if item[0] not in path]
-        if weight > best[0]:
-            best = (weight, path)
-        for other, side in onwards:
-            turn = _turn(chain, entered, pieces[other].chain, side)
-            follow(other, side, weight - TURN_WEIGHT * turn * pieces[other].chain.length * pieces[other].chain.radius ** 2, path)
-
-    for number in body:
-        for side, node in enumerate(pieces[number].nodes):
-            if node is None:
-                follow(number, side, 0.0, [])
-    return best[1]
-
-
-def _turn(chain: Chain, entered: int, other: Chain, side: int) -> float:
-    """Return the angle in radians between the end of one chain, entered at the other end, and the start of the next."""
-
-    def leaving(joints: Floats) -> Floats:
-        along = arc_length(joints)
-        return unit(resample(joints, np.array([min(along[-1], 0.03 if joints.shape[1] == 3 else 30.0)]))[0] - joints[0])
-
-    back = leaving(chain.joints[::-1] if entered == 0 else chain.joints)
-    onward = leaving(other.joints if side == 0 else other.joints[::-1])
-    return float(np.arccos(np.clip(-back @ onward, -1, 1)))

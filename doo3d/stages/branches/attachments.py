@@ -1,0 +1,201 @@
+"""Ends that meet a strand: a branch, or a tip that touches it, lies upon it or ends near it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.polyline import unit
+from ...types import Floats
+from ...visibility import Visibility
+from .clouds import bridged_place, hidden_place
+from .necks import neck_share
+from .readings import Evidence, Meeting
+from .strands import FreeEnds, Strand
+
+LAYER_COST = 300.0
+"""Cost units for axes a whole sum of radii from where a reading wants them."""
+
+TIP_COST = 120.0
+"""Cost units of a free end beside a strand: an end is attached if that costs less."""
+
+FREE_COST, UNKNOWN_COST = 20.0, 2.0
+"""Cost units per mm (per px in 2-D) of an end's way to a strand through free space or over bare surface, and without depth."""
+
+MISS_FREE, CLOUD_MISS_FREE = 0.4, 0.7
+"""Sums of radii by which the continuation of an end may miss a strand's axis without cost, in a frame or an image, and in a
+cloud, whose axes are less certain."""
+
+DEPTH_FREE, DEPTH_SLOPE, MAX_SLOPE = 0.2, 0.5, 0.9
+"""Depth between an end and a strand that does not count: in sums of radii, and as a share of the way to it. Depth is the least
+certain at ends, above all its slope; only that of ends that run along the view direction, cosine above the third, counts."""
+
+MISS_SLOPE = 0.4
+"""Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
+
+NECK_COST = 680.0
+"""Cost units of a strand that narrows to nothing before it reaches another, as a tip that touches does."""
+
+PLANAR_NECK_FREE = 0.35
+"""Share of its diameter by which a branch may narrow without cost in an image, whose mask is ragged; a round tip loses half."""
+
+NORMAL_SHORTFALL = 2.2
+"""Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
+
+NEARNESS_COST, MISS_COST = 0.5, 20.0
+"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of
+the places on a strand that fit an end, the nearest and straightest ahead is taken."""
+
+END_CLEARANCE_RADII = 3.0
+"""Radii of the trunk from its own free end within which nothing branches off: there an end meets an end."""
+
+CURVATURE_PERSISTENCE = 0.7
+"""Share of its curvature that an end is expected to keep."""
+
+HIDDEN_COST = 120.0
+"""Cost units up to which an end is attached across a gap of a cloud."""
+
+HIDDEN_WEIGHT = 0.1
+"""Weight of the gain of a junction across a gap of a cloud: it is taken where nothing else connects the end."""
+
+MAX_REACH_RADII = 40.0
+"""Radii beyond an end within which a strand is looked for."""
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of a strand.
+
+    Attributes
+    ----------
+    line
+        (S, D) m (px in 2-D), the axis of the strand, beginning with this end.
+    tangent, curvature
+        (D,) outward unit tangent; (D,) 1/m (1/px), how it turns.
+    radius
+        m (px in 2-D), of the strand there.
+    """
+
+    line: Floats
+    tangent: Floats
+    curvature: Floats
+    radius: float
+
+    @property
+    def point(self) -> Floats:
+        """The end itself, (D,) m (px in 2-D)."""
+        return np.asarray(self.line[0])
+
+
+def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, hidden: bool = False) -> list[Meeting]:
+    """Return for each free end the strands that it may branch off from, with the gain of a junction over a free end there.
+
+    Parameters
+    ----------
+    ends
+        the free ends of all strands.
+    strands
+        all strands.
+    evidence
+        what the frame tells beside its chains.
+    hidden
+        True also attaches ends of a cloud across gaps without points.
+    """
+    meetings = []
+    for row, number in enumerate(ends.strand.tolist()):
+        own, side = strands[number], int(ends.side[row])
+        radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
+        end = End(own.points if side == 0 else own.points[::-1], ends.tangents[row], ends.curvatures[row], radius)
+        for host, strand in enumerate(strands):
+            if host == number:
+                continue
+            found = [attachment(end, strand, evidence), *_cloud_attachments(end, strand, evidence, hidden)]
+            gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
+            if gain > 0:
+                meetings.append(Meeting(gain, strand.at(at), ((host, at),), row))
+    return meetings
+
+
+def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, float] | None:
+    """Return the gain of a junction where an end meets a strand at the least cost, and the arc length; None without gain."""
+    point, radius = end.point, end.radius
+    tangent: Floats = end.tangent
+    curvature: Floats = end.curvature
+    offset, both = strand.points - point, strand.radii + radius
+    if evidence.viewpoint is not None:
+        towards = unit(point - evidence.viewpoint)
+        offset = _without_small_depth(offset, towards, both)
+        tangent, curvature = _across(tangent, towards), np.asarray(curvature - (curvature @ towards) * towards)
+    distance = np.linalg.norm(offset, axis=1)
+    reach = min(evidence.max_gap, MAX_REACH_RADII * radius)
+    if distance.min() > reach:
+        return None
+    bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * CURVATURE_PERSISTENCE
+    ahead = offset @ tangent
+    expected = np.clip(ahead, 0, None)[:, None] * tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * bend
+    miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * tangent, axis=1)
+    shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
+    unit_cost = 1000.0 if len(point) == 3 else 1.0
+    behind = np.clip(-ahead - both, 0, None)
+    # in an image an end beyond a strand crossed it
+    behind_cost = 2 * unit_cost * behind if len(point) == 3 else LAYER_COST * behind / both
+    free = CLOUD_MISS_FREE if evidence.visibility is None else MISS_FREE
+    tolerance = free * both + MISS_SLOPE * np.clip(distance - both, 0, both)
+    cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + behind_cost
+    cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
+    possible = cost < TIP_COST
+    if not strand.closed:
+        possible &= np.minimum(strand.along, strand.length - strand.along) > END_CLEARANCE_RADII * strand.radii
+    if not possible.any():
+        return None
+    i = int(np.where(possible, cost, np.inf).argmin())
+    at, host_radius = float(strand.along[i]), float(strand.radii[i])
+    total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, evidence.visibility)
+    if total < TIP_COST and evidence.visibility is not None:
+        share = neck_share(end.line, radius, strand, at, evidence.visibility, evidence.viewpoint)
+        total += NECK_COST * (share if len(point) == 3 else max(0.0, share - PLANAR_NECK_FREE))
+    return (TIP_COST - total, at) if total < TIP_COST else None
+
+
+def _cloud_attachments(end: End, strand: Strand, evidence: Evidence, hidden: bool) -> Iterator[tuple[float, float]]:
+    """Yield gain and arc length where an end meets a strand of a cloud: where points lead to it, and across a gap."""
+    if evidence.surface is None:
+        return
+    gap = hidden_place(end.point, end.tangent, strand, evidence.max_gap) if hidden else None
+    for found, weight, limit in (
+        (bridged_place(end.point, end.tangent, end.radius, strand, evidence.surface), 1.0, TIP_COST),
+        (gap, HIDDEN_WEIGHT, HIDDEN_COST),
+    ):
+        if found is not None and found[1] < limit:
+            at = float(strand.along[found[0]])
+            if not strand.is_near_end(at, END_CLEARANCE_RADII * float(strand.radii[found[0]])):
+                yield weight * (limit - found[1]), at
+
+
+def _without_small_depth(offset: Floats, towards: Floats, both: Floats) -> Floats:
+    """Return offsets (S, 3) from an end to a strand with the part along the view direction less what depth leaves open there."""
+    depth = offset @ towards
+    beside = offset - depth[:, None] * towards
+    free = DEPTH_FREE * both + DEPTH_SLOPE * np.clip(np.linalg.norm(beside, axis=1) - both, 0, None)
+    return np.asarray(beside + (np.sign(depth) * np.clip(np.abs(depth) - free, 0, None))[:, None] * towards)
+
+
+def _across(tangent: Floats, towards: Floats) -> Floats:
+    """Return a tangent turned across the view direction; one that runs along it as it is."""
+    slope = float(tangent @ towards)
+    return tangent if abs(slope) > MAX_SLOPE else unit(tangent - slope * towards)
+
+
+def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, visibility: Visibility | None) -> float:
+    """Return the cost of the straight way from an end to an axis, outside both surfaces, m (px in 2-D) times weights."""
+    gap = float(np.linalg.norm(end - start))
+    if gap <= host_radius + radius:
+        return 0.0
+    if visibility is None:
+        return UNKNOWN_COST * max(0.0, gap - host_radius - NORMAL_SHORTFALL * radius)
+    t = np.linspace(radius / gap, 1 - host_radius / gap, max(3, math.ceil(gap / (0.5 * radius))))
+    free, unknown, bare = visibility.gap_lengths([start + t[:, None] * (end - start)])[0]
+    return float(FREE_COST * (free + bare) + UNKNOWN_COST * unknown)

@@ -1,0 +1,109 @@
+"""Two strands that pass each other in contact: a branch on both sides of a trunk, or a crossing.
+
+A branch joins axes at one depth, a crossing is two layers whose axes are a sum of radii apart; strands that cross go on smoothly
+and keep their radius.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...geometry.polyline import unit
+from ...types import Floats
+from .planar import planar_radius_change, planar_turn, radius_change
+from .readings import Meeting
+from .strands import Strand
+
+BODY_LAYER_COST = 100.0
+"""Cost units for axes a whole sum of radii from where a reading wants them: little, since the lower strand is hidden there, and
+stereo cameras do not tell layers of thin strands."""
+
+KINK_COST, SMOOTH_KINK = 300.0, 0.1
+"""Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
+
+PLANAR_TURN_COST = 100.0
+"""Cost units per radian by which one of two strands that cross in an image turns inside the other."""
+
+RADIUS_COST = 150.0
+"""Cost units per e-fold by which the radius of a strand changes where it should go on."""
+
+BRANCH_COST = 90.0
+"""Cost units of a branch where two strands might cross: crossings are more common than opposite branches."""
+
+MIN_CROSSING_SINE = 0.2
+"""Sine of the angle between two strands from which they count as crossing lines."""
+
+CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.65
+"""Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
+
+OWN_LENGTH_RADII = 12.0
+"""Radii along a strand from which on it may touch itself."""
+
+
+def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[Meeting]:
+    """Return the places where two strands pass each other in contact, away from their ends, with the gain of a junction there."""
+    meetings = []
+    for a, p, b, q in _contacts(strands):
+        first, second = strands[a], strands[b]
+        at = (float(first.along[p]), float(second.along[q]))
+        both = float(first.radii[p] + second.radii[q])
+        if first.is_near_end(at[0], 2 * both) or second.is_near_end(at[1], 2 * both):
+            continue
+        points = first.points[p], second.points[q]
+        apart = _distance(first, p, second, q) / both
+        towards = None if viewpoint is None else unit(points[0] - viewpoint)
+        if len(points[0]) == 3:
+            crossing, branch = BODY_LAYER_COST * max(0.0, 1 - apart), BRANCH_COST + BODY_LAYER_COST * min(apart, 1.0)
+            for strand, position in ((first, at[0]), (second, at[1])):
+                crossing += KINK_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
+                crossing += RADIUS_COST * radius_change(strand, position)
+        else:
+            place = (first, at[0], second, at[1])
+            crossing, branch = PLANAR_TURN_COST * planar_turn(*place) + RADIUS_COST * planar_radius_change(*place), BRANCH_COST
+        weight = np.array([first.radii[p] ** 2, second.radii[q] ** 2])
+        middle = (weight[0] * points[0] + weight[1] * points[1]) / weight.sum()
+        meetings.append(Meeting(crossing - branch, middle, ((a, at[0]), (b, at[1]))))
+    return meetings
+
+
+def _distance(first: Strand, p: int, second: Strand, q: int) -> float:
+    """Return how far apart two axes pass each other, m (px in 2-D), as straight lines at samples p and q, which lie near."""
+    offset = first.points[p] - second.points[q]
+    if len(offset) == 3:
+        normal = np.cross(first.direction(p), second.direction(q))
+        if np.linalg.norm(normal) > MIN_CROSSING_SINE:
+            return abs(float(offset @ unit(normal)))
+    return float(np.linalg.norm(offset))
+
+
+def _contacts(strands: Sequence[Strand]) -> Iterator[tuple[int, int, int, int]]:
+    """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
+    points = np.concatenate([strand.points for strand in strands])
+    radii = np.concatenate([strand.radii for strand in strands])
+    along = np.concatenate([strand.along for strand in strands])
+    number = np.repeat(np.arange(len(strands)), [len(strand.points) for strand in strands])
+    first = np.cumsum([0, *(len(strand.points) for strand in strands)])
+    factor = CONTACT_RADII if points.shape[1] == 3 else PLANAR_CONTACT_RADII
+    pairs = cKDTree(points).query_pairs(2 * factor * float(radii.max()), output_type="ndarray")
+    if not len(pairs):
+        return
+    a, b = pairs.min(axis=1), pairs.max(axis=1)
+    distance = np.linalg.norm(points[a] - points[b], axis=1)
+    own = (number[a] == number[b]) & (np.abs(along[a] - along[b]) < OWN_LENGTH_RADII * radii[a])
+    chosen = (distance < factor * (radii[a] + radii[b])) & ~own
+    a, b, distance = a[chosen], b[chosen], distance[chosen]
+    if not len(a):
+        return
+    places = cKDTree(np.column_stack((a, b, number[a] * 1e6, number[b] * 1e6))).query_pairs(6.0, output_type="ndarray")
+    links = coo_matrix((np.ones(len(places)), places.T), (len(a), len(a)))
+    count, group = connected_components(links, directed=False)
+    for k in range(count):
+        rows = np.flatnonzero(group == k)
+        best = rows[distance[rows].argmin()]
+        p, q = int(a[best]), int(b[best])
+        yield int(number[p]), p - int(first[number[p]]), int(number[q]), q - int(first[number[q]])
