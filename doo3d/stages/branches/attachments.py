@@ -124,11 +124,12 @@ def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, flo
     point, radius = end.point, end.radius
     tangent: Floats = end.tangent
     curvature: Floats = end.curvature
-    offset, both = strand.points - point, strand.radii + radius
+    offset: Floats = strand.points - point
+    both = strand.radii + radius
     if evidence.viewpoint is not None:
         towards = unit(point - evidence.viewpoint)
         offset = _without_small_depth(offset, towards, both)
-        tangent, curvature = _across(tangent, towards), np.asarray(curvature - (curvature @ towards) * towards)
+        tangent, curvature = _across(tangent, towards), curvature - (curvature @ towards) * towards
     distance = np.linalg.norm(offset, axis=1)
     reach = min(evidence.max_gap, MAX_REACH_RADII * radius)
     if distance.min() > reach:
