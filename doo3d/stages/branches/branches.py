@@ -15,6 +15,7 @@ from .clouds import gap_links, joined
 from .elbows import bridges
 from .readings import Evidence
 from .strands import free_ends, strands_of
+from .tails import without_tails
 from .tree import choose, connected, cut, nodes_of, parted
 
 CROSSING_RADII = 3.0
@@ -86,9 +87,13 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     evidence = Evidence.of([chain.joints for chain in chains], context, config)
+    chains, is_cut = without_tails(chains, strands, evidence.viewpoint, context.segment_length)
+    if is_cut:
+        strands = strands_of(chains, half_width)
+        ends = free_ends(chains, strands)
     chosen = choose([*body_meetings(strands, evidence.viewpoint), *end_meetings(ends, strands, evidence)], strands, ends)
     if any(meeting.end is None for meeting in chosen):
-        chains = parted(chains, strands, chosen, context.segment_length)
+        chains = parted(chains, strands, chosen, evidence.viewpoint, context.segment_length)
         strands = strands_of(chains, half_width)
         ends = free_ends(chains, strands)
         chosen = choose(end_meetings(ends, strands, evidence), strands, ends)

@@ -49,7 +49,7 @@ def _turn_inside(strand: Strand, at: float, other: Strand, place: float) -> floa
     Two branches that were joined along the trunk turn to one side where they come in, and to the other where they go out: that
     counts in full. A bend to one side counts as far as the curvature of the strand on both sides does not explain it.
     """
-    low, high = stretch_inside(strand, at, other, place)
+    low, high = stretch_inside(strand, at, other)
     line = unit(strand.at(high) - strand.at(low))
     entering = _signed_angle(-strand.arm(low, -1, strand.radius), line)
     leaving = _signed_angle(line, strand.arm(high, 1, strand.radius))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...geometry.polyline import arc_length, resample, unit
 from ...kernels import end_tangents
@@ -19,6 +20,9 @@ TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
 
 ARM_RADII = (2.0, 8.0)
 """Radii from a place between which the direction and the radius of a strand beside it are measured."""
+
+INSIDE_DEPTH_RADII = 2.0
+"""Sums of radii by which depth may place a strand before or behind the one that it runs in."""
 
 PART_RADII = 0.7
 """Radii of a branch from the surface of its trunk to its axis up to which the branch runs along the trunk, not away from it."""
@@ -133,7 +137,7 @@ class Strand:
         return unit(self.at(far) - self.at(near))
 
 
-def stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> tuple[float, float]:
+def stretch_inside(branch: Strand, at: float, trunk: Strand, viewpoint: Floats | None = None) -> tuple[float, float]:
     """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand.
 
     Parameters
@@ -144,18 +148,35 @@ def stretch_inside(branch: Strand, at: float, trunk: Strand, place: float) -> tu
         arc length on it, m (px in 2-D), where the axes meet.
     trunk
         the other strand.
-    place
-        arc length on that, m (px in 2-D), where the axes meet.
+    viewpoint
+        (3,) m, where the camera is, along whose view depth is uncertain; None in 2-D, and where it is unknown.
     """
-    distance = np.linalg.norm(branch.points[:, None] - trunk.points[None], axis=2).min(axis=1)
-    radius = max(trunk.radius_near(place, -1), trunk.radius_near(place, 1))
-    is_inside = distance < radius + PART_RADII * branch.radius
+    is_inside, _ = inside(branch, trunk, viewpoint)
     middle = int(np.abs(branch.along - at).argmin())
     outside = np.flatnonzero(~is_inside)
     before, after = outside[outside < middle], outside[outside > middle]
     low = float(branch.along[before[-1]]) if len(before) else 0.0
     high = float(branch.along[after[0]]) if len(after) else branch.length
     return low, high
+
+
+def inside(strand: Strand, other: Strand, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
+    """Tell where the axis of a strand runs inside another strand, or hardly outside.
+
+    strand, other, viewpoint : as for `stretch_inside`. Returns (S,) bool for the S samples of the strand, and (S,) the nearest
+    samples of the other strand: as the camera sees them, where it is known.
+    """
+    if viewpoint is None:
+        nearest = cKDTree(other.points).query(strand.points)[1]
+        offset, depth = other.points[nearest] - strand.points, np.zeros(len(strand.points))
+    else:
+        towards = unit(strand.points - viewpoint)
+        nearest = cKDTree(unit(other.points - viewpoint)).query(towards)[1]
+        offset = other.points[nearest] - strand.points
+        depth = (offset * towards).sum(axis=1)
+        offset = offset - depth[:, None] * towards
+    is_inside = np.linalg.norm(offset, axis=1) < other.radii[nearest] + PART_RADII * strand.radius
+    return is_inside & (np.abs(depth) < INSIDE_DEPTH_RADII * (other.radii[nearest] + strand.radius)), nearest
 
 
 def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[Strand]:

@@ -69,7 +69,9 @@ def nodes_of(chosen: Sequence[Meeting], strands: Sequence[Strand]) -> list[Node]
     return nodes
 
 
-def parted(chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[Meeting], length: float) -> list[Chain]:
+def parted(
+    chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float
+) -> list[Chain]:
     """Return the chains with those parted that run through another strand where both branch off it.
 
     Two branches on both sides of a trunk were joined through it. The thinner strand of such a meeting, or the one that turns more
@@ -83,14 +85,16 @@ def parted(chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[
         the same chains as samples.
     chosen
         the chosen meetings; those of an end are ignored.
+    viewpoint
+        (3,) m, where the camera is; None in 2-D, and where it is unknown.
     length
         segment length, m (px in 2-D).
     """
     inside: dict[int, list[tuple[float, float]]] = {}
     for meeting in chosen:
         if meeting.end is None:
-            (branch, at), (trunk, place) = sorted(meeting.bodies, key=lambda body: _thickness(strands[body[0]], body[1]))
-            inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk], place))
+            (branch, at), (trunk, _) = sorted(meeting.bodies, key=lambda body: _thickness(strands[body[0]], body[1]))
+            inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk], viewpoint))
     result = []
     for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
         if number not in inside or strand.closed:
@@ -102,7 +106,7 @@ def parted(chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[
             if high - low > MIN_PIECE_RADII * strand.radius and kept.sum() > 1:
                 joints = equal_segments(strand.points[kept], length)
                 if len(joints) > 1:
-                    result.append(_chain(joints, chain, strand, low, high, length))
+                    result.append(part_of(joints, chain, strand, low, high, length))
     return result
 
 
@@ -185,7 +189,7 @@ def _pieces(
         is_stub = None in (first, last) and high - low < MIN_PIECE_RADII * strand.radius
         joints = equal_segments(line, length)
         if len(joints) >= 2 and not is_stub:
-            pieces.append(Piece(_chain(joints, chain, strand, low, high, length), (first, last)))
+            pieces.append(Piece(part_of(joints, chain, strand, low, high, length), (first, last)))
     return pieces
 
 
@@ -198,7 +202,7 @@ def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
     return np.asarray(line if side else line[::-1])
 
 
-def _chain(joints: Floats, chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain:
+def part_of(joints: Floats, chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain:
     """Return the chain of a piece between two arc lengths of its strand, with the values of the segments it replaces."""
     near = nearest(joints, strand.points, length, False)[1]
     middle = nearest((joints[1:] + joints[:-1]) / 2, (chain.joints[1:] + chain.joints[:-1]) / 2, length, False)[1]

@@ -1,0 +1,69 @@
+"""Tails: where two strands of one body run together, the chain of a branch may go on inside the trunk, past the junction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...geometry.equal_segments import equal_segments
+from ...types import Chain, Floats
+from .strands import Strand, inside
+from .tree import part_of
+
+TAIL_RADII = 2.5
+"""Sums of radii that a tail inside another strand is long at least: a shorter one is the end of a branch, or a tip upon it."""
+
+REST_RADII = 6.0
+"""Radii of a strand that are left of it at least."""
+
+
+def without_tails(
+    chains: Sequence[Chain], strands: Sequence[Strand], viewpoint: Floats | None, length: float
+) -> tuple[list[Chain], bool]:
+    """Cut off the tails of chains that run inside another strand; of two that run inside each other one stays.
+
+    Parameters
+    ----------
+    chains
+        the chains.
+    strands
+        the same chains as samples, m (px in 2-D).
+    viewpoint
+        (3,) m, where the camera is, along whose view depth is uncertain; None in 2-D, and where it is unknown.
+    length
+        segment length, m (px in 2-D).
+
+    Returns
+    -------
+    The chains, and whether any was cut.
+    """
+    bounds = [[0.0, strand.length] for strand in strands]
+    for number, strand in enumerate(strands):
+        if strand.closed:
+            continue
+        for side in (0, 1):
+            others = (other for k, other in enumerate(strands) if k != number and bounds[k] == [0.0, other.length])
+            tail = max((_tail(strand, side, other, viewpoint) for other in others), default=0.0)
+            if 0 < tail < strand.length - REST_RADII * strand.radius:
+                bounds[number][side] += tail if side == 0 else -tail
+    result = []
+    for chain, strand, (low, high) in zip(chains, strands, bounds, strict=True):
+        joints = None
+        if (low, high) != (0.0, strand.length) and high - low > REST_RADII * strand.radius:
+            joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
+        result.append(chain if joints is None or len(joints) < 2 else part_of(joints, chain, strand, low, high, length))
+    return result, any(one is not other for one, other in zip(chains, result, strict=True))
+
+
+def _tail(strand: Strand, side: int, other: Strand, viewpoint: Floats | None) -> float:
+    """Return the length from an end on along which a strand runs inside another one that goes on; 0 if it is short."""
+    is_inside, nearest = inside(strand, other, viewpoint)
+    if side == 1:
+        is_inside, nearest = is_inside[::-1], nearest[::-1]
+    outside = np.flatnonzero(~is_inside)
+    both = float(other.radii[nearest[0]]) + strand.radius
+    if not len(outside) or other.is_near_end(float(other.along[nearest[0]]), both):
+        return 0.0
+    length = float(outside[0]) * strand.length / (len(strand.points) - 1)
+    return length if length > TAIL_RADII * both else 0.0
