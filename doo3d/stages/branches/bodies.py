@@ -7,6 +7,7 @@ and keep their radius.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -45,18 +46,51 @@ OWN_LENGTH_RADII = 12.0
 """Radii along a strand from which on it may touch itself."""
 
 
+@dataclass(frozen=True)
+class Contact:
+    """A place where two strands pass each other in contact, away from their ends.
+
+    Attributes
+    ----------
+    strands
+        numbers of the two strands; twice the same where a strand passes itself.
+    samples, at
+        row of the nearest sample on each, and its arc length, m (px in 2-D).
+    both
+        m (px in 2-D), sum of the radii there.
+    """
+
+    strands: tuple[int, int]
+    samples: tuple[int, int]
+    at: tuple[float, float]
+    both: float
+
+
+def contacts(strands: Sequence[Strand]) -> list[Contact]:
+    """Return the places where two strands pass each other in contact, away from their ends."""
+    found = []
+    for a, p, b, q in _nearest_samples(strands):
+        first, second = strands[a], strands[b]
+        at, both = (float(first.along[p]), float(second.along[q])), float(first.radii[p] + second.radii[q])
+        if not (first.is_near_end(at[0], 2 * both) or second.is_near_end(at[1], 2 * both)):
+            found.append(Contact((a, b), (p, q), at, both))
+    return found
+
+
+def view_direction(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> Floats | None:
+    """Return the unit direction (3,) from the camera to a contact; None where the camera is unknown."""
+    return None if viewpoint is None else unit(strands[contact.strands[0]].points[contact.samples[0]] - viewpoint)
+
+
 def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[Meeting]:
     """Return the places where two strands pass each other in contact, away from their ends, with the gain of a junction there."""
     meetings = []
-    for a, p, b, q in _contacts(strands):
+    for contact in contacts(strands):
+        (a, b), (p, q), at, both = contact.strands, contact.samples, contact.at, contact.both
         first, second = strands[a], strands[b]
-        at = (float(first.along[p]), float(second.along[q]))
-        both = float(first.radii[p] + second.radii[q])
-        if first.is_near_end(at[0], 2 * both) or second.is_near_end(at[1], 2 * both):
-            continue
         points = first.points[p], second.points[q]
         apart = _distance(first, p, second, q) / both
-        towards = None if viewpoint is None else unit(points[0] - viewpoint)
+        towards = view_direction(contact, strands, viewpoint)
         if len(points[0]) == 3:
             crossing, branch = BODY_LAYER_COST * max(0.0, 1 - apart), BRANCH_COST + BODY_LAYER_COST * min(apart, 1.0)
             for strand, position in ((first, at[0]), (second, at[1])):
@@ -81,7 +115,7 @@ def _distance(first: Strand, p: int, second: Strand, q: int) -> float:
     return float(np.linalg.norm(offset))
 
 
-def _contacts(strands: Sequence[Strand]) -> Iterator[tuple[int, int, int, int]]:
+def _nearest_samples(strands: Sequence[Strand]) -> Iterator[tuple[int, int, int, int]]:
     """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
     points = np.concatenate([strand.points for strand in strands])
     radii = np.concatenate([strand.radii for strand in strands])

@@ -11,8 +11,10 @@ from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .attachments import end_meetings
 from .bodies import body_meetings
-from .clouds import gap_links, joined
+from .clouds import gap_links
 from .elbows import bridges
+from .exchanges import exchanged
+from .joins import joined
 from .readings import Evidence
 from .strands import free_ends, strands_of
 from .tails import without_tails
@@ -84,6 +86,8 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
         if mask is not None and context.foreground.points.shape[1] == 2
         else None
     )
+    if half_width is None:
+        chains = exchanged(chains, context.foreground.viewpoint, context.segment_length)
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     evidence = Evidence.of([chain.joints for chain in chains], context, config)

@@ -112,18 +112,23 @@ class Strand:
         -------
         0 to pi; 0 where one side is too short to tell.
         """
+        before, after = (self.heading(position, side, clear, towards) for side in (-1, 1))
+        return 0.0 if before is None or after is None else float(np.arccos(np.clip(-before @ after, -1, 1)))
+
+    def heading(self, position: float, side: int, clear: float, towards: Floats | None) -> Floats | None:
+        """Return the direction (D,) unit in which the strand comes to a position from before it (side -1) or after it (1).
+
+        clear, towards : as for `kink`. Returns None where that side is too short to tell.
+        """
         length = KINK_RADII * self.radius
         points = self.points if towards is None else self.points - (self.points @ towards)[:, None] * towards
-        leaving = []
-        for side in (-1, 1):
-            offset = side * (self.along - position)
-            chosen = points[(offset >= clear) & (offset <= clear + length)]
-            if len(chosen) < MIN_KINK_SAMPLES:
-                return 0.0
-            line = np.ascontiguousarray(chosen if side < 0 else chosen[::-1])
-            tangents, curvatures = end_tangents(line, np.array([0, len(line)]), length)
-            leaving.append(unit(tangents[1] + clear * curvatures[1]))
-        return float(np.arccos(np.clip(-leaving[0] @ leaving[1], -1, 1)))
+        offset = side * (self.along - position)
+        chosen = points[(offset >= clear) & (offset <= clear + length)]
+        if len(chosen) < MIN_KINK_SAMPLES:
+            return None
+        line = np.ascontiguousarray(chosen if side < 0 else chosen[::-1])
+        tangents, curvatures = end_tangents(line, np.array([0, len(line)]), length)
+        return unit(tangents[1] + clear * curvatures[1])
 
     def arm(self, position: float, side: int, clear: float) -> Floats:
         """Return the direction (D,) unit in which the strand leaves a position, before it (side -1) or after it (1).

@@ -1,0 +1,124 @@
+"""Exchanges: strands that swap sides were followed wrongly, each on into the other, where they cross at an acute angle."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...geometry.equal_segments import equal_segments
+from ...types import Chain, Floats
+from .bodies import KINK_COST, RADIUS_COST, SMOOTH_KINK, Contact, contacts, view_direction
+from .joins import joined
+from .strands import Strand, free_ends, strands_of
+from .tree import part_of
+
+EXCHANGE_COST = 60.0
+"""Cost units by which the other way to go on must be cheaper: traversal and merging chose this one."""
+
+BRANCH_SHARE = 0.5
+"""Share of the cost of going on as found up to which another way is an exchange; else both strands bend, as branches do."""
+
+MIN_CROSSING_ANGLE = 0.4
+"""Radians between two strands that cross, rather than run side by side, at least."""
+
+Arm = tuple[int, int]
+"""Which of the two strands of a contact, and side: -1 before the place, 1 after it."""
+
+Pairing = tuple[tuple[Arm, Arm], tuple[Arm, Arm]]
+"""A way in which two strands go on through a contact."""
+
+PAIRINGS: tuple[Pairing, ...] = (
+    (((0, -1), (0, 1)), ((1, -1), (1, 1))),
+    (((0, -1), (1, 1)), ((1, -1), (0, 1))),
+    (((0, -1), (1, -1)), ((0, 1), (1, 1))),
+)
+"""All ways; the first is as the strands were found."""
+
+
+def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) -> list[Chain]:
+    """Return the chains, with those exchanged beyond a contact that go on more smoothly in each other.
+
+    Parameters
+    ----------
+    chains
+        the chains as they were found.
+    viewpoint
+        (3,) m, where the camera is; None where it is unknown.
+    length
+        segment length, m.
+    """
+    result = list(chains)
+    for _ in range(len(chains)):
+        strands = strands_of(result)
+        best: tuple[float, Contact, int] | None = None
+        for contact in contacts(strands):
+            if contact.strands[0] == contact.strands[1] or any(strands[number].closed for number in contact.strands):
+                continue
+            headings = _headings(contact, strands, viewpoint)
+            if headings is None:
+                continue
+            found, *others = (_cost(pairing, contact, strands, headings) for pairing in PAIRINGS)
+            for way, cost in enumerate(others, 1):
+                gain = found - cost - EXCHANGE_COST
+                if gain > (0.0 if best is None else best[0]) and cost < BRANCH_SHARE * found and _cross(PAIRINGS[way], headings):
+                    best = gain, contact, way
+        if best is None:
+            return result
+        result = _applied(result, strands, best[1], PAIRINGS[best[2]], length)
+    return result
+
+
+def _headings(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> dict[Arm, Floats] | None:
+    """Return the direction in which each arm comes to a contact; None where one is too short to tell."""
+    towards = view_direction(contact, strands, viewpoint)
+    headings = {}
+    for which, side in itertools.product((0, 1), (-1, 1)):
+        heading = strands[contact.strands[which]].heading(contact.at[which], side, contact.both, towards)
+        if heading is None:
+            return None
+        headings[which, side] = heading
+    return headings
+
+
+def _cost(pairing: Pairing, contact: Contact, strands: Sequence[Strand], headings: dict[Arm, Floats]) -> float:
+    """Return the cost of two strands going on through a contact in one way: by their bends and changes of radius."""
+    cost = 0.0
+    for pair in pairing:
+        one, other = (headings[arm] for arm in pair)
+        radii = [strands[contact.strands[which]].radius_near(contact.at[which], side) for which, side in pair]
+        cost += RADIUS_COST * abs(math.log(radii[0] / radii[1]))
+        cost += KINK_COST * max(0.0, float(np.arccos(np.clip(-one @ other, -1, 1))) - SMOOTH_KINK)
+    return cost
+
+
+def _cross(pairing: Pairing, headings: dict[Arm, Floats]) -> bool:
+    """Tell whether two strands that go on in one way cross at an angle, rather than run side by side."""
+    slopes = (abs(float(headings[one] @ headings[other])) for one, other in itertools.product(*pairing))
+    return max(slopes) < math.cos(MIN_CROSSING_ANGLE)
+
+
+def _applied(
+    chains: Sequence[Chain], strands: Sequence[Strand], contact: Contact, pairing: Pairing, length: float
+) -> list[Chain]:
+    """Return the chains with the two of a contact parted there and joined in another way."""
+    parts: list[Chain] = []
+    number: dict[Arm, int] = {}
+    for which, side in itertools.product((0, 1), (-1, 1)):
+        chain, strand = chains[contact.strands[which]], strands[contact.strands[which]]
+        at, clear = contact.at[which], contact.both
+        low, high = (0.0, at - clear) if side < 0 else (at + clear, strand.length)
+        joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
+        if len(joints) < 2:
+            return list(chains)
+        number[which, side] = len(parts)
+        parts.append(part_of(joints, chain, strand, low, high, length))
+    pieces = strands_of(parts)
+    ends = free_ends(parts, pieces)
+    # the end at the contact is the last one of a part before it (row 2 n + 1), and the first of a part after it (row 2 n)
+    rows = {arm: 2 * n + (1 if arm[1] < 0 else 0) for arm, n in number.items()}
+    links = [(rows[one], rows[other], EXCHANGE_COST) for one, other in pairing]
+    rest = [chain for k, chain in enumerate(chains) if k not in contact.strands]
+    return [*rest, *joined(parts, pieces, ends, links, length)]
