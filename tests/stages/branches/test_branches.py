@@ -20,6 +20,8 @@ from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.geometry.equal_segments import equal_segments
 from doo3d.outputs.run_reader import read_detection
 from doo3d.stages.branches import find_branches
+from doo3d.stages.branches.strands import strands_of
+from doo3d.stages.branches.tails import without_tails
 from doo3d.types import Chain, ChainEnd
 
 STEP = 0.01
@@ -199,9 +201,12 @@ def test_strands_that_run_side_by_side_are_not_exchanged():
     assert [np.sign(each.joints[0][1]) == np.sign(each.joints[-1][1]) for each in result.chains] == [True, True]
 
 
-def test_a_branch_whose_chain_goes_on_inside_the_trunk_leaves_it_where_its_axis_does():
-    """The chain of the branch runs 6 cm inside the trunk, past the place where it enters."""
-    branch = through([0.06, 0.1, 0.5], [0.05, 0.0, 0.5], [-0.02, 0.001, 0.5], radius=0.003)
-    result = found(chain(*TRUNK), branch)
-    assert [len(each.ends) for each in result.junctions] == [3]
-    assert abs(result.junctions[0].position[0] - 0.05) < 0.006
+def test_tails_inside_a_trunk_are_cut_off_though_depth_places_them_in_front():
+    """The chain of the branch runs 7 cm inside the trunk as the camera sees it, past the place where it enters."""
+    branch = through([0.06, 0.1, 0.492], [0.05, 0.0, 0.492], [-0.02, 0.001, 0.492], radius=0.003)
+    chains = [chain(*TRUNK), branch]
+    cut, is_cut = without_tails(chains, strands_of(chains), np.zeros(3), STEP)
+    assert is_cut
+    assert cut[0] is chains[0]
+    assert abs(cut[1].joints[-1][0] - 0.05) < 0.01
+    assert not without_tails(chains, strands_of(chains), None, STEP)[1]
