@@ -20,7 +20,7 @@ from .planar import planar_radius_change, planar_turn, radius_change
 from .readings import Meeting
 from .strands import Strand
 
-BODY_LAYER_COST = 100.0
+BODY_LAYER_COST = 200.0
 """Cost units for axes a whole sum of radii from where a reading wants them: little, since the lower strand is hidden there, and
 stereo cameras do not tell layers of thin strands."""
 
