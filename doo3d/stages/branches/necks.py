@@ -26,8 +26,8 @@ MAX_OFFSET_CELLS = 16
 IN_FRONT_RADII = 2.5
 """Radii of the trunk by which an occluder is nearer than the axes: stereo depth beside a strand is often that of its surface."""
 
-REACH_RADII = 12.0
-"""Radii of the branch from its end on within which the axis may run inside the trunk: ends overshoot."""
+REACH_RADII = 14.0
+"""Radii of the branch, from its end on, of its axis that is looked at: ends may overshoot and run inside the trunk."""
 
 UNSURE_PIXELS = 1.0
 """Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
@@ -58,8 +58,9 @@ def neck_share(
     place = trunk.at(at)
     surface = float(trunk.radii[int(np.abs(trunk.along - at).argmin())])
     towards = None if viewpoint is None else unit(place - viewpoint)
-    line, axis = (_flat(points - place, towards) for points in (branch, trunk.points))
-    inside = np.flatnonzero(np.linalg.norm(line[: max(2, _samples_of(line, REACH_RADII * radius))], axis=1) <= surface + radius)
+    near = branch[: _samples_of(branch, trunk.radius_near(at, 1) + REACH_RADII * radius)]
+    line, axis = (_flat(points - place, towards) for points in (near, trunk.points))
+    inside = np.flatnonzero(np.linalg.norm(line, axis=1) <= surface + radius)
     line = line[inside[-1] + 1 if len(inside) else 0 :]
     if not len(line):
         return 0.0
@@ -89,8 +90,8 @@ def _flat(vectors: Floats, towards: Floats | None) -> Floats:
 
 
 def _samples_of(line: Floats, length: float) -> int:
-    """Return how many of the evenly spaced points of a line make up a length."""
-    return round(length / max(float(np.linalg.norm(line[1] - line[0])), 1e-12))
+    """Return how many of the evenly spaced points of a line make up a length, 2 at least."""
+    return max(2, round(length / max(float(np.linalg.norm(line[1] - line[0])), 1e-12)))
 
 
 def _beside(along: Floats, axis: Floats, arcs: Floats, side: Floats, towards: Floats | None) -> tuple[Floats, Floats]:

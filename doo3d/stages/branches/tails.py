@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.equal_segments import equal_segments
 from ...types import Chain, Floats
-from .strands import Strand, inside
+from .strands import INSIDE_DEPTH_RADII, Strand, inside
 from .tree import part_of
 
 TAIL_RADII = 2.5
@@ -58,6 +58,9 @@ def without_tails(
 
 def _tail(strand: Strand, side: int, other: Strand, viewpoint: Floats | None) -> float:
     """Return the length from an end on along which a strand runs inside another one that goes on; 0 if it is short."""
+    reach = (1 + INSIDE_DEPTH_RADII) * (float(other.radii.max()) + strand.radius)
+    if np.linalg.norm(other.points - strand.points[-side], axis=1).min() > reach:
+        return 0.0
     is_inside, nearest = inside(strand, other, viewpoint)
     if side == 1:
         is_inside, nearest = is_inside[::-1], nearest[::-1]
