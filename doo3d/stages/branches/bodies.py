@@ -21,8 +21,8 @@ from .readings import Meeting
 from .strands import Strand
 
 BODY_LAYER_COST = 200.0
-"""Cost units for axes a whole sum of radii from where a reading wants them: little, since the lower strand is hidden there, and
-stereo cameras do not tell layers of thin strands."""
+"""Cost units for axes a whole sum of radii from where a reading wants them: less than for an end, since the lower strand is
+hidden there, and stereo cameras do not tell layers of thin strands."""
 
 KINK_COST, SMOOTH_KINK = 300.0, 0.1
 """Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
