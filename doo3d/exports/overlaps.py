@@ -13,8 +13,8 @@ from ..types import Chain, ChainEnd, Floats
 CONTACT_FREE_RADII = 3.0
 """Radii along the chain or from a junction: closer capsules touch at every bend, so contacts between them are excluded."""
 
-SAMPLES = 5
-"""Samples along each of two segments between which their distance is measured."""
+SAMPLES, MARGIN = 9, 1.02
+"""Samples along each of two segments between which their distance is measured, and the factor by which that makes it too long."""
 
 
 class Body(NamedTuple):
@@ -60,7 +60,7 @@ def overlapping_bodies(
             pair = (one, other) if one < other else (other, one)
             if one.chain == other.chain or pair in pairs:
                 continue
-            if _distance(chains, *pair) < radii[one.chain] + radii[other.chain]:
+            if _distance(chains, *pair) < MARGIN * (radii[one.chain] + radii[other.chain]):
                 pairs.add(pair)
                 waiting.append(pair)
     return sorted(pairs)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from doo3d.evaluation.benchmark.cases import Case, KnownFrame
-from doo3d.evaluation.benchmark.pictures import _matching_order, picture, write_pictures
+from doo3d.evaluation.benchmark.pictures import matching_order, picture, write_pictures
 from doo3d.evaluation.benchmark.rows import Row, summary, worst
 from doo3d.evaluation.benchmark.tables import csv_text, json_text
 from doo3d.evaluation.metrics.score import score
@@ -100,6 +100,6 @@ def test_pictures_of_clouds_of_nothing_and_of_rows_without_a_frame(tmp_path):
 
 def test_the_truth_has_the_colours_of_the_chains_that_lie_on_it():
     cables = [found(AXIS + np.array([0, y, 0])).chains[0] for y in (0.0, 0.05, 0.1)]
-    assert _matching_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
-    assert _matching_order(cables, Detection(())) == tuple(cables)
-    assert _matching_order([], Detection((cables[0],))) == ()
+    assert matching_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
+    assert matching_order(cables, Detection(())) == tuple(cables)
+    assert matching_order([], Detection((cables[0],))) == ()
