@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from ..types import Array, Bools, Chain, Crossing, Floats
+from ..types import Array, Bools, Chain, Crossing, Floats, Ints
 from .backdrop import Backdrop
 from .canvas import Canvas
 from .palette import DARK, LIGHT, Rgb
@@ -276,20 +277,31 @@ def _nearer_pieces(strands: list[Strand]) -> list[tuple[int, Bools, float]]:
         np.linalg.norm(np.diff(strand.points, axis=0), axis=1) / 2 + np.maximum(strand.half_width[1:], strand.half_width[:-1])
         for strand in strands
     ]
+    reach = [np.nan_to_num(each) for each in reach]  # joints behind the camera
     pieces: list[tuple[int, Bools, float]] = []
     for a, strand in enumerate(strands):
         is_upper = np.zeros(len(strand.occluded), dtype=bool)
         for b, other in enumerate(strands):
-            gap = np.linalg.norm(middles[a][:, None] - middles[b][None], axis=2)
-            touching = gap < reach[a][:, None] + reach[b][None]
+            i, j = _pairs_within(middles[a], middles[b], 1.001 * (reach[a].max(initial=0) + reach[b].max(initial=0)))
+            touching = np.linalg.norm(middles[a][i] - middles[b][j], axis=1) < reach[a][i] + reach[b][j]
             # nearer by more than a radius: strands side by side do not cross
-            nearer = distance[a][:, None] < distance[b][None] - min(strand.radius, other.radius)
-            is_upper |= np.asarray((touching & nearer).any(axis=1))
+            nearer = distance[a][i] < distance[b][j] - min(strand.radius, other.radius)
+            is_upper[i[touching & nearer]] = True
         for start, stop in _runs_of_true(is_upper & ~strand.occluded):
             chosen = np.zeros_like(is_upper)
             chosen[start:stop] = True
             pieces.append((a, chosen, float(distance[a][start:stop].mean())))
     return sorted(pieces, key=lambda piece: -piece[2])
+
+
+def _pairs_within(first: Floats, second: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Return the rows of all pairs of points (N, 2) and (M, 2) px within a distance; points with NaN have none."""
+    rows = [np.flatnonzero(np.isfinite(points).all(axis=1)) for points in (first, second)]
+    if not (len(rows[0]) and len(rows[1]) and np.isfinite(reach)):
+        return rows[0][:0], rows[1][:0]
+    trees = [cKDTree(points[chosen]) for points, chosen in zip((first, second), rows, strict=True)]
+    pairs = trees[0].sparse_distance_matrix(trees[1], reach, output_type="coo_matrix")
+    return rows[0][pairs.row], rows[1][pairs.col]
 
 
 def _runs_of_true(chosen: Bools) -> list[tuple[int, int]]:
