@@ -45,7 +45,7 @@ PLANAR_NECK_FREE = 0.35
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
 
-NEARNESS_COST, MISS_COST = 0.2, 20.0
+NEARNESS_COST, MISS_COST = 0.5, 20.0
 """Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of
 the places on a strand that fit an end, the nearest and straightest ahead is taken."""
 
