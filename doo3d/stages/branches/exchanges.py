@@ -6,14 +6,12 @@ import itertools
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from ...geometry.equal_segments import equal_segments
+from ...geometry.polyline import angle
 from ...types import Chain, Floats
 from .bodies import KINK_COST, RADIUS_COST, SMOOTH_KINK, Contact, contacts, view_direction
 from .joins import joined
 from .strands import Strand, free_ends, strands_of
-from .tree import part_of
+from .tree import stretch_of
 
 EXCHANGE_COST = 60.0
 """Cost units by which the other way to go on must be cheaper: traversal and merging chose this one."""
@@ -90,7 +88,7 @@ def _cost(pairing: Pairing, contact: Contact, strands: Sequence[Strand], heading
         one, other = (headings[arm] for arm in pair)
         radii = [strands[contact.strands[which]].radius_near(contact.at[which], side) for which, side in pair]
         cost += RADIUS_COST * abs(math.log(radii[0] / radii[1]))
-        cost += KINK_COST * max(0.0, float(np.arccos(np.clip(-one @ other, -1, 1))) - SMOOTH_KINK)
+        cost += KINK_COST * max(0.0, float(angle(-one, other)) - SMOOTH_KINK)
     return cost
 
 
@@ -110,11 +108,11 @@ def _applied(
         chain, strand = chains[contact.strands[which]], strands[contact.strands[which]]
         at, clear = contact.at[which], contact.both
         low, high = (0.0, at - clear) if side < 0 else (at + clear, strand.length)
-        joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
-        if len(joints) < 2:
+        part = stretch_of(chain, strand, low, high, length)
+        if part is None:
             return list(chains)
         number[which, side] = len(parts)
-        parts.append(part_of(joints, chain, strand, low, high, length))
+        parts.append(part)
     pieces = strands_of(parts)
     ends = free_ends(parts, pieces)
     # the end at the contact is the last one of a part before it (row 2 n + 1), and the first of a part after it (row 2 n)

@@ -11,7 +11,7 @@ import numpy as np
 from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
-from .strands import Strand
+from .strands import Strand, across_view
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
 """The cuts begin at this distance from the trunk's axis, radii of the trunk. A neck is looked for up to the second, the width of
@@ -59,7 +59,7 @@ def neck_share(
     surface = float(trunk.radii[int(np.abs(trunk.along - at).argmin())])
     towards = None if viewpoint is None else unit(place - viewpoint)
     near = branch[: _samples_of(branch, trunk.radius_near(at, 1) + REACH_RADII * radius)]
-    line, axis = (_flat(points - place, towards) for points in (near, trunk.points))
+    line, axis = (across_view(points - place, towards) for points in (near, trunk.points))
     inside = np.flatnonzero(np.linalg.norm(line, axis=1) <= surface + radius)
     line = line[inside[-1] + 1 if len(inside) else 0 :]
     if not len(line):
@@ -82,11 +82,6 @@ def neck_share(
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
     missing = full - width[is_near].min() - UNSURE_PIXELS * visibility.pixel_at(place)
     return float(np.clip(missing / (2 * radius), 0, 1))
-
-
-def _flat(vectors: Floats, towards: Floats | None) -> Floats:
-    """Return vectors (N, D) without their part along the view direction."""
-    return vectors if towards is None else vectors - (vectors @ towards)[:, None] * towards
 
 
 def _samples_of(line: Floats, length: float) -> int:

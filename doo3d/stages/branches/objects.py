@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.polyline import arc_length, resample, unit
+from ...geometry.polyline import angle, arc_length, resample, unit
 from ...types import Chain, ChainEnd, Floats, Junction, LinearObject
 
 TURN_WEIGHT = 0.3
@@ -118,4 +118,4 @@ def _turn(chain: Chain, entered: int, other: Chain, side: int) -> float:
 
     back = leaving(chain.joints[::-1] if entered == 0 else chain.joints)
     onward = leaving(other.joints if side == 0 else other.joints[::-1])
-    return float(np.arccos(np.clip(-back @ onward, -1, 1)))
+    return float(angle(-back, onward))

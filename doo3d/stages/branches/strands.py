@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...geometry.polyline import arc_length, resample, unit
+from ...geometry.polyline import angle, arc_length, resample, unit
 from ...kernels import end_tangents
 from ...types import Bools, Chain, Floats, Ints
 
@@ -113,7 +113,7 @@ class Strand:
         0 to pi; 0 where one side is too short to tell.
         """
         before, after = (self.heading(position, side, clear, towards) for side in (-1, 1))
-        return 0.0 if before is None or after is None else float(np.arccos(np.clip(-before @ after, -1, 1)))
+        return 0.0 if before is None or after is None else float(angle(-before, after))
 
     def heading(self, position: float, side: int, clear: float, towards: Floats | None) -> Floats | None:
         """Return the direction (D,) unit in which the strand comes to a position from before it (side -1) or after it (1).
@@ -121,7 +121,7 @@ class Strand:
         clear, towards : as for `kink`. Returns None where that side is too short to tell.
         """
         length = KINK_RADII * self.radius
-        points = self.points if towards is None else self.points - (self.points @ towards)[:, None] * towards
+        points = across_view(self.points, towards)
         offset = side * (self.along - position)
         chosen = points[(offset >= clear) & (offset <= clear + length)]
         if len(chosen) < MIN_KINK_SAMPLES:
@@ -140,6 +140,11 @@ class Strand:
         if abs(far - near) < self.radius:
             near = position
         return unit(self.at(far) - self.at(near))
+
+
+def across_view(vectors: Floats, towards: Floats | None) -> Floats:
+    """Return vectors (N, 3) without their part along the view direction, (3,) unit; as they are if that is None."""
+    return vectors if towards is None else vectors - (vectors @ towards)[:, None] * towards
 
 
 def stretch_inside(branch: Strand, at: float, trunk: Strand, viewpoint: Floats | None = None) -> tuple[float, float]:

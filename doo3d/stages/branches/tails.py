@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...geometry.equal_segments import equal_segments
 from ...types import Chain, Floats
 from .strands import INSIDE_DEPTH_RADII, Strand, inside
-from .tree import part_of
+from .tree import stretch_of
 
 TAIL_RADII = 2.5
 """Sums of radii that a tail inside another strand is long at least: a shorter one is the end of a branch, or a tip upon it."""
@@ -49,10 +48,8 @@ def without_tails(
                 bounds[number][side] += tail if side == 0 else -tail
     result = []
     for chain, strand, (low, high) in zip(chains, strands, bounds, strict=True):
-        joints = None
-        if (low, high) != (0.0, strand.length) and high - low > REST_RADII * strand.radius:
-            joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
-        result.append(chain if joints is None or len(joints) < 2 else part_of(joints, chain, strand, low, high, length))
+        is_cut = (low, high) != (0.0, strand.length) and high - low > REST_RADII * strand.radius
+        result.append((stretch_of(chain, strand, low, high, length) if is_cut else None) or chain)
     return result, any(one is not other for one, other in zip(chains, result, strict=True))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...geometry.equal_segments import equal_segments
-from ...geometry.polyline import resample
+from ...geometry.polyline import angle, resample
 from ...kernels import nearest
 from ...types import Bools, Chain, Connection, Floats, Junction, LinearObject
 from .objects import Node, Piece, assembled
@@ -113,7 +113,7 @@ def parted(
 def _thickness(strand: Strand, at: float) -> float:
     """Return the radius of a strand at a place, less up to a fifth of it where the strand turns there."""
     before, after = strand.arm(at, -1, 2 * strand.radius), strand.arm(at, 1, 2 * strand.radius)
-    turn = float(np.arccos(np.clip(-before @ after, -1, 1)))
+    turn = float(angle(-before, after))
     return min(strand.radius_near(at, -1), strand.radius_near(at, 1)) * (1 - 0.2 * min(turn, 1.0))
 
 
@@ -200,6 +200,12 @@ def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
     kept = line[: far[-1] + 1] if len(far) else line[:1]
     line = np.concatenate((kept, position[None]))
     return np.asarray(line if side else line[::-1])
+
+
+def stretch_of(chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain | None:
+    """Return the chain of a stretch between two arc lengths of its strand; None if it is shorter than a segment."""
+    joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
+    return part_of(joints, chain, strand, low, high, length) if len(joints) > 1 else None
 
 
 def part_of(joints: Floats, chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain:
