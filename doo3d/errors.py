@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import importlib
+import re
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
 _MAX_LETTERS = 1400  # of a message
+
+IN_PYTHON = {"out": "", "preset": "", "restart": "restart=True", "force": "force=True"}
+"""Argument that a remedy names -> how it is given in Python."""
+
+IN_SHELL = {"out": " with -o", "preset": " (-c image)", "restart": "--restart", "force": "--force"}
+"""The same for the command line."""
+_SWITCHES = ("force", "restart", "retry_failed", "fuse_views", "sequence")  # arguments of Python that are True or False
 
 UNEXPECTED = "unexpected"
 """The code of any exception that is not a DooError: a fault in doo3d."""
@@ -22,15 +31,23 @@ class DooError(Exception):
     code
         short text that identifies the cause, for scripts and tests: lower case with hyphens, such as "mask-shape". The
         sentence may be rewritten from version to version; the code stays.
+    remedy
+        end of the sentence where what to do differs between Python and the shell: names of arguments are in braces, such as
+        "give another folder{out}, or {force} to write there". `str` has them as in Python, `told` in any words.
     """
 
-    def __init__(self, message: str, *, code: str) -> None:
-        super().__init__(_shortened(message))
-        self.code = code
+    def __init__(self, message: str, *, code: str, remedy: str = "") -> None:
+        self._message = _shortened(message)
+        self.code, self.remedy = code, remedy
+        super().__init__(self.told(IN_PYTHON))
+
+    def told(self, words: Mapping[str, str]) -> str:
+        """Return the sentence; `words` has, for the name of an argument, how the reader gives it."""
+        return f"{self._message}: {self.remedy.format_map(words)}" if self.remedy else self._message
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Keep the code when the error crosses a process boundary."""
-        return _rebuild, (type(self), str(self), self.code)
+        """Keep code and remedy when the error crosses a process boundary."""
+        return _rebuild, (type(self), self._message, self.code, self.remedy)
 
 
 def _shortened(message: str) -> str:
@@ -47,6 +64,10 @@ class ArgumentError(InputError, TypeError):
     """Error of an argument of the wrong type, such as a path where data is expected; the message names the expected types."""
 
 
+class UnknownFrame(InputError, IndexError):
+    """Error of a number or name that no frame of a capture has; the message names the frames."""
+
+
 class ConfigError(DooError):
     """Error of a configuration that cannot be used: an unknown key, a value out of bounds, a missing preset."""
 
@@ -59,8 +80,8 @@ class DooWarning(UserWarning):
     """Warning about a result that may not be what the user expects; the message names the reason and the remedy."""
 
 
-def _rebuild(kind: type[DooError], message: str, code: str) -> DooError:
-    return kind(message, code=code)
+def _rebuild(kind: type[DooError], message: str, code: str, remedy: str) -> DooError:
+    return kind(message, code=code, remedy=remedy)
 
 
 def describe_error(error: Exception) -> str:
@@ -101,6 +122,28 @@ def invalid_code(kinds: Iterable[str]) -> str:
     if first == "extra_forbidden":
         return "key-unknown"
     return "value-out-of-bounds" if first.startswith(("greater_than", "less_than")) else "value-invalid"
+
+
+@contextmanager
+def options_of_python() -> Iterator[None]:
+    """Name options in the errors of the block as arguments of Python: `time_limit=5` for `--time-limit 5`, `force=True`."""
+    try:
+        yield
+    except DooError as error:
+        raise type(error)(_in_python(str(error)), code=error.code).with_traceback(error.__traceback__) from error.__cause__
+
+
+def _in_python(sentence: str) -> str:
+    """Return a sentence with the options of the shell as arguments of Python."""
+    sentence = re.sub(r"(?<![\w-])-c (\w+)", r"config='\1'", sentence)
+    sentence = re.sub(r"(?<![\w-])-o\b", "out", sentence)
+    sentence = re.sub(r"--(?:input-option|set) (?:'([^']*)'|(?=[\w.]+=))", r"\1", sentence)
+
+    def argument(option: re.Match[str]) -> str:
+        name, value = option[1].replace("-", "_"), option[2]
+        return f"{name}{f'={value}' if value else '=True' if name in _SWITCHES else ''}"
+
+    return re.sub(r"--([a-z][a-z-]*)(?: ([A-Z]{2,}\b|[\d.]+))?", argument, sentence)
 
 
 def require(module: str, extra: str | None = None) -> ModuleType:
