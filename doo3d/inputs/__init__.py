@@ -7,21 +7,24 @@ formats are tried first.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import ConfigError, InputError
 from ..guard.guarding import guarded
 from ..guard.limits import DEFAULT as DEFAULT_LIMITS
 from ..guard.limits import Limits, limited
 from ..plugins import READERS, Registry
 from ..types import Frame
+from ..types.arguments import file_path, flag, refused
 from .base_pose import BasePoseCapture
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_masks import MaskedCapture
 from .formats.trajectory import PosedCapture
-from .read_options import DEFAULT, ReadOptions
+from .opened_capture import OpenedCapture
+from .read_options import DEFAULT, ReadOptions, check_used
 from .support.camera_choice import check_size, choose_camera, describe_camera
 from .support.camera_files import read_camera_file
 from .support.git_lfs import check_not_pointer
@@ -30,7 +33,17 @@ from .support.pose_file import TF, pose_file_beside, read_pose
 from .support.roles import is_depth_content
 from .unknown_format import unknown_format
 
-__all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
+__all__ = [
+    "FORMATS",
+    "IMAGE_FORMATS",
+    "Capture",
+    "FrameData",
+    "FrameRef",
+    "OpenedCapture",
+    "ReadOptions",
+    "format_class",
+    "open_capture",
+]
 
 FORMATS: Registry[CaptureFormat] = Registry(
     READERS,
@@ -38,6 +51,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "bag": "bag.reader:BagCapture",
         "tum": "formats.tum:TumCapture",
         "bop": "formats.bop:BopCapture",
+        "stray": "formats.stray:StrayCapture",
         "icl": "formats.redwood:IclCapture",
         "redwood": "formats.redwood:RedwoodCapture",
         "record3d": "formats.record3d:Record3DCapture",
@@ -49,6 +63,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "video": "formats.video:VideoCapture",
     },
     __name__,
+    lambda entry: None if callable(entry) and callable(getattr(entry, "can_read", None)) else "is no class with can_read",
 )
 IMAGE_FORMATS = ("photos", "video")  # formats whose frames are images without depth, for the 2-D mode
 _HEAD_BYTES = 64  # of a file, read to recognize what is no capture at all
@@ -69,10 +84,10 @@ def open_capture(
     options: ReadOptions = DEFAULT,
     camera: str | Path | None = None,
     limits: Limits = DEFAULT_LIMITS,
-) -> Capture:
+) -> OpenedCapture:
     """Open a recording, a cloud or an image as a sequence of frames.
 
-    Opening lists the frames and reads what they share (times, intrinsics). `capture.frames[i].load()` reads one frame's data and
+    Opening lists the frames and reads what they share (times, intrinsics). `capture[i].load()` reads one frame's data and
     returns a FrameData: `data` (Frame, Cloud or Image), `mask` (bool or None) and `pose` (camera to world, or None).
 
     Parameters
@@ -97,8 +112,8 @@ def open_capture(
 
     Returns
     -------
-    Capture : `frames` (a sequence of FrameRef in recording order), `format` (a key of `FORMATS`) and `path`; most have `notes`,
-        sentences about what was assumed or mended.
+    OpenedCapture : a sequence of FrameRef in recording order, with `len`, iteration and indexing by number, slice or name; has
+        `format` (a key of `FORMATS`) and `path`; most have `notes`, sentences about what was assumed or mended.
 
     Raises
     ------
@@ -109,13 +124,17 @@ def open_capture(
     Examples
     --------
     >>> capture = doo3d.open_capture("sample_clouds/crossing", options=ReadOptions(depth_scale=1000))
-    >>> for frame in capture.frames:
+    >>> for frame in capture:
     ...     loaded = frame.load()
     ...     detection = doo3d.detect(loaded.data, mask=loaded.mask)
     """
-    path = Path(path)
+    path = file_path(path, "path")
+    masks = None if masks is None else file_path(masks, "masks")
+    images_only = flag(images_only, "images_only")
+    if not isinstance(options, ReadOptions):
+        raise refused(options, "options", "a ReadOptions")
     if camera is not None:
-        options = options.model_copy(update={"camera_file": Path(camera)})
+        options = options.model_copy(update={"camera_file": file_path(camera, "camera")})
     with guarded(path), limited(limits):
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")
@@ -123,8 +142,8 @@ def open_capture(
         if options.trajectory is not None:
             capture = PosedCapture(capture, options.trajectory, options.tolerance)
         if masks is not None:
-            capture = MaskedCapture(capture, Path(masks))
-        return capture if images_only else _in_base_frame(capture, options)
+            capture = MaskedCapture(capture, masks)
+        return OpenedCapture(capture if images_only else _in_base_frame(capture, options), options)
 
 
 def _in_base_frame(capture: Capture, options: ReadOptions) -> Capture:
@@ -148,10 +167,10 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     The size of the images, which chooses among several cameras and is checked, is that of the first frame.
     """
     if options.camera_file is None or options.camera is not None:
-        return _open(path, images_only, options)
+        return _open(path, images_only, options, options)
     cameras = read_camera_file(options.camera_file)
     given = {"camera": cameras[0].pinhole, "depth_scale": options.depth_scale or cameras[0].scale}
-    capture = _open(path, images_only, options.model_copy(update=given))
+    capture = _open(path, images_only, options.model_copy(update=given), options)
     first = _first_frame(capture)
     if first is None:
         return capture
@@ -160,7 +179,7 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     check_size(chosen, size)
     if chosen != cameras[0]:
         given = {"camera": chosen.pinhole, "depth_scale": options.depth_scale or chosen.scale}
-        capture = _open(path, images_only, options.model_copy(update=given))
+        capture = _open(path, images_only, options.model_copy(update=given), options)
     notes = [*getattr(capture, "notes", ()), *([note] if note else []), *describe_camera(chosen)]
     if notes:
         capture.notes = notes  # type: ignore[attr-defined]
@@ -176,15 +195,39 @@ def _first_frame(capture: Capture) -> Frame | None:
     return data if isinstance(data, Frame) else None
 
 
-def _open(path: Path, images_only: bool, options: ReadOptions) -> Capture:
+def _open(path: Path, images_only: bool, options: ReadOptions, given: ReadOptions) -> Capture:
+    """Open a capture by the first format that can read it; `given` are the options as the user wrote them."""
     if path.is_file():
         with path.open("rb") as file:
             check_not_pointer(path, file.read(_HEAD_BYTES))
     for name in sorted(FORMATS, key=lambda name: (images_only and name not in IMAGE_FORMATS, FORMATS.is_built_in(name))):
-        reader = format_class(name)
-        if FORMATS.call(name, reader.can_read, path) or (name == "pairs" and _is_depth_by_options(path, options)):
-            return FORMATS.call(name, reader, path, options)
-    raise unknown_format(path, [format_class(name) for name in FORMATS])
+        if FORMATS.attempt(name, partial(_can_read, name, path)) or (name == "pairs" and _is_depth_by_options(path, options)):
+            _check_options(path, name, format_class(name), images_only, given)
+            return _checked(name, FORMATS.call(name, format_class(name), path, options))
+    raise unknown_format(path, [reader for _, reader in FORMATS.working()])
+
+
+def _can_read(name: str, path: Path) -> bool:
+    return FORMATS.call(name, format_class(name).can_read, path)
+
+
+def _checked(name: str, capture: Capture) -> Capture:
+    """Return what a reader made, after a check that it is a capture."""
+    missing = [part for part in ("path", "format", "frames") if not hasattr(capture, part)]
+    if missing:
+        raise ConfigError(
+            f"the reader {name} returned a {type(capture).__name__} without {' and '.join(missing)}: mend or uninstall it",
+            code="plugin-broken",
+        )
+    return capture
+
+
+def _check_options(path: Path, name: str, reader: CaptureFormat, images_only: bool, given: ReadOptions) -> None:
+    """Raise InputError if the reader, which names the options that it honors in `options`, does not honor one that is set."""
+    used = getattr(reader, "options", None)
+    if used is not None:
+        of_poses = set[str]() if images_only or name in IMAGE_FORMATS else {"trajectory", "pose"}
+        check_used(given, used | of_poses, f"{path}, a capture of the format {name}")
 
 
 def _is_depth_by_options(path: Path, options: ReadOptions) -> bool:

@@ -115,6 +115,9 @@ def notes_of(capture: Capture) -> list[str]:
 class CaptureFormat(Protocol):
     """The interface of a class that reads one capture format; calling it with a path and options returns an opened Capture.
 
+    A class may also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused. Without
+    it no option is refused.
+
     Attributes
     ----------
     what

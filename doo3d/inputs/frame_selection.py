@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -114,28 +115,13 @@ class SelectedCapture:
         numbers of the selected frames in the whole capture, from 0, increasing.
     frames
         references to the selected frames.
-
-    Raises
-    ------
-    InputError : a position is malformed or not in the capture, a time is given but frames have none, or no frame is left.
     """
 
-    def __init__(self, capture: Capture, selection: Selection) -> None:
+    def __init__(self, capture: Capture, indices: Sequence[int], selection: str) -> None:
         self.path, self.format, self.whole = capture.path, capture.format, capture
         self.masks: Path | None = getattr(capture, "masks", None)
         self.base_pose: object = getattr(capture, "base_pose", None)
-        self.selection, self.extra_files = str(selection), extra_files_of(capture)
-        index = _FrameIndex(capture)
-        selected = np.ones(index.count, dtype=bool)
-        if selection.frames is not None:
-            selected &= index.listed(selection.frames)
-        if selection.start is not None:
-            selected &= index.span(FramePosition.parse(selection.start, "--start"), None, "--start")
-        if selection.end is not None:
-            selected &= index.span(None, FramePosition.parse(selection.end, "--end"), "--end")
-        self.indices = np.flatnonzero(selected)[:: selection.every].tolist()
-        if not self.indices:
-            raise InputError(f"{capture.path}: {self.selection} selects no frame; {index.describe()}", code="selection-empty")
+        self.selection, self.extra_files, self.indices = selection, extra_files_of(capture), list(indices)
         self.frames: Sequence[FrameRef] = [capture.frames[i] for i in self.indices]
 
 
@@ -146,7 +132,45 @@ def select_frames(capture: Capture, selection: Selection) -> Capture:
     ------
     InputError : a position is malformed or not in the capture, a time is given but frames have none, or no frame is left.
     """
-    return SelectedCapture(capture, selection) if str(selection) else capture
+    if not str(selection):
+        return capture
+    index = _FrameIndex(capture)
+    selected = np.ones(index.count, dtype=bool)
+    if selection.frames is not None:
+        selected &= index.listed(selection.frames)
+    if selection.start is not None:
+        selected &= index.span(FramePosition.parse(selection.start, "--start"), None, "--start")
+    if selection.end is not None:
+        selected &= index.span(None, FramePosition.parse(selection.end, "--end"), "--end")
+    indices = np.flatnonzero(selected)[:: selection.every].tolist()
+    if not indices:
+        raise InputError(f"{capture.path}: {selection} selects no frame; {index.describe()}", code="selection-empty")
+    return SelectedCapture(capture, indices, str(selection))
+
+
+def select_slice(capture: Capture, part: slice) -> Capture:
+    """Return a capture with the frames of a slice, which may be none, or `capture` itself if the slice has all.
+
+    Raises
+    ------
+    InputError : the step is not positive.
+    TypeError : a bound or the step is not a whole number.
+    """
+    if part.step is not None and operator.index(part.step) < 1:
+        raise InputError(
+            f"a slice of a capture with the step {part.step}: frames keep their order, so give 1 or more",
+            code="selection-invalid",
+        )
+    chosen = range(*part.indices(len(capture.frames)))
+    if len(chosen) == len(capture.frames):
+        return capture
+    whole = capture.whole if isinstance(capture, SelectedCapture) else capture
+    indices = [capture.indices[i] for i in chosen] if isinstance(capture, SelectedCapture) else chosen
+    if not indices:
+        return SelectedCapture(whole, (), "no frames")
+    if whole is not capture:
+        return SelectedCapture(whole, indices, str(Selection(frames=",".join(map(str, indices)))))
+    return SelectedCapture(whole, indices, str(Selection(chosen.step, str(chosen[0]), str(chosen[-1]))))
 
 
 class _FrameIndex:

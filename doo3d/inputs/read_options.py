@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from ..errors import InputError, invalid_code
 from ..guard.parsing import parse_yaml
 from .support.pose_file import CAPTURE, TF, read_pose
+
+NONE = "none"
+"""Value of the options `color`, `color_topic` and `depth_topic`: read none."""
 
 
 class ReadOptions(BaseModel):
@@ -20,6 +24,15 @@ class ReadOptions(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, **options: Any) -> None:
+        try:
+            super().__init__(**options)
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"]))
+            keys = f"; the options are {', '.join(type(self).model_fields)}" if first["type"] == "extra_forbidden" else ""
+            raise InputError(f"ReadOptions {key}: {first['msg']}{keys}", code=invalid_code([first["type"]])) from None
 
     color_topic: str | None = Field(None, description="Topic of the color images in a bag; none: read no color.")
     depth_topic: str | None = Field(None, description="Topic of the depth images in a bag; none: read no depth.")
@@ -33,7 +46,9 @@ class ReadOptions(BaseModel):
         None, description="File with the intrinsics of the depth images: JSON, YAML or RealSense's text. `camera` replaces it."
     )
     depth_scale: float | None = Field(None, gt=0, description="Units of the depth images per metre, such as 1000 or 5000.")
-    color: Path | None = Field(None, description="Color image that belongs to a single depth image.")
+    color: Path | None = Field(
+        None, description="Color image that belongs to a single depth image; none: read no color, in any format with depth."
+    )
     trajectory: Path | None = Field(
         None, description="File of camera poses in TUM's format: lines of time, tx, ty, tz, qx, qy, qz, qw, camera to world."
     )
@@ -72,13 +87,59 @@ class ReadOptions(BaseModel):
             values[key.strip()] = parse_yaml(text, f"--input-option {' '.join(pair[:80].split())}")
         if camera_file is not None:
             values["camera_file"] = camera_file.absolute()
+        return ReadOptions.of(values, "--input-option")
+
+    @staticmethod
+    def of(values: Mapping[str, Any], source: str) -> ReadOptions:
+        """Return the options given as field -> value; source : where they were given, named in errors.
+
+        Raises
+        ------
+        InputError : an unknown key, or a value of the wrong type or out of bounds.
+        """
         try:
-            return ReadOptions(**values)
-        except ValidationError as error:
-            first = error.errors()[0]
-            key = ".".join(map(str, first["loc"]))
-            keys = f"; the options are {', '.join(ReadOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
-            raise InputError(f"--input-option {key}: {first['msg']}{keys}", code=invalid_code([first["type"]])) from None
+            return ReadOptions(**{str(key): value for key, value in values.items()})
+        except InputError as error:
+            raise InputError(str(error).replace("ReadOptions", source, 1), code=error.code) from None
 
 
 DEFAULT = ReadOptions()
+
+OF_CAMERA = frozenset({"camera", "camera_file"})
+"""Options that give the intrinsics."""
+
+OF_DEPTH = OF_CAMERA | {"depth_scale", "color=none"}
+"""Options of formats of depth images."""
+
+
+def without_color(options: ReadOptions) -> bool:
+    """Return whether the options say to read no color."""
+    return options.color is not None and str(options.color) == NONE
+
+
+def check_used(options: ReadOptions, used: Collection[str], where: str) -> None:
+    """Check that a reader honors all options that are set.
+
+    Parameters
+    ----------
+    options
+        the options, as the user gave them.
+    used
+        names of those that the reader honors; "name=value" if of that value alone.
+    where
+        the capture and its format, named in the error.
+
+    Raises
+    ------
+    InputError : another option is set.
+    """
+    default = ReadOptions()
+    for name in ReadOptions.model_fields:
+        value = getattr(options, name)
+        if value == getattr(default, name) or name in used or f"{name}={value}" in used:
+            continue
+        if name == "tolerance" and options.trajectory is not None:
+            continue
+        shown = "--camera" if name == "camera_file" else f"--input-option {name}"
+        those = f"; the options for it are {', '.join(sorted(used))}" if used else ""
+        raise InputError(f"{shown}: has no meaning for {where}{those}: leave it out", code="option-unused")

@@ -20,7 +20,7 @@ _LAYOUT = "name the depth images <frame>_depth.png (16 bits, millimetres) and th
 
 def unknown_format(path: Path, formats: Sequence[CaptureFormat]) -> InputError:
     """Return the error for a file or folder that none of the formats can read."""
-    listed = f"Formats that can be read: {'; '.join(reader.what for reader in formats)}"
+    listed = f"Formats that can be read: {'; '.join(str(reader.what) for reader in formats if hasattr(reader, 'what'))}"
     if path.is_file():
         return InputError(f"{path}: the format of this file is unknown; {_remedy_of_file(path)}. {listed}", code="format-unknown")
     inside = sorted(path.iterdir())
@@ -43,7 +43,7 @@ def unknown_format(path: Path, formats: Sequence[CaptureFormat]) -> InputError:
 def _can_read(reader: CaptureFormat, path: Path) -> bool:
     try:
         return reader.can_read(path)
-    except (InputError, OSError):
+    except Exception:  # of a damaged file, or of a plug-in
         return False
 
 

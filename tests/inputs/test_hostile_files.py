@@ -6,6 +6,8 @@ import io
 import itertools
 import json
 import struct
+import sys
+import time
 import zipfile
 import zlib
 
@@ -102,6 +104,14 @@ def _abort() -> None:
     os.abort()
 
 
+def _fault() -> None:
+    import os
+    import signal
+
+    os.write(2, b"[ WARN] what a library says about what it can read\n")
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
 def _panic() -> None:
     raise SystemExit("no Exception")
 
@@ -113,7 +123,11 @@ def test_an_abort_and_what_is_no_exception_end_the_call_only():
         isolated(_abort, where="x.laz")
     with refuses("file-damaged", "x.laz", "no Exception"):
         isolated(_panic, where="x.laz")
-    assert isolated(max, 2, 3, where="") == 3
+    with refuses("onnx-unreadable", "x.onnx", "SIGSEGV" if sys.platform != "win32" else "exit code"):
+        isolated(_fault, where="x.onnx", code="onnx-unreadable")
+    with refuses("file-damaged", "x.laz", "no answer within 0.5 s"):
+        isolated(time.sleep, 60, where="x.laz", seconds=0.5)
+    assert isolated(max, 2, 3, where="", seconds=60) == 3
 
 
 @pytest.mark.parametrize(

@@ -186,9 +186,7 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
             "it is incomplete",
             code="message-damaged",
         )
-    padded = np.zeros(step * height, np.uint8)
-    padded[: min(data.size, padded.size)] = data[: padded.size]
-    rows = np.ascontiguousarray(padded.reshape(height, step)[:, :used])
+    rows = np.ascontiguousarray(np.lib.stride_tricks.as_strided(data, (height, used), (step, 1)))
     return np.asarray(rows.view(kind).astype(dtype).reshape(height, width, channels))
 
 
@@ -243,7 +241,8 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
     )
     rows = [np.frombuffer(data[k * row : k * row + step * width].tobytes(), layout) for k in range(height)]
     cells = np.concatenate(rows)
-    points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
     finite = np.isfinite(points).all(axis=1)
     colors = _colors(cells, order)
     return points[finite], None if colors is None else colors[finite]

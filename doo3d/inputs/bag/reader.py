@@ -14,9 +14,9 @@ from ...errors import InputError, require
 from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
+from ..read_options import DEFAULT, NONE, OF_DEPTH, ReadOptions, check_used, without_color
+from ..support.color_alignment import align_color
 from ..support.pose_file import TF
-from .color_alignment import align_color
 from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of
 from .pairing import color_geometry, pair_by_time, transforms_of
@@ -49,6 +49,7 @@ class BagCapture:
         "a ROS 1 bag, a ROS 2 bag (folder, MCAP or .db3) or one of RealSense's SDK, with depth images and CameraInfo or clouds"
     )
     format = "bag"
+    options: ClassVar[frozenset[str]] = OF_DEPTH | {"color_topic", "depth_topic", "info_topic", "cloud_topic", "tolerance"}
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("rosbags.typesys", "bags")
@@ -58,7 +59,10 @@ class BagCapture:
         try:
             index = bag.index()
             faults = bag.faults()
+            if without_color(options):
+                options = options.model_copy(update={"color_topic": NONE})
             streams = Streams(bag, index, options)
+            _check_options(path, streams, options)
             transforms = transforms_of(bag, index)
             _check_base_frame(path, transforms, options)
             self.topics = _topic_lines(index, streams)
@@ -153,6 +157,19 @@ def _depth_frames(
         )
         frames.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
     return frames
+
+
+def _check_options(path: Path, streams: Streams, options: ReadOptions) -> None:
+    """Raise InputError if options about depth images or their color are set, but no depth images are read."""
+    used = BagCapture.options
+    if options.camera_file is not None:  # which the camera and the unit are from
+        options = options.model_copy(update={"camera": None, "depth_scale": None})
+    if streams.depth is None:
+        used -= OF_DEPTH | {"info_topic", "tolerance"}
+        used -= {"depth_topic", "color_topic"} if options.cloud_topic else set()
+        check_used(options, used, f"{path}, of which no depth images are read")
+    elif streams.depth.encoding.startswith("32F"):
+        check_used(options, used - {"depth_scale"}, f"{path}, whose depth is in metres")
 
 
 def _check_base_frame(path: Path, transforms: Transforms, options: ReadOptions) -> None:

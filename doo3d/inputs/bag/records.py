@@ -6,6 +6,7 @@ as a complete one. If the file is not compressed, the scan reads only the header
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
@@ -20,9 +21,10 @@ READ_TYPES = {
 }
 """Message types that are read; others are skipped."""
 
-
 MAX_CHUNK_BYTES = 1 << 28
 """Bytes of a decompressed chunk: recorders begin a new one at 1 to 16 MB, unless a single message is larger."""
+
+_PIECE_BYTES = 1 << 22  # read or decompressed at once without a look at the size: both take the memory for what they may return
 
 
 class DamagedRecord(Exception):
@@ -190,11 +192,14 @@ def complete(decompressor: Any, data: bytes) -> bytes:
     ------
     DamagedRecord : they decompress to more. EOFError : they are cut off.
     """
-    content = bytes(decompressor.decompress(data, MAX_CHUNK_BYTES + 1))
-    check_chunk(len(content))
-    if not decompressor.eof:
-        raise EOFError("it ends too early")
-    return content
+    content = bytearray(decompressor.decompress(data, _PIECE_BYTES))
+    while not decompressor.eof:
+        piece = b"" if decompressor.needs_input else decompressor.decompress(b"", _PIECE_BYTES)
+        if not piece:
+            raise EOFError("it ends too early")
+        content += piece
+        check_chunk(len(content))
+    return bytes(content)
 
 
 def check_chunk(size: int) -> None:
@@ -210,8 +215,11 @@ def read_exactly(file: BinaryIO, at: int, count: int) -> bytes:
     ------
     DamagedRecord : the file has fewer bytes.
     """
-    file.seek(at)
-    data = file.read(count)
+    # a read takes the memory for as many bytes as it may return
+    data = b""
+    if count <= _PIECE_BYTES or at + count <= file.seek(0, os.SEEK_END):
+        file.seek(at)
+        data = file.read(count)
     if len(data) != count:
         raise DamagedRecord(f"ends in the middle of the record at byte {at}")
     return data

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -26,6 +27,9 @@ class Db3:
         immutable = int(not path.with_name(f"{path.name}-wal").exists())
         uri = f"{path.resolve().as_uri()}?mode=ro&immutable={immutable}"
         self._database = sqlite3.connect(uri, uri=True, check_same_thread=False)
+        self._size = path.stat().st_size
+        if sys.version_info >= (3, 11):  # what a row announces is refused before memory is taken
+            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(self._size, 2**31 - 1))
         self._database.text_factory = lambda text: text.decode("utf-8", "replace")
         with suppress(sqlite3.Error):  # `scan` meets the same error and reports it
             self._database.execute("PRAGMA writable_schema = ON")  # else SQLite refuses a file with fewer pages than declared
@@ -62,6 +66,8 @@ class Db3:
         ------
         DamagedRecord : the file is damaged, or has no such message.
         """
+        if location[3] > self._size:
+            raise DamagedRecord(f"announces {location[3]} bytes for message {location[2]}, more than the file has")
         column = "data" if limit is None else f"substr(data, 1, {int(limit)})"
         try:
             row = self._database.execute(f"SELECT {column} FROM messages WHERE id = ?", (location[2],)).fetchone()

@@ -10,13 +10,12 @@ from typing import Any
 
 from ...errors import InputError
 from ...types import Camera
-from ..read_options import ReadOptions
+from ..read_options import NONE, ReadOptions
 from . import realsense
 from .index import Bag, TopicIndex
 from .messages import encoding_of, is_color, is_depth, is_gray, size_of
 from .undistortion import Lens
 
-NONE = "none"  # value of a topic option: read no such topic
 MILLIMETRES = 1000.0  # units per metre of 16UC1 (REP 118)
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _INFRARED_OR_CONFIDENCE = re.compile(r"infra|confidence|(^|[/_])ir([/_]|\d|$)")
@@ -60,7 +59,7 @@ class Streams:
     A topic that the options name is taken. Otherwise topics are chosen by name and encoding: best a depth topic whose name says
     that it is aligned to colour or rectified, and a colour topic with color or rgb in its name that shares the most leading parts
     of the depth topic's name. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and
-    the options set neither `depth_topic` nor `color_topic`.
+    either no color images or the options set neither `depth_topic` nor `color_topic`.
 
     Attributes
     ----------
@@ -85,9 +84,9 @@ class Streams:
         self._images = self._image_streams()
         self.depth = self._choose("depth_topic", _is_depth, self._depth_rank)
         self.color = self._choose("color_topic", _is_color, self._color_rank)
-        if self.depth is None and options.depth_topic is None:
+        if self.depth is None:
             clouds = [topic for topic in index.values() if topic.topic.kind.endswith("/PointCloud2") and len(topic)]
-            if clouds and options.color_topic is None:
+            if clouds and (self.color is None or (options.depth_topic is None and options.color_topic is None)):
                 self.cloud = self._best(clouds, lambda topic: (topic.topic.name.count("/"),), "cloud_topic")
         if self.depth is not None:
             self.depth = self._with_lens(self.depth, options.info_topic)

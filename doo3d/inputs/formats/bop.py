@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
+from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
 from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, check_depth_scale, load_files, pinhole_of, pose_of, read_json
 from ..support.listing import images_in
 
@@ -34,6 +34,7 @@ class BopCapture:
 
     what: ClassVar[str] = f"a scene of the BOP benchmark ({CAMERAS}, depth/, rgb/, mask_visib/)"
     format = "bop"
+    options: ClassVar[frozenset[str]] = OF_DEPTH
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
@@ -41,7 +42,9 @@ class BopCapture:
         depth = images_in(path / "depth")
         if not depth:
             raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
-        folder = next((path / name for name in _COLORS if (path / name).is_dir()), None)
+        folder = None
+        if not without_color(options):
+            folder = next((path / name for name in _COLORS if (path / name).is_dir()), None)
         color = images_in(folder) if folder else {}
         masks = defaultdict(list)
         for name, file in images_in(path / "mask_visib").items():
@@ -88,7 +91,7 @@ def _load(
     where = f"{path / CAMERAS}: image {int(name) if name.isdecimal() else name}"
     if not isinstance(camera, dict):
         raise InputError(f"{where}: is missing or not an object, expected cam_K and depth_scale", code="intrinsics-missing")
-    sensor = DepthSensor(_pinhole(camera, options, where), _scale(camera, options, where))
+    sensor = DepthSensor(_pinhole(camera, options, where), _scale(camera, options, where), array_scale=options.depth_scale)
     return load_files(ImageFiles(depth, color, masks), sensor, name, None, _pose(camera, where))
 
 

@@ -38,6 +38,7 @@ class CloudCapture:
         "LAS, LAZ, E57"
     )
     format = "cloud"
+    options: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path

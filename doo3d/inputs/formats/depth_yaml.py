@@ -13,7 +13,7 @@ from ...errors import InputError, invalid_code
 from ...guard.guarding import guarded
 from ...guard.parsing import parse_yaml
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
+from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
 from ..support.depth_frames import DepthSensor, ImageFiles, check_pose, load_files
 from ..support.images import is_image
 from ..support.listing import natural_key
@@ -63,10 +63,17 @@ class PairsCapture:
 
     what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
     format = "pairs"
+    options: ClassVar[frozenset[str]] = OF_DEPTH | {"color"}
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         if path.is_dir():
+            if options.color is not None and not without_color(options) and len(_yaml_files(path)) > 1:
+                raise InputError(
+                    f"--input-option color={options.color}: is one image, but {path} holds several depth images: name the color "
+                    "images in their YAML files",
+                    code="frame-count",
+                )
             self.frames = [_frame_ref(_image_of(file), file, options) for file in _yaml_files(path)]
         elif path.suffix.lower() in _YAML_SUFFIXES:
             self.frames = [_frame_ref(_image_of(path), path, options)]
@@ -125,7 +132,14 @@ def _load(image: Path, file: Path | None, options: ReadOptions) -> FrameData:
     folder = (file or image).parent
     pose = None if info.pose is None else check_pose(info.pose, f"{file}: pose")
     files = ImageFiles(image, folder / info.color if info.color else None, (folder / info.mask,) if info.mask else ())
-    return load_files(files, DepthSensor(info.camera, info.depth_scale), image.stem, info.timestamp, pose, required=True)
+    return load_files(
+        files,
+        DepthSensor(info.camera, info.depth_scale, array_scale=options.depth_scale),
+        image.stem,
+        info.timestamp,
+        pose,
+        required=True,
+    )
 
 
 def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
@@ -138,6 +152,8 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
     given = {"camera": options.camera, "depth_scale": options.depth_scale, "color": options.color and options.color.absolute()}
     given = {key: value for key, value in given.items() if value is not None}
     values = {} if file is None else _values(file)
+    if without_color(options):
+        given["color"] = None
     try:
         return DepthImageInfo(**{**values, **given})
     except ValidationError as error:

@@ -12,8 +12,9 @@ import numpy as np
 from ...errors import InputError
 from ...types import Array, Floats, Frame, check_mask
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
-from ..support.camera_choice import REMEDY, cameras_beside, check_size, choose_camera, describe_camera
+from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
+from ..support.camera_choice import REMEDY
+from ..support.camera_search import find_camera
 from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
 from ._npz_arrays import SMALL, STACKS, ArrayHeader, ArrayStack, find_arrays, has_depth
 from .open3d_folder import DEFAULT_DEPTH_SCALE
@@ -44,11 +45,14 @@ class ArraysCapture:
 
     what: ClassVar[str] = "an NPZ of arrays (depth, K, with color, depth_scale, mask, pose, timestamps)"
     format = "arrays"
+    options: ClassVar[frozenset[str]] = OF_DEPTH
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         changed = path.stat().st_mtime_ns
         headers = find_arrays(path)
+        if without_color(options):
+            headers.pop("color", None)
         if "depth" not in headers:
             raise InputError(f"{path}: has no array depth, (H, W) or (N, H, W)", code="array-shape")
         count = _frame_count(path, headers)
@@ -190,11 +194,8 @@ def _pinhole(values: Floats, where: str) -> Pinhole:
 
 def _camera_beside(path: Path, depth: ArrayHeader) -> tuple[Pinhole, list[str], list[Path]]:
     """Return the camera of a file beside the NPZ file, with notes and the file."""
-    found = cameras_beside([path.parent])
-    if not found:
-        raise InputError(f"{path}: has no K, the (3, 3) camera matrix: add it, or {REMEDY}", code="intrinsics-missing")
     height, width = depth.part
-    chosen, note = choose_camera(found, lambda: (width, height), aligned=True)
-    check_size(chosen, (width, height))
-    notes = [note] * bool(note) + describe_camera(chosen)
-    return chosen.pinhole, [*notes, f"the camera is read from {chosen.file.name}"], [chosen.file]
+    found = find_camera(path.parent, (width, height), aligned=True)
+    if found is None:
+        raise InputError(f"{path}: has no K, the (3, 3) camera matrix: add it, or {REMEDY}", code="intrinsics-missing")
+    return found.camera.pinhole, found.notes, [found.camera.file]

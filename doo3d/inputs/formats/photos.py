@@ -28,6 +28,7 @@ class PhotosCapture:
 
     what: ClassVar[str] = "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)"
     format = "photos"
+    options: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path

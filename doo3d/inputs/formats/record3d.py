@@ -19,7 +19,7 @@ import numpy as np
 from ...errors import InputError, require
 from ...types import Array, Floats, Frame
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
+from ..read_options import DEFAULT, OF_CAMERA, ReadOptions, without_color
 from ..support.depth_frames import Pinhole, camera_for, check_unit, json_object, numbers, pinhole_of
 from ..support.images import read_color
 from ..support.listing import natural_key
@@ -44,6 +44,7 @@ class Record3DCapture:
 
     what: ClassVar[str] = "a recording of the app Record3D (.r3d)"
     format = "record3d"
+    options: ClassVar[frozenset[str]] = OF_CAMERA | {"color=none"}
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         require("lzfse", "record3d")
@@ -60,7 +61,9 @@ class Record3DCapture:
         for stem in stems:
             pinhole, time = _pinhole(path, metadata, stem, size, options), _time(metadata, stem)
             pose = _row(metadata, "poses", stem)
-            self.frames.append(FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose), time))
+            self.frames.append(
+                FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose, without_color(options)), time)
+            )
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -123,12 +126,19 @@ def _member(path: Path, opened: zipfile.ZipFile, name: str, max_bytes: int) -> b
 
 
 def _load(
-    path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: Pinhole, time: float | None, pose: Any
+    path: Path, changed: int, stem: str, size: tuple[int, int], pinhole: Pinhole, time: float | None, pose: Any, is_bare: bool
 ) -> FrameData:
     opened = _opened(path, changed)
-    where = f"{path}: {FOLDER}{stem}"
     depth = _depth(path, opened, stem, size)
     check_unit(depth, path, 1.0)
+    color = None if is_bare else _color(path, opened, stem, size)
+    frame = Frame(color, depth, camera_for(pinhole, depth.shape), stem, time)
+    return FrameData(frame, pose=None if pose is None else _pose(pose, f"{path}: {METADATA}: poses: frame {stem}"))
+
+
+def _color(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
+    """Read the colour of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
+    where = f"{path}: {FOLDER}{stem}"
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
     color = read_color(path / FOLDER / f"{stem}.jpg", data=data)
     if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _MAX_ASPECT_ERROR:
@@ -137,10 +147,7 @@ def _load(
             "the two must have the same aspect ratio",
             code="color-size",
         )
-    if color.shape[:2] != depth.shape:
-        color = cv2.resize(color, size, interpolation=cv2.INTER_AREA)
-    frame = Frame(np.asarray(color), depth, camera_for(pinhole, depth.shape), stem, time)
-    return FrameData(frame, pose=None if pose is None else _pose(pose, f"{path}: {METADATA}: poses: frame {stem}"))
+    return color if color.shape[1::-1] == size else np.asarray(cv2.resize(color, size, interpolation=cv2.INTER_AREA))
 
 
 def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:

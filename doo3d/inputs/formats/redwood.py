@@ -16,8 +16,8 @@ import numpy as np
 from ...errors import InputError
 from ...types import Floats
 from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, ReadOptions
-from ..support.camera_choice import has_camera_file
+from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
+from ..support.camera_search import has_camera_file
 from ..support.depth_frames import DepthSensor, ImageFiles, Pinhole, check_pose, load_files, numbers
 from ..support.listing import images_in, match_images
 from .open3d_folder import COLORS
@@ -54,10 +54,11 @@ class RedwoodCapture:
 
     what: ClassVar[str] = "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)"
     format = "redwood"
+    options: ClassVar[frozenset[str]] = OF_DEPTH | {"tolerance"}
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        listed = _list_frames(path, options.tolerance)
+        listed = _list_frames(path, options.tolerance, without_color(options))
         log = _find_log(path)
         poses = _read_log(log) if log else {}
         sensor = _sensor(options, PINHOLE, SCALE)
@@ -88,6 +89,7 @@ class IclCapture:
 
     what: ClassVar[str] = "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)"
     format = "icl"
+    options: ClassVar[frozenset[str]] = OF_DEPTH
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
@@ -100,7 +102,7 @@ class IclCapture:
         sensor = _sensor(options, ICL_PINHOLE, ICL_SCALE)
         self.frames = [
             _frame_ref(path, frame, sensor, poses.get(int(frame.name)) if frame.name.isdecimal() else None)
-            for frame in _list_frames(path, 0)
+            for frame in _list_frames(path, 0, without_color(options))
         ]
 
     @staticmethod
@@ -127,15 +129,17 @@ def _first_is_stamped(folder: Path) -> bool:
 
 
 def _sensor(options: ReadOptions, pinhole: Pinhole, scale: float) -> DepthSensor:
-    return DepthSensor(options.camera or pinhole, options.depth_scale or scale, None if options.camera else SIZE)
+    return DepthSensor(
+        options.camera or pinhole, options.depth_scale or scale, None if options.camera else SIZE, options.depth_scale
+    )
 
 
-def _list_frames(path: Path, tolerance: float) -> list[_ListedFrame]:
+def _list_frames(path: Path, tolerance: float, is_depth_alone: bool) -> list[_ListedFrame]:
     """Return a frame for each depth image, with its colour image; paired by time (`tolerance` in s) or matched by name."""
     depth = images_in(path / "depth")
     if not depth:
         raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
-    folder = next((path / name for name in COLORS if (path / name).is_dir()), None)
+    folder = None if is_depth_alone else next((path / name for name in COLORS if (path / name).is_dir()), None)
     color = images_in(folder) if folder else {}
     depth_times, color_times = _times(depth), _times(color)
     times = depth_times.tolist() if depth_times is not None else [None] * len(depth)

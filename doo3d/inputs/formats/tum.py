@@ -15,9 +15,10 @@ import numpy as np
 from ...errors import InputError
 from ...types import Floats, Ints
 from ..capture import FrameRef
-from ..read_options import DEFAULT, ReadOptions
-from ..support.camera_choice import sensor_beside
+from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
+from ..support.camera_search import find_camera
 from ..support.depth_frames import DepthSensor, ImageFiles, load_files
+from ..support.images import image_size
 from .trajectory import Trajectory, read_lines, read_trajectory, sort_by_time
 
 SCALE = 5000.0  # units per metre
@@ -43,12 +44,13 @@ class TumCapture:
 
     what: ClassVar[str] = f"a sequence of the TUM RGB-D benchmark ({DEPTH}, {COLOR}, {TRUTH})"
     format = "tum"
+    options: ClassVar[frozenset[str]] = OF_DEPTH | {"tolerance"}
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         times, depth, self.notes = _listed(path / DEPTH)
         color: list[Path | None] = [None] * len(depth)
-        if (path / COLOR).is_file():
+        if (path / COLOR).is_file() and not without_color(options):
             others, images, notes = _listed(path / COLOR)
             self.notes += notes
             one, other = associate(times, others, options.tolerance)
@@ -112,18 +114,20 @@ def _listed(path: Path) -> tuple[Floats, list[Path], list[str]]:
 def _sensor(path: Path, depth: Path, options: ReadOptions) -> tuple[DepthSensor, list[str]]:
     """Return the camera and the unit of the depth images, with notes that name where they come from."""
     if options.camera is not None:
-        return DepthSensor(options.camera, options.depth_scale or SCALE), []
+        return DepthSensor(options.camera, options.depth_scale or SCALE, array_scale=options.depth_scale), []
     given = options.depth_scale
-    if beside := sensor_beside(path, depth, SCALE):
-        sensor, notes = beside
-        return sensor._replace(scale=given or sensor.scale), notes
+    if found := find_camera(path, image_size(depth), aligned=True):
+        camera = found.camera
+        return DepthSensor(camera.pinhole, given or camera.scale or SCALE, camera.size, given), found.notes
     words = path.resolve().as_posix().lower()
     name = next((name for name in CALIBRATIONS if name in words), None)
     if name is not None:
-        return DepthSensor(CALIBRATIONS[name], given or SCALE, SIZE), [f"the camera is the benchmark's calibration of {name}"]
+        return DepthSensor(CALIBRATIONS[name], given or SCALE, SIZE, given), [
+            f"the camera is the benchmark's calibration of {name}"
+        ]
     unit = "" if given else f", and the unit {SCALE:g} per metre"
     note = f"the camera is the benchmark's default, fx = fy = 525 px{unit}: give --camera FILE if the recording is of your own"
-    return DepthSensor(PINHOLE, given or SCALE, SIZE), [note]
+    return DepthSensor(PINHOLE, given or SCALE, SIZE, given), [note]
 
 
 def _frame(files: ImageFiles, sensor: DepthSensor, time: float, truth: Trajectory | None, tolerance: float) -> FrameRef:

@@ -47,6 +47,7 @@ class VideoCapture:
 
     what: ClassVar[str] = "a video file (MP4, MOV, AVI, MKV, ...)"
     format = "video"
+    options: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path

@@ -74,6 +74,14 @@ def read_color_array(path: Path) -> Array:
     return np.ascontiguousarray(array[..., :3])
 
 
+def array_shape(path: Path) -> tuple[int, ...]:
+    """Return the shape that the header of a .npy file announces; ValueError if it has none, OSError if it cannot be read."""
+    with path.open("rb") as file:
+        version = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        return tuple(read(file)[0])
+
+
 def _read(path: Path) -> Array:
     """Read the array of a .npy file; its announced size is checked before."""
     try:

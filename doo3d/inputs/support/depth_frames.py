@@ -53,11 +53,14 @@ class DepthSensor(NamedTuple):
     size
         (width, height) in px that the image must have for these intrinsics; an image of another size raises InputError when it is
         loaded. None: the intrinsics are used for an image of any size.
+    array_scale
+        units per metre of depth images of floats; None: metres.
     """
 
     pinhole: Pinhole
     scale: float
     size: tuple[int, int] | None = None
+    array_scale: float | None = None
 
 
 def load_files(
@@ -94,7 +97,7 @@ def load_files(
     ------
     InputError : a file is missing, damaged or of another size, or the unit of depth is implausible.
     """
-    depth = read_depth(files.depth, sensor.scale)
+    depth = read_depth(files.depth, sensor.scale, sensor.array_scale)
     check_unit(depth, files.depth, sensor.scale)
     try:
         camera = camera_for(sensor.pinhole, depth.shape, sensor.size)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...errors import InputError
+from ..read_options import NONE
 from .images import DEPTH_SUFFIXES, SUFFIXES
 from .listing import images_in, match_images, natural_key
 from .roles import Role, frame_key, is_depth_content, may_be_depth, role_of
@@ -74,6 +75,24 @@ def list_frames(path: Path) -> tuple[list[FrameFiles], list[str]]:
 def color_folder(folder: Path) -> Path:
     """Return the sub-folder of a folder that holds the color images; `folder`/color if there is none."""
     return _role_folder(folder, "color") or folder / COLOR_FOLDERS[0]
+
+
+def with_color(frames: list[FrameFiles], color: Path) -> list[FrameFiles]:
+    """Return the frames with another color image, that of the one frame, or without any if `color` is the word "none".
+
+    Raises
+    ------
+    InputError : there are several frames.
+    """
+    if str(color) == NONE:
+        return [replace(frame, others={part: file for part, file in frame.others.items() if part != "color"}) for frame in frames]
+    if len(frames) > 1:
+        raise InputError(
+            f"--input-option color={color}: is one image, but there are {len(frames)} depth images: give color=none, or put the "
+            "color images into color/",
+            code="frame-count",
+        )
+    return [replace(frame, others={**frame.others, "color": color.absolute()}) for frame in frames]
 
 
 def _list_folder(path: Path) -> tuple[list[FrameFiles], list[str]]:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from ...errors import InputError, unread_code
+from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
-from ...guard.limits import check_pixels
+from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
-from .arrays import read_color_array, read_depth_array
+from .arrays import array_shape, read_color_array, read_depth_array
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
@@ -29,6 +31,8 @@ _SIGNATURES = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AV
 )
 _HEIC = re.compile(rb"....ftyp(?:he[iv][cx]|mif1)", re.DOTALL)
 _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's compressed data
+_MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
+_SATURATED = np.iinfo(np.uint16).max  # of a depth image: no measurement, as 7-Scenes says and saturated sensors mean
 _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
 
 
@@ -36,8 +40,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
     """Read a depth image as metres along the optical axis, (H, W) float32; 0 or NaN = no measurement.
 
     If the pixels are 16-bit integers, `scale` is their number of units per metre, such as 1000 for millimetres. If they are
-    floats, they are taken to be metres and `scale` is ignored. A NumPy array (.npy) may have integers of any size, and its floats
-    have `array_scale` units per metre; None: metres.
+    floats, they have `array_scale` units per metre; None: metres. A NumPy array (.npy) may have integers of any size.
 
     Raises
     ------
@@ -52,14 +55,39 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
             code="depth-shape",
         )
     if image.dtype == np.uint16:
-        return np.asarray(image / np.float32(scale), dtype=np.float32)
+        return np.asarray(np.where(image == _SATURATED, 0, image) / np.float32(scale), dtype=np.float32)
     if image.dtype in (np.float32, np.float64):
-        return np.asarray(image, dtype=np.float32)
+        return np.asarray(image / np.float32(array_scale or 1), dtype=np.float32)
     raise InputError(
         f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
         "or 32-bit float metres (TIFF): is it a preview of the depth?",
         code="depth-type",
     )
+
+
+def image_size(path: Path) -> Size | None:
+    """Return (width, height) in px that the header of an image or of an array (.npy) announces; None if it cannot be read.
+
+    None also for a pipe, which may have no end.
+    """
+    if not path.is_file():
+        return None
+    try:
+        if path.suffix.lower() == ".npy":
+            shape = array_shape(path)
+            return shape[1], shape[0]
+        return announced_size(path.read_bytes())
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def first_size(files: Sequence[Path]) -> Size | None:
+    """Return (width, height) in px of the first of some images whose header can be read; None if there is none.
+
+    One that announces more pixels than allowed is damaged, and only counts if all are.
+    """
+    sizes = [size for size in map(image_size, files[:_MAX_TRIED]) if size is not None]
+    return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), sizes[0] if sizes else None)
 
 
 def is_image(path: Path) -> bool:

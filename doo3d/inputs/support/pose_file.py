@@ -60,8 +60,8 @@ def read_pose(pose: PoseLike) -> Floats:
     if not isinstance(pose, str | Path):
         return as_pose(pose)
     name = f"pose {pose}"
-    if isinstance(pose, str) and "," in pose and not Path(pose).exists():
-        return as_pose(pose, name)
+    if isinstance(pose, str) and "," in pose and not _exists(pose):
+        return as_pose(pose, name[:200])
     try:
         Path(pose).stat()
     except (OSError, ValueError) as error:
@@ -74,6 +74,14 @@ def read_pose(pose: PoseLike) -> Floats:
             return as_pose(_content(Path(pose), name), name)
     except InputError as error:
         raise InputError(str(error), code=_CODES.get(error.code, error.code)) from None
+
+
+def _exists(path: str) -> bool:
+    """Return whether there is a file; a text that is too long for a path is none."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def pose_file_beside(path: Path) -> Path | None:

@@ -259,13 +259,16 @@ def refused(folder: Path, code: str, *parts: str, index: int = 0) -> None:
 def test_depth_and_colour_of_different_sizes(capture):
     folder = capture()
     put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
-    refused(folder, "color-size", "000000.png", "640x480", "320x240")
+    with refuses("color-size", "640x480", "320x240", "color=none", "intrinsic_depth.txt"):
+        open_capture(folder)
+    assert open_capture(folder, options=ReadOptions(color="none")).frames[0].load().data.color is None
 
 
 def test_depth_of_another_resolution_than_the_intrinsics(capture):
     folder = capture(color=False)
     put(folder / "depth" / "000000.png", np.zeros((480, 640), np.uint16))
-    refused(folder, "intrinsics-size", "000000.png", "640x480", "320x240")
+    with refuses("intrinsics-size", "camera_intrinsic.json", "640x480", "320x240", "camera=[800"):
+        open_capture(folder)
 
 
 def test_mask_of_another_size(capture):
