@@ -28,6 +28,7 @@ from .stages.thin import thin
 from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
 from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Plane, Skeleton, as_pose
+from .types.arguments import array
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -214,7 +215,8 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     if branched is not None:
         crossings = branched.without_junctions(crossings)
     dropped = sum(item.chain.length for item in merged.dropped if item.setting == "merge.chains")
-    chains, evidence = with_confidence(chains, crossings, dropped, context)
+    bodies = None if branched is None else [item.chains for item in branched.objects]
+    chains, evidence = with_confidence(chains, crossings, dropped, context, config, bodies)
     clock("crossings")
     return Stages(
         segmentation,
@@ -257,9 +259,10 @@ def detect(
 
     Returns
     -------
-    Detection with the chains, longest first. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in
-    the frame of the cloud, or in the base frame of `pose`; in 2-D in px. If nothing is found, there are no chains, and `notes`
-    say where the object was lost.
+    Detection with the chains, longest first, without those that may be clutter and whose confidence is below
+    `output.min_confidence`. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in the frame of the
+    cloud, or in the base frame of `pose`; in 2-D in px. If nothing is found, there are no chains, and `notes` say where the
+    object was lost.
 
     Raises
     ------
@@ -268,7 +271,10 @@ def detect(
     ConfigError : the settings cannot be used.
     """
     base_pose = None if pose is None else as_pose(pose)
-    detection, _ = detect_with_stages(data, as_config(config), mask)
+    config = as_config(config)
+    detection, stages = detect_with_stages(data, config, mask)
+    clutter = {k for k, evidence in enumerate(stages.evidence) if evidence.may_be_clutter}
+    detection = detection.confident(config.output.min_confidence, clutter)
     return detection if base_pose is None else detection.transformed(base_pose)
 
 
@@ -276,6 +282,8 @@ def detect_with_stages(
     data: Frame | Cloud | Image | Array, config: Config, mask: Array | None = None
 ) -> tuple[Detection, Stages]:
     """Return the detection of one frame, cloud or image in its own coordinates, and what every stage made.
+
+    The detection has all chains, also those that `output.min_confidence` leaves out.
 
     data, config, mask : as for `detect`.
 
@@ -293,10 +301,13 @@ def detect_with_stages(
         seconds=stages.seconds,
         notes=(
             *(data.notes if isinstance(data, Cloud) else ()),
+            *filter(None, (stages.segmentation.choice,)),
             *(stages.context.foreground.notes or _lost(stages)),
+            *stages.segmentation.limits,
             *stages.traversal.notes,
             *stages.merged.notes,
             *stages.extension_notes,
+            *(() if stages.branched is None else stages.branched.notes),
             *frame_notes(data, stages.chains),
         ),
         crossings=stages.crossings,
@@ -417,7 +428,7 @@ def _segment_config(config: Config) -> SegmentConfig:
 
 
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:
-    mask = np.asarray(mask)
+    mask = array(mask, "mask", "mask-shape")
     return mask[cloud.finite] if mask.shape == cloud.finite.shape else mask
 
 

@@ -10,19 +10,21 @@ voxels, so that they hold for a thread as for a hose.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import yaml
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from .merge import MergeConfig
-from .section import Section
+from .refusals import config_error
+from .section import Section, expert
 from .sections import (
     CrossingsConfig,
     ExtendMaskConfig,
     FitConfig,
     FusionConfig,
     InputConfig,
+    OutputConfig,
     PruneConfig,
     RefineConfig,
     SequenceConfig,
@@ -40,16 +42,21 @@ class Config(Section):
     All fields have defaults; a Config without arguments is the preset "default". It cannot be changed after creation.
     """
 
+    def __init__(self, **settings: Any) -> None:
+        try:
+            super().__init__(**settings)
+        except ValidationError as error:
+            raise config_error(error, type(self), "Config") from None
+
     mode: Literal["auto", "2d"] = Field(
         "auto",
         description="Whether to work in space or in the image. auto works in 3-D; 2d in the image, without depth and with "
         "lengths in pixels. Choose a preset rather than set it: image and paper_2d set 2d.",
     )
-    seed: int = Field(
+    seed: int = expert(
         0,
+        "Seed of all random numbers. Whole number, 0 or more. Change it only to see how much results depend on chance.",
         ge=0,
-        description="Seed of all random numbers. Whole number, 0 or more. Change it only to see how much results depend "
-        "on chance.",
     )
     segment: SegmentConfig = SegmentConfig()
     voxelize: VoxelizeConfig = VoxelizeConfig()
@@ -65,6 +72,7 @@ class Config(Section):
     sequence: SequenceConfig = SequenceConfig()
     fusion: FusionConfig = FusionConfig()
     input: InputConfig = InputConfig()
+    output: OutputConfig = OutputConfig()
 
     def to_yaml(self) -> str:
         """Return all settings with their values as YAML text without comments; `load_config` reads it back to an equal Config."""

@@ -135,6 +135,19 @@ class ExtendMaskConfig(Section):
     )
 
 
+class OutputConfig(Section):
+    """Settings of the output: which of the chains found are given."""
+
+    min_confidence: float = Field(
+        0.1,
+        ge=0,
+        le=1,
+        description="Leave out objects whose confidence is below this, if they may be clutter: found without a mask or a color, "
+        "or short beside an object five times as long. A note counts them. Probability, 0 to 1; 0 gives all. Raise it if clutter "
+        "comes out as chains.",
+    )
+
+
 class VisibilityConfig(Section):
     """Settings of visibility, which tells from the depth image whether a place is seen, hidden or free space."""
 

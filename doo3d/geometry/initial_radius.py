@@ -122,12 +122,25 @@ def strand_of_points(points: Floats, strands: Ints) -> Ints:
         (S,) number of the strand of every k-th point, as `separate_strands` returns it.
     """
     sample, is_large = _sample(points), strands >= 0
-    near = cKDTree(sample[is_large]).query(points)[1]
-    return np.asarray(strands[is_large][near])
+    first, _ = _distinct(sample[is_large])
+    near = cKDTree(sample[is_large][first]).query(points)[1]
+    return np.asarray(strands[is_large][first][near])
 
 
 def _sample(points: Floats) -> Floats:
     return np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_POINTS)])
+
+
+def _distinct(points: Floats) -> tuple[Ints, Ints]:
+    """Return the row of the first of equal points, in the order given, (U,), and for each point which of these it is, (N,).
+
+    Many equal points make a k-d tree as slow as comparing all with all.
+    """
+    _, first, own = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[own.ravel()]
 
 
 def _parts(sample: Floats, apart: float) -> tuple[Ints, Ints]:
@@ -135,9 +148,10 @@ def _parts(sample: Floats, apart: float) -> tuple[Ints, Ints]:
 
     No parts if there is one only, or if many points are in small ones.
     """
-    pairs = cKDTree(sample).query_pairs(apart, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(sample), len(sample)))
-    label = connected_components(graph, directed=False)[1]
+    first, own = _distinct(sample)
+    pairs = cKDTree(sample[first]).query_pairs(apart, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(first), len(first)))
+    label = connected_components(graph, directed=False)[1][own]
     size = np.bincount(label)
     large = np.flatnonzero(size >= MIN_STRAND_FRACTION * len(sample))
     if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(sample):

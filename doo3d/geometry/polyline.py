@@ -12,6 +12,11 @@ from ..types import Array, Floats
 TINY = 1e-12
 
 
+LEAST_WEIGHT = 1e-6
+"""Of a point where the weights determine nothing, as a share of the largest: rounding of float64, 1e-16, to the power that keeps
+six digits of the result."""
+
+
 def unit(vectors: Array) -> Floats:
     """Return vectors scaled to length 1; zero vectors stay zero.
 
@@ -141,16 +146,19 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     -------
     (P, D), the smoothed points; the given ones if there are no more than `order`.
 
-    Raises
-    ------
-    ValueError : the weights are too few to determine the result, such as all zero.
-
     Notes
     -----
+    If the weights are too few to determine the result, such as all zero, each point has a least weight of its own.
+
     With the values v and the weights W, the result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of
     x|^2.
     """
-    return kernels.whittaker_smooth(np.ascontiguousarray(values), np.ascontiguousarray(weights), strength, order)
+    values, weights = np.ascontiguousarray(values), np.ascontiguousarray(weights)
+    try:
+        return kernels.whittaker_smooth(values, weights, strength, order)
+    except ValueError:
+        least = LEAST_WEIGHT * (float(weights.max(initial=0)) + strength)
+        return kernels.whittaker_smooth(values, weights + least * np.eye(values.shape[1]), strength, order)
 
 
 def perpendicular(direction: Floats) -> Floats:

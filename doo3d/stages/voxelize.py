@@ -40,6 +40,9 @@ CLOSING_ITERATIONS = 1
 MAX_VOXELS = 2_000_000
 """Occupied voxels (pixels in 2-D) at most, for memory: thinning takes about 150 bytes each."""
 
+ROWS_AT_ONCE = 1 << 14
+"""Voxels whose neighbors are averaged at once: their 26 neighbors with three coordinates each fit into the cache."""
+
 MIN_COMPONENT = 12
 """Voxels of half a radius; smaller 26-connected components are removed."""
 
@@ -267,6 +270,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         keys = sorted_unique(np.concatenate(closed))
     else:
         keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    if len(keys) > MAX_VOXELS:
+        raise _too_large(len(keys), MAX_VOXELS, size)
     if between is not None:
         centers = origin + (unpack_keys(keys, cells.shape) + 0.5) * size
         keys = keys[np.isin(keys, cells.keys) | ~_is_seen_at(centers, foreground, between)]
@@ -285,12 +290,14 @@ def _finish(grid: VoxelGrid, min_voxels: int) -> VoxelGrid:
     label = connected_components(table)
     kept = np.bincount(label)[label] >= min_voxels
     added = np.flatnonzero((grid.counts == 0) & kept)
-    near = table[added]
-    holds_points = (near >= 0) & (grid.counts[near] > 0)
-    number = holds_points.sum(axis=1)
     centroids = grid.centroids.copy()
-    mean = (centroids[near] * holds_points[:, :, None]).sum(axis=1)[number > 0] / number[number > 0, None]
-    centroids[added[number > 0]] = mean
+    for start in range(0, len(added), ROWS_AT_ONCE):
+        rows = added[start : start + ROWS_AT_ONCE]
+        near = table[rows]
+        holds_points = (near >= 0) & (grid.counts[near] > 0)
+        number = holds_points.sum(axis=1)
+        mean = (grid.centroids[near] * holds_points[:, :, None]).sum(axis=1)[number > 0] / number[number > 0, None]
+        centroids[rows[number > 0]] = mean
     return VoxelGrid(grid.coords[kept], centroids[kept], grid.counts[kept], grid.size, grid.origin, grid.radius)
 
 

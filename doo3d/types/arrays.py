@@ -51,7 +51,10 @@ def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
     ------
     InputError : the mask has another shape, or its type is neither bool nor integer.
     """
-    mask = np.asarray(mask)
+    try:
+        mask = np.asarray(mask)
+    except ValueError as error:  # lists of different lengths
+        raise InputError(f"mask is no array ({error})", code="mask-shape") from None
     if mask.shape != shape:
         raise InputError(
             f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data", code="mask-shape"

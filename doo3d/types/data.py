@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
+from ..guard.limits import current_limits
+from . import arguments
 from .arrays import Array, Bools, Floats, set_sealed
 from .display import Displayed
 
@@ -18,6 +20,8 @@ MIN_DEPTH_M = 1e-6
 
 MIN_FOCAL_PX, MAX_INTRINSIC_PX = 1e-2, 1e8
 """px; focal lengths and principal points beyond belong to no camera."""
+
+CLOUD_COORDINATES = ("camera", "cloud", "world")
 
 
 @dataclass(frozen=True)
@@ -48,9 +52,12 @@ class Camera:
     height: int
 
     def __post_init__(self) -> None:
-        numbers = np.array([self.fx, self.fy, self.cx, self.cy], dtype=float)
-        focal = np.array([self.fx, self.fy])
-        if not (np.abs(numbers) < MAX_INTRINSIC_PX).all() or (focal <= 0).any() or (focal < MIN_FOCAL_PX).any():
+        for name in ("fx", "fy", "cx", "cy"):
+            object.__setattr__(self, name, arguments.number(getattr(self, name), f"camera: {name}", "intrinsics-invalid"))
+        for name in ("width", "height"):
+            object.__setattr__(self, name, arguments.whole(getattr(self, name), f"camera: {name}"))
+        values = np.array([self.fx, self.fy, self.cx, self.cy])
+        if not (np.abs(values) < MAX_INTRINSIC_PX).all() or (values[:2] < MIN_FOCAL_PX).any():
             raise InputError(
                 f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: expected finite numbers in pixels, "
                 f"focal lengths from {MIN_FOCAL_PX:g}",
@@ -67,9 +74,10 @@ class Camera:
         points : (N, 3) m in the camera's optical frame. Returns (N, 2) px; NaN for points with z <= 0. Pixels outside the image
         are not cut off.
         """
-        points = np.asarray(points, dtype=float)
+        points = arguments.numbers(points, "points", (None, 3), "points-shape")
         z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
-        return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
+        with np.errstate(invalid="ignore"):  # of infinite coordinates
+            return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
 
     def unproject(self, pixels: Array, depth: Array) -> Floats:
         """Return the points in the camera's optical frame that are seen at given pixels.
@@ -85,9 +93,10 @@ class Camera:
         -------
         (N, 3) m
         """
-        pixels = np.asarray(pixels, dtype=float)
-        z = np.asarray(depth, dtype=float)
-        return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
+        pixels = arguments.numbers(pixels, "pixels", (None, 2), "points-shape")
+        z = arguments.numbers(depth, "depth", (len(pixels),), "depth-shape")
+        with np.errstate(invalid="ignore"):  # of infinite values
+            return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,7 +129,9 @@ class Frame(Displayed):
     timestamp: float | None = None
 
     def __post_init__(self) -> None:
-        depth = np.asarray(self.depth)
+        depth = arguments.array(self.depth, "depth", "depth-shape")
+        if not isinstance(self.camera, Camera):
+            raise arguments.refused(self.camera, "camera", "a doo3d.Camera")
         if depth.ndim != 2 or depth.size == 0:
             raise InputError(f"depth has shape {depth.shape}, expected (height, width)", code="depth-shape")
         if not np.issubdtype(depth.dtype, np.floating):
@@ -135,9 +146,10 @@ class Frame(Displayed):
                 f"{self.camera.width}x{self.camera.height}: give the intrinsics of this resolution",
                 code="intrinsics-size",
             )
+        arguments.check_image_size(depth, "depth")
         color = self.color
         if color is not None:
-            color = np.asarray(color)
+            color = arguments.array(color, "color", "color-shape")
             if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8:
                 raise InputError(
                     f"color has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB",
@@ -153,6 +165,7 @@ class Frame(Displayed):
             good = (depth > MIN_DEPTH_M) & (depth < MAX_LENGTH_M)
         color = None if color is None else np.ascontiguousarray(color)
         set_sealed(self, color=color, depth=np.where(good, depth, 0).astype(np.float32, order="C"))
+        _check_labels(self)
 
     def summary(self) -> str:
         """Return the facts of the frame in one short line, such as "'000000', 640x480, color, depth 0.52 to 0.71 m"."""
@@ -185,7 +198,9 @@ class Image(Displayed):
     timestamp: float | None = None
 
     def __post_init__(self) -> None:
-        color = np.asarray(self.color)
+        color = arguments.array(self.color, "image", "image-shape")
+        if color.ndim in (2, 3):
+            arguments.check_image_size(color, "image")
         if color.ndim == 2:
             color = np.repeat(color[:, :, None], 3, axis=2)
         if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or color.size == 0:
@@ -193,6 +208,7 @@ class Image(Displayed):
                 f"image has shape {color.shape} and type {color.dtype}, expected (height, width, 3) uint8 RGB", code="image-shape"
             )
         set_sealed(self, color=np.ascontiguousarray(color))
+        _check_labels(self)
 
     def summary(self) -> str:
         """Return name and size of the image in one short line, such as "'photo', 1280x720"."""
@@ -276,19 +292,20 @@ class Cloud(Displayed):
     """(N given,) bool: whether each given row was finite and became a point."""
 
     def __post_init__(self) -> None:
-        points = np.asarray(self.points)
-        if points.ndim != 2 or points.shape[1] != 3 or not np.issubdtype(points.dtype, np.number):
+        points = arguments.array(self.points, "points", "points-shape")
+        if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "iufc":
             raise InputError(
                 f"points have shape {points.shape} and type {points.dtype}, expected (N, 3) float metres", code="points-shape"
             )
         if np.issubdtype(points.dtype, np.complexfloating):
             raise InputError("points are complex numbers, expected float metres", code="points-shape")
+        arguments.check_count(len(points), current_limits().max_points, "cloud", "points")
         points = points.astype(float, order="C")
         with np.errstate(invalid="ignore"):
             finite = (np.abs(points) < MAX_LENGTH_M).all(axis=1)
         colors = self.colors
         if colors is not None:
-            colors = np.asarray(colors)
+            colors = arguments.array(colors, "colors", "colors-shape")
             if colors.shape != points.shape or colors.dtype != np.uint8:
                 raise InputError(
                     f"colors have shape {colors.shape} and type {colors.dtype}, expected {points.shape} uint8 RGB",
@@ -297,10 +314,18 @@ class Cloud(Displayed):
             colors = colors[finite]
         viewpoint = self.viewpoint
         if viewpoint is not None:
-            viewpoint = np.asarray(viewpoint, dtype=float)
-            if viewpoint.shape != (3,) or not (np.abs(viewpoint) < MAX_LENGTH_M).all():
+            viewpoint = arguments.numbers(viewpoint, "viewpoint", (3,), "viewpoint-invalid")
+            if not (np.abs(viewpoint) < MAX_LENGTH_M).all():
                 raise InputError(f"viewpoint {viewpoint}: expected three finite numbers in metres", code="viewpoint-invalid")
         set_sealed(self, points=points[finite], colors=colors, viewpoint=viewpoint, finite=finite)
+        if arguments.text(self.coordinates, "coordinates") not in CLOUD_COORDINATES:
+            raise InputError(
+                f"coordinates is {self.coordinates!r:.99}, expected one of {', '.join(CLOUD_COORDINATES)}", code="choice-unknown"
+            )
+        object.__setattr__(self, "views", arguments.each(self.views, CameraView, "views"))
+        object.__setattr__(self, "segmented", arguments.flag(self.segmented, "segmented"))
+        object.__setattr__(self, "notes", arguments.each(self.notes, str, "notes"))
+        _check_labels(self)
 
     def summary(self) -> str:
         """Return the facts of the cloud in one short line, such as "'helix', 5210 points, 0.41 x 0.20 x 0.33 m, color"."""
@@ -309,3 +334,9 @@ class Cloud(Displayed):
         views = f", fused from {len(self.views)} views" if self.views else ""
         color = "no color" if self.colors is None else "color"
         return f"{self.name!r}, {len(self.points)} points, {extent} m, {color}{views}"
+
+
+def _check_labels(data: Frame | Image | Cloud) -> None:
+    """Check the name, and set the time of a frame as a float or None."""
+    arguments.text(data.name, "name")
+    object.__setattr__(data, "timestamp", arguments.timestamp(data.timestamp))

@@ -6,6 +6,7 @@ Figures are drawn by `viz`, which stands above this package: its modules are imp
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from .tree import LinearObject
 
 Rows = Literal["chains", "joints", "crossings", "junctions"]
+
+DOUBTFUL_CONFIDENCE = 0.5
+"""Confidence below which a chain is doubtful: confidences are fitted to the share of right chains, so it is more likely wrong."""
 
 MAX_LISTED_OBJECTS = 3
 """Branched objects that are described one by one."""
@@ -81,6 +85,11 @@ def objects_text(objects: Sequence[LinearObject]) -> str:
     parts += [f"{more} more with junctions"] * (more > 0)
     parts += [f"{'one' if single == 1 else single} without junctions"] * (single > 0)
     return f"{counted(len(objects), 'object')}: {', '.join(parts)}" if parts else counted(0, "object")
+
+
+def doubt_text(confidence: float) -> str:
+    """Return what pictures and tables say of a chain in doubt, such as "doubtful (confidence 0.12)"; empty without doubt."""
+    return f"doubtful (confidence {math.floor(100 * confidence) / 100:.2f})" if confidence < DOUBTFUL_CONFIDENCE else ""
 
 
 def counted(count: int, noun: str) -> str:

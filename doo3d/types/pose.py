@@ -15,6 +15,10 @@ from .arrays import Array, Floats, set_sealed
 TOLERANCE = 1e-3
 """Deviation from a rigid motion that counts as rounding; the rotation is made orthonormal, so that segments keep their length."""
 
+POSE_FORMS = "4x4 or x,y,z,qx,qy,qz,qw"
+MAX_POSE_NUMBERS = 1000
+"""Values that are still counted in the error: a pose has 16 at most."""
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -70,12 +74,17 @@ def as_pose(numbers: ArrayLike | str, name: str = "pose") -> Floats:
         return _from_quaternion(values.ravel(), name)
     if values.size == 16:
         return _from_matrix(values.reshape(4, 4), name)
-    raise InputError(f"{name}: {values.size} numbers, expected 4x4 or x,y,z,qx,qy,qz,qw", code="pose-invalid")
+    raise InputError(f"{name}: {values.size} numbers, expected {POSE_FORMS}", code="pose-invalid")
 
 
 def _floats(given: ArrayLike | str | Sequence[str], name: str) -> Floats:
     try:
-        values = np.asarray(given.replace(",", " ").split() if isinstance(given, str) else given, dtype=float)
+        values = np.asarray(given.replace(",", " ").split() if isinstance(given, str) else given)
+        if values.dtype.kind not in "biufSUO" or values.size > MAX_POSE_NUMBERS:
+            raise InputError(
+                f"{name}: is {values.size} values of type {values.dtype}, expected {POSE_FORMS}", code="pose-invalid"
+            )
+        values = values.astype(float)
     except (ValueError, TypeError, OverflowError):
         raise InputError(f"{name}: holds a value that is not a number", code="pose-invalid") from None
     if not np.isfinite(values).all():

@@ -79,6 +79,9 @@ class Foreground:
         messages of the segmentation to the user, one sentence each.
     views
         the camera views that a cloud was fused from; empty otherwise.
+    is_told
+        whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
+        it. False if strands were looked for by their shape alone.
     """
 
     points: Floats
@@ -95,6 +98,7 @@ class Foreground:
     sampling: CloudSampling | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
+    is_told: bool = True
 
     def __post_init__(self) -> None:
         for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):

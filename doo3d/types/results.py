@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
-from . import tables
+from ..guard.limits import current_limits
+from . import arguments, tables
 from .arrays import Bools, Floats, set_sealed
-from .display import Drawn, Rows, counted, length_text, radius_text, tree_text
-from .pose import Plane
-from .tree import Junction, LinearObject
+from .display import DOUBTFUL_CONFIDENCE, Drawn, Rows, counted, length_text, radius_text, tree_text
+from .pose import Plane, as_pose
+from .tree import Junction, LinearObject, kept_trees
 
 SCHEMA = "doo3d/detection/2"
 FORMER_SCHEMA = "doo3d/detection/1"
@@ -28,6 +30,11 @@ COORDINATES = {
     "image": "image: x right, y down",
     "world": "the world frame of the camera's poses",
 }
+
+
+MODES = ("3d", "2d")
+MAX_ID = 2**63
+"""Ids are below: those of other programs are of 64 bits."""
 
 
 class Connection(NamedTuple):
@@ -97,21 +104,30 @@ class Chain(Drawn):
     confidence: float = field(default=float("nan"), kw_only=True)
 
     def __post_init__(self) -> None:
-        joints = np.asarray(self.joints, dtype=float)
-        if joints.ndim != 2 or joints.shape[1] not in (2, 3) or len(joints) < 2:
-            raise InputError(f"joints have shape {joints.shape}, expected (N + 1, 2 or 3) with N >= 1", code="chain-shape")
+        joints = arguments.array(self.joints, "joints", "chain-shape")
+        if joints.ndim != 2 or joints.shape[1] not in (2, 3) or len(joints) < 2 or joints.dtype.kind not in "biuf":
+            raise InputError(
+                f"joints have shape {joints.shape} and type {joints.dtype}, expected numbers (N + 1, 2 or 3) with N >= 1",
+                code="chain-shape",
+            )
+        joints = arguments.numbers(joints, "joints", (None, joints.shape[1]), "chain-shape")
+        for name in ("segment_length", "radius", "confidence"):
+            object.__setattr__(self, name, arguments.number(getattr(self, name), name))
+        if not np.isfinite(joints).all():
+            raise InputError("joints hold a number that is not finite", code="chain-shape")
         steps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
         if not (np.abs(steps - self.segment_length) <= 1e-6 * self.segment_length).all():
             raise InputError(
                 f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}",
                 code="chain-spacing",
             )
-        radii = np.asarray(self.radii, dtype=float) if len(self.radii) else np.full(len(joints), float(self.radius))
-        occluded = np.asarray(self.occluded, dtype=bool) if len(self.occluded) else np.zeros(len(joints) - 1, dtype=bool)
-        filled = np.asarray(self.depth_filled, dtype=bool) if len(self.depth_filled) else occluded
-        from_time = np.asarray(self.from_time, dtype=bool) if len(self.from_time) else np.zeros_like(occluded)
+        segments = len(joints) - 1
+        radii = self._values("radii", np.full(len(joints), self.radius))
+        occluded = self._values("occluded", np.zeros(segments, dtype=bool))
+        filled = self._values("depth_filled", occluded)
+        from_time = self._values("from_time", np.zeros(segments, dtype=bool))
         per_segment = {occluded.shape, filled.shape, from_time.shape}
-        if radii.shape != (len(joints),) or per_segment != {(len(joints) - 1,)}:
+        if radii.shape != (len(joints),) or per_segment != {(segments,)}:
             raise InputError(
                 f"{len(joints)} joints, radii {radii.shape}, occluded {occluded.shape}, depth_filled {filled.shape}: "
                 "expected (N + 1,), (N,) and (N,)",
@@ -120,14 +136,37 @@ class Chain(Drawn):
         set_sealed(
             self, joints=joints, radii=radii, occluded=occluded, depth_filled=occluded | filled, from_time=from_time & occluded
         )
+        object.__setattr__(self, "connections", arguments.each(self.connections, Connection, "connections"))
+        object.__setattr__(self, "closed", arguments.flag(self.closed, "closed"))
+        if self.id is not None:
+            object.__setattr__(self, "id", arguments.whole(self.id, "id"))
+            if abs(self.id) >= MAX_ID:
+                raise InputError(f"id is {str(self.id)[:20]}..., expected less than {MAX_ID}", code="value-out-of-bounds")
         if math.isnan(self.confidence):
             least = min((connection.confidence for connection in self.connections), default=1.0)
             object.__setattr__(self, "confidence", least)
+        arguments.probability(self.confidence, "confidence")
+
+    def _values(self, name: str, default: Floats | Bools) -> Any:
+        """Return an array of the chain in the type of its default, which stands for an empty one."""
+        given = arguments.array(getattr(self, name), name, "chain-shape")
+        if given.size == 0:
+            return default
+        if given.ndim != 1 or len(given) > len(default) or given.dtype.kind not in "biuf":
+            raise InputError(
+                f"{name} has shape {given.shape} and type {given.dtype}, expected ({len(default)},)", code="chain-shape"
+            )
+        return given.astype(default.dtype, copy=False)
 
     @property
     def length(self) -> float:
         """The length of the chain, N * segment_length, m (px in 2-D)."""
         return (len(self.joints) - 1) * self.segment_length
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the chain is more likely wrong than right, by its own confidence: below 0.5. Pictures draw it thin and gray."""
+        return self.confidence < DOUBTFUL_CONFIDENCE
 
     @property
     def depth(self) -> tuple[str, ...]:
@@ -157,8 +196,10 @@ class Chain(Drawn):
         ------
         InputError : count is below 2.
         """
+        count = arguments.whole(count, "count")
         if count < 2:
-            raise InputError(f"nodes({count}): expected at least 2", code="value-out-of-bounds")
+            raise InputError(f"nodes({str(count)[:20]}): expected at least 2", code="value-out-of-bounds")
+        arguments.check_count(count, current_limits().max_points, "a chain as points", "points")
         at = np.linspace(0, len(self.joints) - 1, count)
         index = np.minimum(at.astype(int), len(self.joints) - 2)
         part = (at - index)[:, None]
@@ -186,6 +227,17 @@ class Chain(Drawn):
             "connections": [connection._asdict() for connection in self.connections],
             "confidence": self.confidence,
         }
+
+
+def _left_out_note(chains: list[Chain], min_confidence: float) -> str:
+    """Return the note on chains that were left out for their low confidence."""
+    planar = chains[0].joints.shape[1] == 2
+    longest = max(chains, key=lambda chain: chain.length)
+    size = f"{'the longest is ' if len(chains) > 1 else ''}{length_text(longest.length, planar)} long"
+    return (
+        f"output: left out {counted(len(chains), 'doubtful chain')} ({size}, confidence {longest.confidence:.2f}), below "
+        f"output.min_confidence {min_confidence:g}; 0 gives all"
+    )
 
 
 class SegmentRef(NamedTuple):
@@ -285,7 +337,25 @@ class Detection(Drawn):
     objects: tuple[LinearObject, ...] = ()
 
     def __post_init__(self) -> None:
-        set_sealed(self, pose=None if self.pose is None else np.asarray(self.pose, dtype=float))
+        object.__setattr__(self, "chains", arguments.each(self.chains, Chain, "chains"))
+        object.__setattr__(self, "crossings", arguments.each(self.crossings, Crossing, "crossings"))
+        object.__setattr__(self, "junctions", arguments.each(self.junctions, Junction, "junctions"))
+        object.__setattr__(self, "objects", arguments.each(self.objects, LinearObject, "objects"))
+        object.__setattr__(self, "notes", arguments.each(self.notes, str, "notes"))
+        object.__setattr__(self, "timestamp", arguments.timestamp(self.timestamp))
+        arguments.text(self.frame, "frame")
+        for name, choices in (("mode", MODES), ("coordinates", COORDINATES)):
+            if arguments.text(getattr(self, name), name) not in choices:
+                raise InputError(
+                    f"{name} is {getattr(self, name)!r:.99}, expected one of {', '.join(choices)}", code="choice-unknown"
+                )
+        if not isinstance(self.seconds, dict) or not all(isinstance(stage, str) for stage in self.seconds):
+            raise arguments.refused(self.seconds, "seconds", "a dictionary, name of the stage -> s")
+        if not isinstance(self.plane, Plane | None):
+            raise arguments.refused(self.plane, "plane", "a Plane, or None")
+        if self.pose is not None:
+            as_pose(self.pose)  # a rigid motion, which has an inverse
+            set_sealed(self, pose=arguments.numbers(self.pose, "pose", (4, 4), "pose-invalid"))
 
     @property
     def confidence(self) -> float:
@@ -331,9 +401,50 @@ class Detection(Drawn):
         --------
         >>> pandas.concat(pandas.DataFrame(detection.table()) for detection in detections)  # doctest: +SKIP
         """
-        if rows not in tables.TABLES:
-            raise InputError(f"table({rows!r}): expected one of {', '.join(tables.TABLES)}", code="choice-unknown")
+        if not isinstance(rows, str) or rows not in tables.TABLES:
+            raise InputError(f"table({rows!r:.99}): expected one of {', '.join(tables.TABLES)}", code="choice-unknown")
         return tables.TABLES[rows](self)
+
+    def confident(self, min_confidence: float, clutter: Collection[int] | None = None) -> Detection:
+        """Return the detection without the objects whose confidence is below a threshold; a note says how many were left out.
+
+        An object is as confident as its most confident chain: of a branched one all chains are kept, or none. Crossings and
+        junctions of what is left out go with it.
+
+        min_confidence : 0 to 1; 0 keeps all. clutter : indices of the chains that may be left out; None for all.
+
+        Raises
+        ------
+        InputError : the threshold is not from 0 to 1.
+        """
+        min_confidence = arguments.probability(min_confidence, "min_confidence")
+        bodies = [item.chains for item in self.objects] or [(k,) for k in range(len(self.chains))]
+
+        def is_kept(body: tuple[int, ...]) -> bool:
+            may_go = clutter is None or all(k in clutter for k in body)
+            return not may_go or max(self.chains[k].confidence for k in body) >= min_confidence
+
+        kept = sorted(k for body in filter(is_kept, bodies) for k in body)
+        if len(kept) == len(self.chains):
+            return self
+        place = {k: i for i, k in enumerate(kept)}
+        junctions, objects = kept_trees(self.junctions, self.objects, place)
+        return replace(
+            self,
+            chains=tuple(self.chains[k] for k in kept),
+            crossings=tuple(
+                replace(
+                    each,
+                    upper=each.upper._replace(chain=place[each.upper.chain]),
+                    lower=each.lower._replace(chain=place[each.lower.chain]),
+                )
+                for each in self.crossings
+                if each.upper.chain in place and each.lower.chain in place
+            ),
+            junctions=junctions,
+            objects=objects,
+            notes=(*self.notes, _left_out_note([chain for k, chain in enumerate(self.chains) if k not in place], min_confidence)),
+        )
 
     def transformed(self, pose: Floats) -> Detection:
         """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.
@@ -349,6 +460,7 @@ class Detection(Drawn):
         """
         if self.mode == "2d":
             raise InputError(f"frame {self.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")
+        pose = arguments.numbers(pose, "pose", (4, 4), "pose-invalid")
         rotation, translation = pose[:3, :3], pose[:3, 3]
         return replace(
             self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,3 +83,28 @@ class LinearObject:
     def to_dict(self) -> dict[str, Any]:
         """Return the object as plain lists and numbers, ready for JSON. Keys: "chains", "junctions" and "trunk"."""
         return {"chains": list(self.chains), "junctions": list(self.junctions), "trunk": self.trunk}
+
+
+def kept_trees(
+    junctions: tuple[Junction, ...], objects: tuple[LinearObject, ...], place: dict[int, int]
+) -> tuple[tuple[Junction, ...], tuple[LinearObject, ...]]:
+    """Return the junctions and objects whose chains are kept, with the new indices of chains and junctions.
+
+    Parameters
+    ----------
+    junctions, objects
+        those of a detection; of an object all chains are kept, or none.
+    place
+        index of a kept chain in the detection -> its new index.
+    """
+    kept = [number for number, junction in enumerate(junctions) if junction.ends[0].chain in place]
+    number_of = {number: i for i, number in enumerate(kept)}
+    ends = [tuple(end._replace(chain=place[end.chain]) for end in junctions[number].ends) for number in kept]
+    trees = [
+        replace(
+            item, chains=tuple(place[k] for k in item.chains), junctions=tuple(number_of[number] for number in item.junctions)
+        )
+        for item in objects
+        if item.chains[0] in place
+    ]
+    return tuple(replace(junctions[number], ends=met) for number, met in zip(kept, ends, strict=True)), tuple(trees)

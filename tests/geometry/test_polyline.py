@@ -135,8 +135,7 @@ def test_whittaker_smoother_keeps_a_line_and_bridges_missing_points(dim):
     np.testing.assert_allclose(whittaker_smooth(bad, weights, 1.0), values, atol=1e-5)
     np.testing.assert_array_equal(whittaker_smooth(bad, weights, 0.0), bad)
     np.testing.assert_array_equal(whittaker_smooth(bad[:2], weights[:2], 1.0), bad[:2])
-    with pytest.raises(ValueError, match="too few"):
-        whittaker_smooth(bad, 0 * weights, 1.0)
+    np.testing.assert_allclose(whittaker_smooth(values, 0 * weights, 1.0), values, atol=1e-6)  # a line, whatever the weights
 
 
 @dims

@@ -11,7 +11,7 @@ from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
 from doo3d.pipeline import run_stages
-from doo3d.stages.confidence import WEIGHTS, Evidence, with_confidence
+from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_IMAGE, Evidence, with_confidence
 from doo3d.types import Connection, Crossing, SegmentRef
 
 STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5])
@@ -30,7 +30,8 @@ def plain():
 
 def evidence_of(stages, chains=None, crossings=(), dropped=0.0, **changes) -> Evidence:
     context = stages.context.seen_from(replace(stages.context.foreground, **changes))
-    return with_confidence(stages.chains if chains is None else chains, crossings, dropped, context)[1][0]
+    config = doo3d.load_config("default", {"merge.chains": 1})
+    return with_confidence(stages.chains if chains is None else chains, crossings, dropped, context, config)[1][0]
 
 
 def test_nothing_speaks_against_a_plain_cable(plain):
@@ -41,9 +42,17 @@ def test_nothing_speaks_against_a_plain_cable(plain):
     assert evidence.residual < 0.4
 
 
-@pytest.mark.parametrize("name", [name for name, weight in WEIGHTS.items() if weight])
-def test_each_kind_of_evidence_lowers_the_confidence(name):
-    values = [Evidence(**{name: amount}).confidence for amount in (0.0, 0.2, 0.5, 1.0)]
+KINDS = [
+    (name, how)
+    for weights, how in ((TOLD, {}), (UNTOLD, {"is_told": False}), (UNTOLD_IMAGE, {"is_told": False, "is_planar": True}))
+    for name in weights
+    if name != "base"
+]
+
+
+@pytest.mark.parametrize(("name", "how"), KINDS)
+def test_each_kind_of_evidence_lowers_the_confidence(name, how):
+    values = [Evidence(**{name: amount}, **how).confidence for amount in (0.0, 0.2, 0.5, 1.0)]
     assert all(more > less for more, less in itertools.pairwise(values))
 
 
@@ -103,3 +112,80 @@ def test_clouds_and_images_have_no_depth_evidence():
     image = doo3d.detect(np.repeat(np.where(mask, 200, 30).astype(np.uint8)[..., None], 3, 2), doo3d.load_config("image"), mask)
     assert cloud.chains[0].confidence > 0.9
     assert image.chains[0].confidence > 0.9
+
+
+def untold(evidence_stages, chains=None):
+    """The evidence against the chains where nobody said what the object is, nor how many there are."""
+    context = evidence_stages.context.seen_from(replace(evidence_stages.context.foreground, is_told=False))
+    chains = evidence_stages.chains if chains is None else chains
+    return with_confidence(chains, (), 0.0, context, doo3d.load_config("default"))[1]
+
+
+def test_what_looks_like_a_cable_is_not_doubted_for_its_looks(plain):
+    (evidence,) = untold(plain)
+    assert (evidence.flat, evidence.stray, evidence.odd) == (0.0, 0.0, 0.0)
+    assert evidence.uneven < 0.1
+    assert evidence.stubby == pytest.approx(np.log(40 / (plain.chains[0].length / (2 * plain.chains[0].radius))))
+    assert plain.evidence[0].stubby == 0.0  # with a mask nobody doubts what the object is
+
+
+def test_a_short_wide_chain_does_not_look_like_a_cable():
+    frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.012)
+    stages = run_stages(frame, doo3d.load_config("default"), mask)
+    (evidence,) = untold(stages)
+    assert evidence.stubby > 1.2
+    assert evidence.confidence < untold(stages_of())[0].confidence - 0.1
+
+
+def test_a_mark_on_the_surface_and_the_edge_of_a_step_are_flat(plain):
+    depth = np.array(plain.context.foreground.depth)
+    mask = plain.context.foreground.mask
+    flat = np.full_like(depth, 0.5)
+    step = flat.copy()
+    step[: len(step) // 2] = 0.6
+    step[mask] = 0.5
+    for changed in (flat, step):
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, depth=changed))
+        (evidence,) = with_confidence(plain.chains, (), 0.0, context, doo3d.load_config("default"))[1]
+        assert evidence.flat > 0.9
+
+
+def test_a_stub_beside_a_long_chain_is_stray_unless_the_number_is_given(plain):
+    (chain,) = plain.chains
+    stub = replace(
+        chain,
+        joints=chain.joints[:3] + np.array((0, 0.03, 0)),
+        radii=2 * chain.radii[:3],
+        radius=2 * chain.radius,
+        occluded=chain.occluded[:2],
+        depth_filled=chain.depth_filled[:2],
+        from_time=chain.from_time[:2],
+    )
+    whole, short = untold(plain, [chain, stub])
+    assert (whole.stray, short.stray) == (0.0, 1.0)
+    assert short.odd == pytest.approx(np.log(2))
+    given = with_confidence([chain, stub], (), 0.0, plain.context, doo3d.load_config("default", {"merge.chains": 2}))[1]
+    assert [each.stray for each in given] == [0.0, 0.0]
+
+
+def test_what_is_wider_than_max_width_is_no_object_where_none_was_told(plain):
+    config = doo3d.load_config("default", {"segment.max_width": 0.006})
+    context = plain.context.seen_from(replace(plain.context.foreground, is_told=False))
+    assert with_confidence(plain.chains, (), 0.0, context, config)[0][0].confidence == 0.0
+    assert with_confidence(plain.chains, (), 0.0, plain.context, config)[0][0].confidence > 0.9
+
+
+def test_the_edge_between_two_surfaces_lies_between_two_colors(plain):
+    height, width = plain.context.foreground.mask.shape
+    gray, edge = (np.full((height, width, 3), 128, np.uint8) for _ in range(2))
+    (u, v) = CAMERA.project(plain.chains[0].joints).T
+    middle = np.interp(np.arange(width), *((u, v) if u[0] < u[-1] else (u[::-1], v[::-1])))
+    edge[np.arange(height)[:, None] < middle] = (40, 60, 160)
+    for color in (gray, edge):
+        color[plain.context.foreground.mask] = (200, 40, 40)
+    values = []
+    for color in (gray, edge):
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color))
+        values.append(with_confidence(plain.chains, (), 0.0, context, doo3d.load_config("default"))[1][0].edge)
+    assert values[0] < 0.05
+    assert values[1] > 0.4

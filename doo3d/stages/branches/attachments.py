@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.polyline import unit
-from ...types import Floats
+from ...types import Bools, Floats
 from ...visibility import Visibility
 from .clouds import bridged_place, hidden_place
 from .necks import neck_share
 from .readings import Evidence, Meeting
-from .strands import FreeEnds, Strand
+from .strands import FreeEnds, Strand, box_distances
 
 LAYER_COST = 300.0
 """Cost units for axes a whole sum of radii from where a reading wants them."""
@@ -105,11 +105,13 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, 
         True also attaches ends of a cloud across gaps without points.
     """
     meetings = []
+    near = _may_reach(ends, strands, evidence)
     for row, number in enumerate(ends.strand.tolist()):
         own, side = strands[number], int(ends.side[row])
         radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
         end = End(own.points if side == 0 else own.points[::-1], ends.tangents[row], ends.curvatures[row], radius)
-        for host, strand in enumerate(strands):
+        for host in np.flatnonzero(near[row]).tolist():
+            strand = strands[host]
             if host == number:
                 continue
             found = [attachment(end, strand, evidence), *_cloud_attachments(end, strand, evidence, hidden)]
@@ -117,6 +119,20 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, 
             if gain > 0:
                 meetings.append(Meeting(gain, strand.at(at), ((host, at),), row))
     return meetings
+
+
+def _may_reach(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence) -> Bools:
+    """Tell by the bounding boxes which strands (E, S) may lie within reach of which ends; in a cloud without views all may.
+
+    Depth that does not count makes a strand nearer by DEPTH_SLOPE of the rest and DEPTH_FREE of the sum of radii at most.
+    """
+    if evidence.surface is not None:
+        return np.ones((len(ends.strand), len(strands)), dtype=bool)
+    widest = np.array([max(float(strand.radii.max()), strand.radius) for strand in strands])
+    own = np.array([float(strand.widths.max()) for strand in strands])
+    own = np.maximum(own, widest)[ends.strand][:, None]
+    reach = np.minimum(evidence.max_gap, MAX_REACH_RADII * own)
+    return np.asarray(box_distances(ends.points, strands) <= (1 + DEPTH_SLOPE) * reach + DEPTH_FREE * (own + widest))
 
 
 def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, float] | None:

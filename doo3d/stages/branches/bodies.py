@@ -136,8 +136,7 @@ def _nearest_samples(strands: Sequence[Strand]) -> Iterator[tuple[int, int, int,
     places = cKDTree(np.column_stack((a, b, number[a] * 1e6, number[b] * 1e6))).query_pairs(6.0, output_type="ndarray")
     links = coo_matrix((np.ones(len(places)), places.T), (len(a), len(a)))
     count, group = connected_components(links, directed=False)
-    for k in range(count):
-        rows = np.flatnonzero(group == k)
-        best = rows[distance[rows].argmin()]
+    order = np.lexsort((distance, group))
+    for best in order[np.searchsorted(group[order], np.arange(count))].tolist():
         p, q = int(a[best]), int(b[best])
         yield int(number[p]), p - int(first[number[p]]), int(number[q]), q - int(first[number[q]])

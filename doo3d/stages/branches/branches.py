@@ -23,6 +23,11 @@ from .tree import choose, connected, cut, nodes_of, parted
 CROSSING_RADII = 3.0
 """Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
 
+MAX_CHAINS = 80
+"""Chains at most, the longest, on which junctions are looked for, for time: a harness has 10 to 40."""
+
+NOTE = "branches: {} chains were found; junctions are looked for on the {} longest"
+
 AXIS_ERROR_RADII = 0.5
 """Radii by which an axis in an image may miss the middle of its strand, where two were followed through one."""
 
@@ -39,11 +44,14 @@ class Branched:
         where chains meet.
     objects
         the trees; the one with the greatest length of chains first.
+    notes
+        messages to the user: that there were too many chains to look for junctions on all.
     """
 
     chains: list[Chain]
     junctions: tuple[Junction, ...] = ()
     objects: tuple[LinearObject, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def without_junctions(self, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
         """Return the crossings without those at junctions, where chains end on each other's axes."""
@@ -86,8 +94,11 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
         if mask is not None and context.foreground.points.shape[1] == 2
         else None
     )
+    chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
+    notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
     if half_width is None:
-        chains = exchanged(chains, context.foreground.viewpoint, context.segment_length)
+        chains, too_many = exchanged(chains, context.foreground.viewpoint, context.segment_length)
+        notes += too_many
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     evidence = Evidence.of([chain.joints for chain in chains], context, config)
@@ -113,5 +124,6 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
             strands = strands_of(chains)
             ends = free_ends(chains, strands)
             chosen = choose(end_meetings(ends, strands, evidence, hidden=True), strands, ends)
-    pieces, junctions, objects = cut(chains, strands, ends, nodes_of(chosen, strands), context.segment_length)
-    return Branched(pieces, tuple(junctions), tuple(objects))
+    strands = [*strands, *strands_of(rest, half_width)]
+    pieces, junctions, objects = cut([*chains, *rest], strands, ends, nodes_of(chosen, strands), context.segment_length)
+    return Branched(pieces, tuple(junctions), tuple(objects), notes)

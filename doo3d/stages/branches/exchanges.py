@@ -19,6 +19,11 @@ EXCHANGE_COST = 60.0
 BRANCH_SHARE = 0.5
 """Share of the cost of going on as found up to which another way is an exchange; else both strands bend, as branches do."""
 
+MAX_CONTACTS = 300
+"""Places at most at which exchanges are looked for, for time (about 0.5 s a round): a harness has some tens."""
+
+NOTE = "branches: strands pass each other at {} places; where they swap sides is looked for at {} at most"
+
 MIN_CROSSING_ANGLE = 0.4
 """Radians between two strands that cross, rather than run side by side, at least."""
 
@@ -36,7 +41,7 @@ PAIRINGS: tuple[Pairing, ...] = (
 """All ways; the first is as the strands were found."""
 
 
-def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) -> list[Chain]:
+def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) -> tuple[list[Chain], tuple[str, ...]]:
     """Return the chains, with those exchanged beyond a contact that go on more smoothly in each other.
 
     Parameters
@@ -47,26 +52,48 @@ def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) 
         (3,) m, where the camera is; None where it is unknown.
     length
         segment length, m.
+
+    Returns
+    -------
+    The chains, and a message to the user where strands pass each other at too many places to look at all.
     """
     result = list(chains)
+    known: dict[tuple[object, ...], tuple[float, int]] = {}  # an exchange changes two strands, and the contacts of these alone
+    alive = [result]  # as long as chains are, their ids are their own
     for _ in range(len(chains)):
         strands = strands_of(result)
         best: tuple[float, Contact, int] | None = None
-        for contact in contacts(strands):
-            if contact.strands[0] == contact.strands[1] or any(strands[number].closed for number in contact.strands):
-                continue
-            headings = _headings(contact, strands, viewpoint)
-            if headings is None:
-                continue
-            found, *others = (_cost(pairing, contact, strands, headings) for pairing in PAIRINGS)
-            for way, cost in enumerate(others, 1):
-                gain = found - cost - EXCHANGE_COST
-                if gain > (0.0 if best is None else best[0]) and cost < BRANCH_SHARE * found and _cross(PAIRINGS[way], headings):
-                    best = gain, contact, way
+        places = contacts(strands)
+        if len(places) > MAX_CONTACTS:
+            return result, (NOTE.format(len(places), MAX_CONTACTS),)
+        for contact in places:
+            key = (*(id(result[number]) for number in contact.strands), contact.samples)
+            if key not in known:
+                known[key] = _best_exchange(contact, strands, viewpoint)
+            gain, way = known[key]
+            if gain > (0.0 if best is None else best[0]):
+                best = gain, contact, way
         if best is None:
-            return result
+            return result, ()
         result = _applied(result, strands, best[1], PAIRINGS[best[2]], length)
-    return result
+        alive.append(result)
+    return result, ()
+
+
+def _best_exchange(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> tuple[float, int]:
+    """Return the gain of the better exchange at a contact, and its row in PAIRINGS; a gain of 0 where none is better."""
+    best = 0.0, 0
+    if contact.strands[0] == contact.strands[1] or any(strands[number].closed for number in contact.strands):
+        return best
+    headings = _headings(contact, strands, viewpoint)
+    if headings is None:
+        return best
+    found, *others = (_cost(pairing, contact, strands, headings) for pairing in PAIRINGS)
+    for way, cost in enumerate(others, 1):
+        gain = found - cost - EXCHANGE_COST
+        if gain > best[0] and cost < BRANCH_SHARE * found and _cross(PAIRINGS[way], headings):
+            best = gain, way
+    return best
 
 
 def _headings(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> dict[Arm, Floats] | None:

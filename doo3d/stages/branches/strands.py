@@ -15,6 +15,9 @@ from ...types import Bools, Chain, Floats, Ints
 SPACING_RADII = 0.4
 """Radii between the samples of a strand."""
 
+MAX_SAMPLES = 50_000
+"""Samples of all strands of a frame at most; harnesses have a tenth of that. Beyond, samples lie farther apart."""
+
 TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
 """Length of strand from which tangent and curvature of an end are taken: radii, and segments at least."""
 
@@ -195,10 +198,11 @@ def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> 
     half_width : function from positions (S, 2) px to the half-width (S,) of the mask there, in an image; None otherwise.
     """
     strands = []
+    least_spacing = sum(chain.length for chain in chains) / MAX_SAMPLES
     for chain in chains:
         radius = chain.radius if chain.radius > 0 else chain.segment_length
         along = arc_length(chain.joints)
-        at = np.linspace(0, along[-1], max(2, round(along[-1] / (SPACING_RADII * radius)) + 1))
+        at = np.linspace(0, along[-1], max(2, round(along[-1] / max(SPACING_RADII * radius, least_spacing)) + 1))
         segment = np.minimum((at / chain.segment_length).astype(int), len(chain.occluded) - 1)
         measured = np.where(np.isfinite(chain.radii) & (chain.radii > 0), chain.radii, radius)
         radii = np.interp(at, along, measured)
@@ -208,6 +212,13 @@ def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> 
             widths, occluded = np.where(widths > 0, widths, radii), occluded | (widths <= 0)
         strands.append(Strand(points, at, radii, occluded, radius, chain.closed, widths))
     return strands
+
+
+def box_distances(points: Floats, strands: Sequence[Strand]) -> Floats:
+    """Return the distance of each of E points (E, D) from the bounding box of each of S strands, (E, S) m (px in 2-D)."""
+    low, high = (np.array([limit(strand.points, axis=0) for strand in strands]) for limit in (np.min, np.max))
+    outside = np.maximum(np.maximum(low[None] - points[:, None], points[:, None] - high[None]), 0.0)
+    return np.asarray(np.linalg.norm(outside, axis=2))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...types import Chain, Floats
-from .strands import INSIDE_DEPTH_RADII, Strand, inside
+from .strands import INSIDE_DEPTH_RADII, Strand, box_distances, inside
 from .tree import stretch_of
 
 TAIL_RADII = 2.5
@@ -38,11 +38,14 @@ def without_tails(
     The chains, and whether any was cut.
     """
     bounds = [[0.0, strand.length] for strand in strands]
+    distances = box_distances(np.concatenate([strand.points[[0, -1]] for strand in strands]), strands)
+    widths = np.array([_reach(float(strand.radii.max()), 0.0) for strand in strands])
     for number, strand in enumerate(strands):
         if strand.closed:
             continue
         for side in (0, 1):
-            others = (other for k, other in enumerate(strands) if k != number and bounds[k] == [0.0, other.length])
+            near = np.flatnonzero(distances[2 * number + side] <= widths + _reach(0.0, strand.radius)).tolist()
+            others = (strands[k] for k in near if k != number and bounds[k] == [0.0, strands[k].length])
             tail = max((_tail(strand, side, other, viewpoint) for other in others), default=0.0)
             if 0 < tail < strand.length - REST_RADII * strand.radius:
                 bounds[number][side] += tail if side == 0 else -tail
@@ -53,9 +56,14 @@ def without_tails(
     return result, any(one is not other for one, other in zip(chains, result, strict=True))
 
 
+def _reach(radius: float, other: float) -> float:
+    """Return how far from the axis of one strand another one that runs inside it may begin, m (px in 2-D), by their radii."""
+    return (1 + INSIDE_DEPTH_RADII) * (radius + other)
+
+
 def _tail(strand: Strand, side: int, other: Strand, viewpoint: Floats | None) -> float:
     """Return the length from an end on along which a strand runs inside another one that goes on; 0 if it is short."""
-    reach = (1 + INSIDE_DEPTH_RADII) * (float(other.radii.max()) + strand.radius)
+    reach = _reach(float(other.radii.max()), strand.radius)
     if np.linalg.norm(other.points - strand.points[-side], axis=1).min() > reach:
         return 0.0
     is_inside, nearest = inside(strand, other, viewpoint)

@@ -113,7 +113,7 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
     As many samples as given, in the same order, with new positions and radii, m (px in 2-D).
     """
     if foreground.sampling is not None and foreground.sampling.is_sparse:
-        return _smoothed_samples(samples, _from_lines(samples, foreground.points))
+        return _smoothed_samples(samples, _from_lines(samples, foreground.points, foreground.sampling.spacing))
     planar = samples.positions.shape[1] == 2
     tangent = samples.tangents()
     axes = planar_axes(tangent) if planar else section_axes(samples.positions, tangent, foreground.viewpoint)
@@ -127,6 +127,10 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
         estimate = _from_circles(samples, axes, thinned(foreground.points))
     return _smoothed_samples(samples, estimate)
 
+
+MIN_SCATTER_SHARE = 1e-3
+"""Least radius of a path of sparse points in their spacings: a wire of 5 mm seen every 0.5 m has ten times that, and points
+exactly on a line would have none."""
 
 MAX_STRENGTH = 1e8
 """Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
@@ -244,7 +248,7 @@ def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estim
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
 
 
-def _from_lines(samples: Samples, points: Floats) -> _Estimate:
+def _from_lines(samples: Samples, points: Floats, spacing: float) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
     distance, near = nearest(thinned(points), samples.positions, MAX_SURFACE_DISTANCE * float(samples.radius.max()), True)
     there = np.isfinite(distance)
@@ -253,7 +257,7 @@ def _from_lines(samples: Samples, points: Floats) -> _Estimate:
         part = samples.of_path(p)
         own = distance[there & (near >= part.start) & (near < part.stop)]
         if len(own):
-            radius[part] = float(np.sqrt(np.mean(own**2)))
+            radius[part] = max(float(np.sqrt(np.mean(own**2))), MIN_SCATTER_SHARE * spacing)
     weight = np.broadcast_to(np.eye(3), (len(radius), 3, 3))
     return _Estimate(samples.positions, weight, radius, radius)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.blocks import Blocks
 from ...geometry.polyline import unit
 from ...kernels import nearest, points_near_line
 from ...types import Bools, Floats, Ints, Path
@@ -82,7 +83,7 @@ def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
     return () if samples.closed[path] else ((part.start, 1), (part.stop - 1, -1))
 
 
-def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spacing: float) -> SurfaceAhead:
+def surface_ahead(samples: Samples, end: int, inwards: int, surface: Blocks, spacing: float) -> SurfaceAhead:
     """Find the surface points near the tangent line at a free end of a path, up to the first stretch ahead without points.
 
     That stretch is a radius long, or two `spacing` if that is more. Points are taken up to 6 radii from the end along each
@@ -97,8 +98,8 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
         index of the sample at the end.
     inwards
         direction from the end into its path: 1 towards higher sample indices, -1 towards lower.
-    points
-        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points.
+    surface
+        the N surface points, (N, D) m, D = 3 (in 2-D: px, D = 2).
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
 
@@ -109,10 +110,15 @@ def surface_ahead(samples: Samples, end: int, inwards: int, points: Floats, spac
     tip, radius = samples.positions[end], float(samples.radius[end])
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
     reach = MAX_END_EXTENSION * radius
-    near, axial, lateral = points_near_line(points, tip, tangent, reach, SURFACE_WIDTH_RADII * radius)
+    near, axial, lateral = points_near_line(
+        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, SURFACE_WIDTH_RADII * radius
+    )
     if not len(near):
         return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)
-    own = np.abs(nearest(near, samples.positions, 2 * radius, False)[1] - end) <= 3 * samples.window_half + 3
+    # the end itself is a sample, so the nearest of each point lies no farther from it than that
+    margin = float(np.linalg.norm(near - tip, axis=1).max())
+    around = samples.blocks.within(near.min(axis=0) - margin, near.max(axis=0) + margin)
+    own = np.abs(around[nearest(near, samples.positions[around], 2 * radius, False)[1]] - end) <= 3 * samples.window_half + 3
     axial, lateral = axial[own], lateral[own]
     order = np.argsort(axial)
     axial, lateral = axial[order], lateral[order]
@@ -141,11 +147,11 @@ def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, s
     -------
     The paths in the same order, with one point more at each end that was extended.
     """
-    result = []
+    result, surface = [], Blocks(points)
     for p, path in enumerate(paths):
         points_of_path, filled, joins = path.points, path.filled, path.joins
         for end, inwards in free_ends(samples, p):
-            ahead = surface_ahead(samples, end, inwards, points, spacing)
+            ahead = surface_ahead(samples, end, inwards, surface, spacing)
             if len(ahead.axial) and ahead.axial[-1] > 0:
                 tip = samples.positions[end] + ahead.axial[-1] * ahead.tangent
                 points_of_path = np.concatenate(([tip], points_of_path) if inwards == 1 else (points_of_path, [tip]))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import RefineConfig
+from ...geometry.blocks import Blocks
 from ...geometry.depth_support import depth_is_filled
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
@@ -127,7 +128,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     """
     if samples is None:
         return []
-    points = context.foreground.points
+    points = Blocks(context.foreground.points)
     surface = thinned(context.grid.centroids)
     chains = []
     for p, path in enumerate(paths):
@@ -141,7 +142,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     return sorted((_directed(chain, context.foreground) for chain in kept), key=lambda chain: -chain.length)
 
 
-def _joints(samples: Samples, p: int, points: Floats, context: FrameContext) -> Floats:
+def _joints(samples: Samples, p: int, points: Blocks, context: FrameContext) -> Floats:
     """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment."""
     part, length = samples.of_path(p), context.segment_length
     axis = samples.positions[part]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from ...geometry.blocks import Blocks
 from ...geometry.polyline import arc_length, resample, tangents
 from ...types import Bools, Floats, Ints, Path
 
@@ -76,6 +78,11 @@ class Samples:
         path = self.of_path(int(self.path[end]))
         index = end + inwards * max(1, round(distance / self.spacing))
         return np.asarray(self.positions[min(max(index, path.start), path.stop - 1)])
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """The positions in blocks, to find those near a place."""
+        return Blocks(self.positions)
 
     def tangents(self) -> Floats:
         """Return the unit tangent of the path at each of the S samples, (S, 3), in 2-D (S, 2), towards higher sample indices."""

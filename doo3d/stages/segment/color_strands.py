@@ -185,6 +185,8 @@ def _told_by_color(color: Array, raised: Bools) -> tuple[Bools, Bools] | None:
 
     The image itself is looked at only round the places where a coarser one shows a band; None if it shows none.
     """
+    if min(color.shape[:2]) < len(BLUR):
+        return None
     coarse = _halved(_halved(color))
     lab = cv2.cvtColor(coarse, cv2.COLOR_RGB2LAB)
     small, size = _halved(lab), lab.shape[1::-1]

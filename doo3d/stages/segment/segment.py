@@ -20,14 +20,27 @@ from .mask_image import object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
-from .point_filter import filter_points
+from .point_filter import draw_points, filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
-from .sparse_strands import find_sparse_strands
+from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
 
+MAX_MASK_PIXELS = 2_000_000
+"""Pixels of a mask at most, as many as voxels of a grid: the object in a frame of 1280x720 has a tenth of that at most."""
+
 DEPTH_CHECK_READINGS = 10_000
 """Readings at most whose median is compared with the range of depths: a wrong unit is a factor of 10 at least."""
+
+BY_SHAPE = ("strands", "plane", "ridge")
+"""Methods that look for strands by their shape; all others are told by the user what the object is."""
+
+AUTO_NOTES = {
+    "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune proposes colors",
+    "plane": "segment: method plane (auto), since no mask or color is given; doo3d tune proposes settings",
+    "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
+}
+"""Notes on the method that `auto` took where nobody said what the object is."""
 
 EXTENT_TOLERANCE = 10
 """Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
@@ -68,10 +81,13 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
             "segment.method is mask but no mask is given: give one, or a capture with a mask/ folder", code="mask-missing"
         )
     if isinstance(data, Cloud):
-        return _segment_cloud(data, config, mask, seed)
-    if isinstance(data, Image):
-        return _segment_image(data, config, mask, seed)
-    return _segment_frame(data, config, mask, seed)
+        made = _segment_cloud(data, config, mask, seed)
+    elif isinstance(data, Image):
+        made = _segment_image(data, config, mask, seed)
+    else:
+        made = _segment_frame(data, config, mask, seed)
+    by_auto = config.method == "auto" and not made.foreground.is_told
+    return replace(made, choice=AUTO_NOTES[made.method]) if by_auto else made
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
@@ -97,14 +113,19 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     InputError : the mask has another size; no pixel in the mask has depth; the depth lies outside `min_depth` to `max_depth`
         (wrong unit).
     """
-    return replace(segment(data, config, mask), method=EXTENDED, base=base.base or base)
+    extended = segment(data, config, mask)
+    foreground = replace(extended.foreground, is_told=base.foreground.is_told)
+    return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     if mask is None:
         _check_frame_depth(frame, config)
     method, selected, note = _select(frame, config, mask, seed, frame.depth.shape)
+    is_told = _is_told(method, config)
     may_have_wide = method not in (MASK, "everything")
+    if method != "everything":
+        _check_size(selected)
     given = selected
     if frame.color is not None and method not in ("everything", "plane", "strands"):
         selected = repair_mask(given, frame.color)
@@ -137,6 +158,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         camera=frame.camera,
         viewpoint=np.zeros(3),
         notes=_notes(method, note, pixels > 0),
+        is_told=is_told,
     )
     without_depth = pixels - split.removed - measured - outliers
     record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
@@ -150,11 +172,13 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) == "strands":
         mask = drawn
     method, selected, note = _select(image, config, mask, seed, shape)
+    is_told = _is_told(method, config)
     # an image of the mask tells nothing that the mask does not
     color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
+    _check_size(cleaned.mask)
     split = split_strands(cleaned.mask, selected, color, None, config.equal_widths)
     cleaned = cleaned._replace(mask=split.mask)
     pixels = mask_pixels(cleaned.mask)
@@ -165,6 +189,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         side_by_side=split.side_by_side,
         color=color,
         notes=_notes(method, note, len(pixels) > 0),
+        is_told=is_told,
     )
     return replace(_record(foreground, method, cleaned), split=split.removed)
 
@@ -172,7 +197,9 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     _check_extent(cloud, config)
     method, selected, note = _select(cloud, config, mask, seed, (len(cloud.points),))
-    points, means, outliers = filter_points(cloud.points[selected])
+    is_told = cloud.segmented or _is_told(method, config)
+    chosen, limits = draw_points(cloud.points[selected], seed)
+    points, means, outliers = filter_points(chosen)
     sampling, bridges = None, None
     sparse = None if cloud.views else find_sparse_strands(points)
     if sparse is None and len(points):
@@ -180,6 +207,10 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         sampling = CloudSampling(spacing, None, *separate_strands(points, spacing))
     elif sparse is not None:
         outliers += int(np.count_nonzero(~sparse.kept))
+        if len(points) > MAX_SPARSE_POINTS:
+            limits += (
+                f"segment: of {len(points)} points along thin strands {MAX_SPARSE_POINTS} at most are used, to bound time",
+            )
         points, means, bridges, sampling = points[sparse.kept], sparse.centered, sparse.bridges, sparse.sampling
     foreground = Foreground(
         points=points,
@@ -187,10 +218,11 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         bridges=bridges,
         sampling=sampling,
         viewpoint=cloud.viewpoint,
-        notes=_notes(method, note, bool(selected.any())),
+        notes=_notes(method, note, bool(len(chosen))),
         views=cloud.views,
+        is_told=is_told,
     )
-    return Segmentation(foreground, method, int(np.count_nonzero(selected)), 0, 0, 0, 0, outliers)
+    return Segmentation(foreground, method, len(chosen), 0, 0, 0, 0, outliers, limits=limits)
 
 
 def _select(
@@ -207,6 +239,20 @@ def _select(
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
     chosen, note = selected if isinstance(selected, Selected) else (selected, "")
     return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note
+
+
+def _check_size(mask: Bools) -> None:
+    """Refuse a mask (H, W) of so many pixels that the stages would take too much time and memory, before any of them."""
+    pixels = int(np.count_nonzero(mask))
+    if pixels > MAX_MASK_PIXELS:
+        raise InputError(
+            f"the mask has {pixels} pixels, the limit is {MAX_MASK_PIXELS}: scale the image down", code="voxels-too-many"
+        )
+
+
+def _is_told(method: str, config: SegmentConfig) -> bool:
+    """Tell whether somebody said what the object is, by a mask or the settings; if not, strands were looked for by shape."""
+    return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 
 
 def _notes(method: str, note: str, found: bool) -> tuple[str, ...]:

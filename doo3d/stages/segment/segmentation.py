@@ -49,6 +49,10 @@ class Segmentation:
         readings whose depth was smoothed along the strand, where depth is torn or comes in waves; 0 in 2-D and for a cloud.
     split
         pixels removed between strands that run side by side, so that each is a piece of its own.
+    limits
+        messages to the user: what was left out of too large a frame or cloud, to bound time and memory.
+    choice
+        a sentence on the method that `auto` took where nobody said what the object is; else empty.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     """
@@ -65,4 +69,6 @@ class Segmentation:
     repaired: int = 0
     smoothed: int = 0
     split: int = 0
+    limits: tuple[str, ...] = ()
+    choice: str = ""
     base: Segmentation | None = None

@@ -22,6 +22,9 @@ from .depth_filter import Readings
 NEARER_SHARE = 0.35
 """Share of the readings across a strand that are nearer than the one taken for the strand: what is wrong mostly lies behind."""
 
+FIRST_REACH_PX = 3.0
+"""px within which the skeleton is looked for first: half of a thin strand. In noise a larger reach holds thousands of pixels."""
+
 MIN_BRANCH_PX = 12
 """Pixels with readings of a branch at least; shorter ones do not tell what is smooth."""
 
@@ -147,14 +150,24 @@ def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
 
 def _smooth_readings(readings: Readings, line: Ints, bounds: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
     """Return the smooth depth (N,) m of the readings on branches that are smoothed, 0 for the others."""
-    radius_px = radius * frame.camera.fx / float(np.median(readings.depth))
-    near = nearest(readings.pixels.astype(float), line.astype(float), max(3 * radius_px, 3.0), False)[1]
+    near = _nearest_samples(readings.pixels.astype(float), line.astype(float))
     value, count = _nearer_readings(1 / readings.depth, near, len(line))
     smooth = np.zeros(len(line))
-    for part in map(slice, bounds[:-1].tolist(), bounds[1:].tolist()):
-        if np.count_nonzero(count[part]) >= MIN_BRANCH_PX:
-            smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
+    measured = np.concatenate(([0], np.cumsum(count > 0)))
+    for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():  # of noise most branches are short
+        part = slice(int(bounds[k]), int(bounds[k + 1]))
+        smooth[part] = _smooth_depth(value[part], count[part] > 0, line[part], mask, radius, frame)
     return smooth[near]
+
+
+def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
+    """Return the nearest sample (S, 2) of each pixel (N, 2), (N,): within FIRST_REACH_PX, or twice that, and so on."""
+    reach = FIRST_REACH_PX
+    distance, near = nearest(pixels, line, reach, True)
+    while len(far := np.flatnonzero(np.isinf(distance))):
+        reach *= 2
+        distance[far], near[far] = nearest(pixels[far], line, reach, True)
+    return near
 
 
 def _skeleton(mask: Bools) -> tuple[Ints, Ints]:

@@ -24,6 +24,9 @@ MIN_READINGS = 50
 SURROUNDINGS = 0.25
 """Margin of the box around the object, as a fraction of its longer side, in which the plane is looked for."""
 
+PLANE_DIGITS = 12
+"""Decimal places of the plane, whose height is in m. The 16th is that of the linear algebra of this processor."""
+
 
 def find_supporting_plane(
     data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
@@ -64,7 +67,7 @@ def find_supporting_plane(
     if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_INLIER_FRACTION:
         return None
     sign = 1.0 if float(normal @ inside) >= height else -1.0
-    return Plane(sign * normal, sign * height)
+    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
 def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:

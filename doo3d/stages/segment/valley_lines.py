@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ...kernels import thin_pixels
 from ...types import Array, Bools, Floats, Ints
@@ -68,8 +69,11 @@ def find_valley_lines(valley: Array, bottom: Bools, bundles: Bundles) -> Bools:
     deep = np.zeros(len(size), dtype=bool)
     for k in np.argsort(-size, kind="stable")[: MAX_VALLEYS + 1]:
         if k and size[k] >= MIN_VALLEY_RADII * radius:
-            own = label == k
-            deep[k] = np.median(valley[own]) >= SURE_VALLEY and np.median(distance[own]) >= MIN_SPACING_RADII * radius
+            left, top, width, height = stats[k, : cv2.CC_STAT_HEIGHT + 1]
+            box = slice(top, top + height), slice(left, left + width)
+            own = label[box] == k
+            is_inside = np.median(distance[box][own]) >= MIN_SPACING_RADII * radius
+            deep[k] = np.median(valley[box][own]) >= SURE_VALLEY and is_inside
     return _opening_lines(np.where(deep[label], label, 0), bundles)
 
 
@@ -84,7 +88,7 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     carried = [_carry_on(end, label, bundles) for end in ends]
     position = np.array([end.position for end in ends]).reshape(-1, 2)
     number = np.array([end.line for end in ends], dtype=np.int64)
-    near = np.argwhere(np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1)) <= LINK_RADII * bundles.radius)
+    near = cKDTree(position).query_pairs(LINK_RADII * bundles.radius, output_type="ndarray")
     size = int(label.max()) + 1
     graph = coo_array((np.ones(len(near)), (number[near[:, 0]], number[near[:, 1]])), shape=(size, size))
     group = connected_components(graph, directed=False)[1]

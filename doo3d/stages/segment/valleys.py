@@ -40,6 +40,10 @@ MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
 
 """m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
 
+MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
+"""Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
+of the mask is no bundle, and to measure it takes seconds."""
+
 MAX_VALUES = 2000
 """Pixels at most from which the contrast within a mask is estimated."""
 
@@ -121,10 +125,24 @@ def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
     """
     outline = close_gaps(part, math.ceil(WEDGE_RADII * radius))
     distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    half = math.ceil(widest)
-    half_width = cv2.dilate(distance, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * half + 1, 2 * half + 1)))
+    half_width = _largest_within(distance, min(math.ceil(widest), math.ceil(max(MAX_BUNDLE_RADII * radius, MAX_BUNDLE_PX))))
     strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / (EQUAL_RADII * radius)))
     return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
+
+
+def _largest_within(values: Array, radius: int) -> Array:
+    """Return the largest of the values (h, w) within a radius in px of each pixel: a dilation by an ellipse, row by row of it.
+
+    A row of the ellipse is a running maximum, whose time does not depend on its length.
+    """
+    height = len(values)
+    ellipse = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
+    result = values.copy()
+    for row in range(min(radius, height - 1) + 1):
+        running = cv2.dilate(values, np.ones((1, int(ellipse[radius + row].sum())), np.uint8))
+        np.maximum(result[: height - row], running[row:], out=result[: height - row])
+        np.maximum(result[row:], running[: height - row], out=result[row:])
+    return result
 
 
 def _nearness(depth: Array, part: Bools, radius: float) -> Array:

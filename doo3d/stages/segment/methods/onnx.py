@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import cv2
 import numpy as np
 
 from ....config import OnnxConfig, SegmentConfig
 from ....errors import InputError, unread_code
+from ....guard.isolation import isolated
 from ....types import Array, Bools, Cloud, Frame, Image
+
+_MAX_FIRST_RUN_BYTES = 8 << 30
+"""Memory of a first run. Source: the 8 GB that a laptop has; what needs more would not run there after the check either."""
+
+_MAX_FIRST_RUN_S = 120.0
+"""Time of a first run, s. Source: a captured minute has 1800 frames, which at this pace take 2.5 days; nobody waits for more."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
@@ -35,14 +45,14 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
     Raises
     ------
-    InputError : the data has no color image; the model cannot be read, is no ONNX model, or does not run on an input of this
-        size; its output is no image; it has no such class.
+    InputError : the data has no color image; the model cannot be read, is no ONNX model, does not run on an input of this size,
+        or ends the process of its first run; its output is no image; it has no such class.
     """
     color = None if isinstance(data, Cloud) else data.color
     if color is None:
         raise InputError("segment.method is onnx, which needs a color image", code="method-needs-color")
     settings = config.onnx
-    scores = _scores(_run(str(settings.model), _input(color, settings), settings), settings)
+    scores = _scores(_run(str(settings.model), _input(color, settings)), settings)
     size = color.shape[1], color.shape[0]
     if len(scores) == 1:
         return np.asarray(cv2.resize(scores[0], size, interpolation=cv2.INTER_LINEAR) > settings.threshold)
@@ -63,36 +73,76 @@ def _input(color: Array, settings: OnnxConfig) -> Array:
     return np.ascontiguousarray(image.transpose(2, 0, 1)[None])
 
 
-def _run(path: str, image: Array, settings: OnnxConfig) -> Array:
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """A model that has been read. name : as errors name it. digest : of its content."""
+
+    name: str
+    content: bytes
+    digest: str
+
+
+_tried: set[tuple[str, tuple[int, ...]]] = set()
+"""Digests of models that ran in a process of their own, with the shapes of their inputs."""
+
+
+def _run(path: str, image: Array) -> Array:
+    """Return the output of the model for an image (1, 3, H, W).
+
+    OpenCV ends the process on some damaged models. The first image of each shape is therefore run in another process before.
+    """
     try:
         status = os.stat(path)
-        network = _load(path, status.st_mtime_ns, status.st_size)
+        model = _read(path, status.st_mtime_ns, status.st_size)
     except OSError as error:
         raise InputError(f"segment.onnx.model {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
+    if (model.digest, image.shape) not in _tried:
+        isolated(
+            _try, model, image, where=model.name, code="onnx-unreadable", memory=_MAX_FIRST_RUN_BYTES, seconds=_MAX_FIRST_RUN_S
+        )
+        _tried.add((model.digest, image.shape))
+    return _forward(_network(model), image, model.name)
+
+
+@lru_cache(maxsize=2)
+def _read(path: str, modified: int, size: int) -> _Model:
+    """Return the model; `modified` and `size` of the file are there to make another key of the cache."""
+    content = Path(path).read_bytes()
+    return _Model(f"segment.onnx.model {path}", content, hashlib.sha256(content).hexdigest())
+
+
+@lru_cache(maxsize=2)
+def _network(model: _Model) -> cv2.dnn.Net:
+    return _load(model)
+
+
+def _try(model: _Model, image: Array) -> None:
+    """Load the model and run it once."""
+    _forward(_load(model), image, model.name)
+
+
+def _load(model: _Model) -> cv2.dnn.Net:
+    try:
+        network = cv2.dnn.readNetFromONNX(np.frombuffer(model.content, np.uint8)) if model.content else None
+    except (cv2.error, SystemError) as error:
+        raise InputError(
+            f"{model.name}: not an ONNX model that OpenCV can run ({_sentence(error)})", code="onnx-unreadable"
+        ) from None
+    if network is None or network.empty():
+        raise InputError(f"{model.name}: not an ONNX model", code="onnx-unreadable")
+    return network
+
+
+def _forward(network: cv2.dnn.Net, image: Array, name: str) -> Array:
     try:
         network.setInput(image)
         return np.asarray(network.forward())
     except (cv2.error, SystemError) as error:
         raise InputError(
-            f"segment.onnx.model {path}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
+            f"{name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
             "set segment.onnx.input_size to the size that the model was exported with",
             code="onnx-input",
         ) from None
-
-
-@lru_cache(maxsize=2)
-def _load(path: str, modified: int, size: int) -> cv2.dnn.Net:
-    """Return the network; `modified` and `size` of the file are there to make another key of the cache."""
-    content = np.fromfile(path, dtype=np.uint8)
-    try:
-        network = cv2.dnn.readNetFromONNX(content) if len(content) else None
-    except (cv2.error, SystemError) as error:
-        raise InputError(
-            f"segment.onnx.model {path}: not an ONNX model that OpenCV can run ({_sentence(error)})", code="onnx-unreadable"
-        ) from None
-    if network is None or network.empty():
-        raise InputError(f"segment.onnx.model {path}: not an ONNX model", code="onnx-unreadable")
-    return network
 
 
 def _scores(output: Array, settings: OnnxConfig) -> Array:

@@ -17,6 +17,11 @@ from .selected import Selected
 IMAGE_PIXELS = 640 * 360
 """Pixels; larger photographs are scaled down to this many before strands are looked for."""
 
+MAX_ASPECT = 16
+"""Length of a photograph over its width at most: it is turned in all directions, which takes the square of its length."""
+
+ASPECT_NOTE = "segment (strands): in a photograph of {}x{} px, over {} times as long as wide, no strands are looked for: crop it"
+
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
     """Select strands by their color, and in a frame also what is raised from the plane.
@@ -52,6 +57,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
 
 def _in_image(color: Array) -> Selected:
     shape = color.shape[:2]
+    if max(shape) > MAX_ASPECT * min(shape):
+        return Selected(np.zeros(shape, dtype=bool), ASPECT_NOTE.format(shape[1], shape[0], MAX_ASPECT))
     shrink = max(1.0, (shape[0] * shape[1] / IMAGE_PIXELS) ** 0.5)
     color = np.ascontiguousarray(color)
     if shrink > 1:

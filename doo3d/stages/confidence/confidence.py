@@ -15,18 +15,17 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..geometry.depth_support import depth_support
-from ..geometry.foreground_view import projection_of
-from ..geometry.mask import bounding_box
-from ..geometry.polyline import arc_length
-from ..types import Bools, Chain, Crossing, Floats, Foreground
-from . import FrameContext
+from ...config import Config
+from ...geometry.depth_support import depth_support
+from ...geometry.foreground_view import projection_of
+from ...geometry.mask import bounding_box
+from ...geometry.polyline import arc_length
+from ...types import Bools, Chain, Crossing, Floats, Foreground
+from .. import FrameContext
+from .looks import Looks, looks_of
 
-BASE_LOG_ODDS = 5.06
-"""Logarithm of the odds that a chain without any evidence against it is right. This constant and the weights are fitted by
-docs/fit_confidence.py to seeds 0 to 2 of all families of scenes."""
-
-WEIGHTS = {
+TOLD = {
+    "base": 5.06,
     "joins": 0.27,
     "unsupported": 0.79,
     "residual": 1.47,
@@ -35,8 +34,44 @@ WEIGHTS = {
     "beside": 2.01,
     "unclaimed": 5.20,
     "dropped": 5.27,
+    "stubby": 1.47,
+    "stray": 5.19,
+    "odd": 2.89,
 }
-"""What a unit of each kind of evidence takes from the logarithm of the odds."""
+"""Logarithm of the odds that a chain without any evidence against it is right, and what a unit of each kind of evidence takes
+from it, where somebody said what the object is: fitted by docs/fit_confidence.py to seeds 0 to 2 of all families of scenes."""
+
+UNTOLD = {
+    "base": 5.12,
+    "joins": 0.11,
+    "unsupported": 1.63,
+    "residual": 0.32,
+    "bend": 1.66,
+    "undecided": 1.25,
+    "beside": 0.13,
+    "unclaimed": 3.71,
+    "stubby": 3.48,
+    "uneven": 7.59,
+    "flat": 1.84,
+    "edge": 3.82,
+    "stray": 3.81,
+    "odd": 1.42,
+}
+"""The same where strands were looked for in a frame or a cloud by their shape alone: fitted, by the regression of
+docs/fit_confidence.py, to automatic segmentation of seeds 0 and 1 of the same scenes and of an earlier state of those without a
+cable. The script as a whole was last run before `edge` was added."""
+
+UNTOLD_IMAGE = {
+    "base": 3.51,
+    "unsupported": 6.27,
+    "bend": 2.81,
+    "undecided": 0.92,
+    "beside": 1.84,
+    "unclaimed": 2.40,
+    "stubby": 3.33,
+    "uneven": 5.31,
+}
+"""The same in a photograph: fitted to the color images of these scenes and to labelled photographs."""
 
 SAMPLE_RADII, BEND_SAMPLES = 0.5, 4
 """Radii between samples along a chain, and samples on either side between which it turns."""
@@ -66,6 +101,13 @@ MAX_LINES = 5000
 MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 """px; positions farther out are not drawn, and the widest line that can be."""
 
+STRAY_LENGTH_SHARE = 0.2
+"""Share of the longest object's length up to which another one may be a stub of noise or clutter beside it."""
+
+MAX_SAMPLES, MAX_PAIRS = 50_000, 2_000_000
+"""Samples of all chains of a frame, and pairs of near ones, at most, for time and memory: ten ropes of 10 m have a tenth of that.
+Beyond, samples lie farther apart."""
+
 MAX_DROPPED_RADII = 20.0
 """Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
 
@@ -92,6 +134,18 @@ class Evidence:
         square root of the share of the mask that belongs to no chain; the same for all chains of a frame.
     dropped
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
+    stubby, uneven, flat, edge
+        how little the chain looks like a cable by itself, see `Looks`; 0 where somebody said what the object is, unless `stray`.
+    stray
+        1 if the number of chains was left to the data and another object is five times as long; else 0.
+    odd
+        logarithm of the ratio of the two radii, absolute, where `stray` is 1; else 0.
+    is_wide
+        whether it is wider than `segment.max_width` in a frame where nobody said what the object is: it is none then.
+    is_told
+        whether somebody said what the object is; if not, strands were looked for by their shape alone.
+    is_planar
+        whether the chain was found in an image, without depth.
     """
 
     joins: float = 0.0
@@ -102,16 +156,49 @@ class Evidence:
     beside: float = 0.0
     unclaimed: float = 0.0
     dropped: float = 0.0
+    stubby: float = 0.0
+    uneven: float = 0.0
+    flat: float = 0.0
+    edge: float = 0.0
+    stray: float = 0.0
+    odd: float = 0.0
+    is_wide: bool = False
+    is_told: bool = True
+    is_planar: bool = False
+
+    @property
+    def may_be_clutter(self) -> bool:
+        """Whether the chain may be no object at all: found by shape alone, or short beside one five times as long."""
+        return not self.is_told or self.stray > 0
+
+    def amounts(self) -> dict[str, float]:
+        """Return the amount of each kind of evidence by name."""
+        return {name: value for name, value in vars(self).items() if not name.startswith("is_")}
+
+    def losses(self) -> dict[str, float]:
+        """Return what each kind of evidence takes from the logarithm of the odds, by name."""
+        weights = self._weights()
+        return {name: weights.get(name, 0.0) * amount for name, amount in self.amounts().items()}
 
     @property
     def confidence(self) -> float:
         """The probability, 0 to 1, that the chain is right."""
-        log_odds = BASE_LOG_ODDS - sum(weight * getattr(self, name) for name, weight in WEIGHTS.items())
+        if self.is_wide:
+            return 0.0
+        log_odds = self._weights()["base"] - sum(self.losses().values())
         return 1 / (1 + math.exp(min(-log_odds, MAX_EXPONENT)))
+
+    def _weights(self) -> dict[str, float]:
+        return TOLD if self.is_told else UNTOLD_IMAGE if self.is_planar else UNTOLD
 
 
 def with_confidence(
-    chains: Sequence[Chain], crossings: Sequence[Crossing], dropped: float, context: FrameContext
+    chains: Sequence[Chain],
+    crossings: Sequence[Crossing],
+    dropped: float,
+    context: FrameContext,
+    config: Config,
+    bodies: Sequence[Sequence[int]] | None = None,
 ) -> tuple[list[Chain], list[Evidence]]:
     """Return the chains with their confidence, and the evidence that it comes from.
 
@@ -125,6 +212,10 @@ def with_confidence(
         length of the pieces dropped because of the wanted number of chains, m (px in 2-D).
     context
         the data of the frame.
+    config
+        the settings: `merge.chains` tells whether the number of objects is given, `segment.max_width` how wide one may be.
+    bodies
+        indices of the chains of each branched object; None if each chain is an object.
 
     Returns
     -------
@@ -133,13 +224,20 @@ def with_confidence(
     if not chains:
         return [], []
     foreground = context.foreground
-    samples = [_samples(chain, foreground) for chain in chains]
+    lengths = _object_lengths(chains, bodies)
+    longest = int(np.argmax(lengths))
+    least_step = sum(chain.length for chain in chains) / MAX_SAMPLES
+    samples = [_samples(chain, foreground, least_step) for chain in chains]
     beside = _beside(samples, chains)
     unclaimed = math.sqrt(_unclaimed(samples, foreground))
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
         unsupported, residual = _depth_doubts(chain, foreground)
+        is_stray = config.merge.chains is None and lengths[i] <= STRAY_LENGTH_SHARE * lengths[longest]
+        looks = Looks()
+        if is_stray or not foreground.is_told:
+            looks = looks_of(chain, lengths[i], samples[i].view, samples[i].reach, foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -150,9 +248,28 @@ def with_confidence(
                 beside=math.sqrt(float(beside[i].mean())),
                 unclaimed=unclaimed,
                 dropped=share_dropped,
+                **looks._asdict(),
+                stray=float(is_stray),
+                odd=_radius_ratio(chain, chains[longest]) if is_stray else 0.0,
+                is_wide=not foreground.is_told and foreground.camera is not None and 2 * chain.radius > config.segment.max_width,
+                is_told=foreground.is_told,
+                is_planar=chain.joints.shape[1] == 2,
             )
         )
     return [replace(chain, confidence=each.confidence) for chain, each in zip(chains, evidence, strict=True)], evidence
+
+
+def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | None) -> Floats:
+    """Return for each chain the length of the object that it is a part of, m (px in 2-D)."""
+    lengths = np.array([chain.length for chain in chains])
+    for body in bodies or ():
+        lengths[list(body)] = lengths[list(body)].sum()
+    return lengths
+
+
+def _radius_ratio(first: Chain, second: Chain) -> float:
+    """Return the logarithm of the ratio of two radii, absolute; 0 if one is unknown."""
+    return abs(math.log(first.radius / second.radius)) if first.radius > 0 and second.radius > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -164,10 +281,10 @@ class _Samples:
     along: Floats
 
 
-def _samples(chain: Chain, foreground: Foreground) -> _Samples:
+def _samples(chain: Chain, foreground: Foreground, least_step: float) -> _Samples:
     radius = chain.radius if chain.radius > 0 else chain.segment_length
     length = arc_length(chain.joints)
-    along = np.arange(0, length[-1], SAMPLE_RADII * radius)
+    along = np.arange(0, length[-1], max(SAMPLE_RADII * radius, least_step))
     points = np.column_stack([np.interp(along, length, axis) for axis in chain.joints.T])
     view = projection_of(foreground)
     positions = view.project(points)
@@ -204,15 +321,20 @@ def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]
     if len(view):
         number = np.repeat(np.arange(len(samples)), np.diff(bounds, prepend=0))
         tangent = np.concatenate([_tangents(each.view) for each in samples])
-        pairs = cKDTree(view).query_pairs(BESIDE_RADII * float(reach.max()), output_type="ndarray")
-        a, b = pairs.T
+        tree, stride, limit = cKDTree(view), 1, BESIDE_RADII * float(reach.max())
+        while tree.n**2 > MAX_PAIRS and tree.count_neighbors(tree, limit) > MAX_PAIRS:
+            stride *= 2
+            tree = cKDTree(view[::stride])
+        a, b = stride * tree.query_pairs(limit, output_type="ndarray").T
         circumference = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
         difference = np.abs(along[a] - along[b])
         difference = np.minimum(difference, np.abs(circumference[number[a]] - difference))
         other = (number[a] != number[b]) | (difference > APART_RADII)
         near = np.linalg.norm(view[a] - view[b], axis=1) < BESIDE_RADII * np.maximum(reach[a], reach[b])
         parallel = np.abs((tangent[a] * tangent[b]).sum(axis=1)) > math.cos(BESIDE_ANGLE)
-        flags[pairs[other & near & parallel].ravel()] = True
+        found = other & near & parallel
+        flags[a[found]] = flags[b[found]] = True
+        flags = np.repeat(flags[::stride], stride)[: len(flags)]
     return [part if len(part) else np.zeros(1, dtype=bool) for part in np.split(flags, bounds[:-1])]
 
 
