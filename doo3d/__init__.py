@@ -15,12 +15,14 @@ if TYPE_CHECKING:
     from .inputs import open_capture
     from .inspection.explain import explain
     from .pipeline import detect
+    from .runs.detect_capture import run
     from .sequence.detect_sequence import detect_sequence
     from .sequence.detector import Detector
     from .sequence.fusion import fuse
     from .sequence.tracking import Tracker
     from .types import Camera, Chain, Cloud, Detection, Frame, Image
     from .viz import draw
+    from .viz.report.write import report
 
 __version__ = "0.1.0"
 
@@ -47,6 +49,8 @@ _MODULE_OF = {
     "fuse": "sequence.fusion",
     "load_config": "config",
     "open_capture": "inputs",
+    "report": "viz.report.write",
+    "run": "runs.detect_capture",
 }
 
 __all__ = [
@@ -72,6 +76,8 @@ __all__ = [
     "fuse",
     "load_config",
     "open_capture",
+    "report",
+    "run",
 ]
 
 

@@ -7,7 +7,9 @@ Command modules import only typer and each other at the top; heavy imports stay 
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -16,7 +18,8 @@ from typer.core import TyperGroup
 from . import __version__
 from .commands import bench, compare, config, detect, evaluate, explain, export, info, presets, report, samples, tune, video, view
 from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
-from .errors import DooError
+from .commands.progress_bars import remove_bars
+from .errors import IN_SHELL, DooError, DooWarning
 
 COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "detect": (detect.detect, None),
@@ -65,15 +68,27 @@ class CommandGroup(TyperGroup):
         ctx : click's context, with the parsed arguments.
         """
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.simplefilter("default", DooWarning)
+                warnings.showwarning = partial(_note, warnings.showwarning)
+                return super().invoke(ctx)
         except DooError as error:
-            typer.echo(f"doo3d: {error} [{error.code}]", err=True)
+            typer.echo(f"doo3d: {error.told(IN_SHELL)} [{error.code}]", err=True)
             raise typer.Exit(NOTHING_DONE) from None
         except KeyboardInterrupt:
             _exit_interrupted()
 
 
+def _note(otherwise: Callable[..., None], message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+    """Print a warning of doo3d as a note; any other as it would be without this function."""
+    if issubclass(category, DooWarning):
+        typer.echo(f"doo3d: note: {message}", err=True)
+    else:
+        otherwise(message, category, *place, **more)
+
+
 def _exit_interrupted() -> NoReturn:
+    remove_bars()
     typer.echo("doo3d: interrupted", err=True)
     sys.exit(INTERRUPTED)
 

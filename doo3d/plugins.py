@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import warnings
 from collections.abc import Callable, Iterator, MutableMapping
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from .errors import ConfigError, DooError, DooWarning
@@ -37,10 +37,20 @@ class Registry(MutableMapping[str, T], Generic[T]):
         the entries of doo3d.
     package
         the package that the modules of `own` are relative to.
+    fault_of
+        returns what an entry lacks to be one of this registry, such as "is not callable"; None if it lacks nothing.
     """
 
-    def __init__(self, group: str, own: dict[str, str | T], package: str = "") -> None:
+    def __init__(
+        self,
+        group: str,
+        own: dict[str, str | T],
+        package: str = "",
+        fault_of: Callable[[Any], str | None] = lambda entry: None if callable(entry) else "is not callable",
+    ) -> None:
         self.group = group
+        self._fault_of = fault_of
+        self._left_out: set[str] = set()
         self._entries = dict(own)
         self._package = package
         self._built_in = frozenset(own)
@@ -56,7 +66,7 @@ class Registry(MutableMapping[str, T], Generic[T]):
         Raises
         ------
         KeyError : no entry has this name.
-        ConfigError : a plug-in has it, and cannot be imported.
+        ConfigError : a plug-in has it, and cannot be imported or used.
         """
         entry = self._entries[name] if name in self._entries else self._plug_in(name)
         if not isinstance(entry, str):
@@ -67,6 +77,9 @@ class Registry(MutableMapping[str, T], Generic[T]):
         return loaded
 
     def __setitem__(self, name: str, entry: T) -> None:
+        fault = None if isinstance(entry, str) else self._fault_of(entry)
+        if fault:
+            raise ConfigError(f"{name} cannot be added to {self.group}: {entry!r} {fault}", code="plugin-broken")
         self._entries[name] = entry
 
     def __delitem__(self, name: str) -> None:
@@ -95,10 +108,36 @@ class Registry(MutableMapping[str, T], Generic[T]):
         if name not in self._loaded:
             entry_point = self._plug_ins()[name]
             try:
-                self._loaded[name] = entry_point.load()
+                loaded = entry_point.load()
             except Exception as error:  # any code may stand there
                 raise _broken(entry_point, "cannot be imported", error) from error
+            if fault := self._fault_of(loaded):
+                raise ConfigError(f"{_described(entry_point)} {fault}: mend or uninstall it", code="plugin-broken")
+            self._loaded[name] = loaded
         return self._loaded[name]
+
+    def working(self) -> Iterator[tuple[str, T]]:
+        """Yield the names and entries that can be used; a note names each plug-in that is left out."""
+        for name in self:
+            entry = self.attempt(name, partial(self.__getitem__, name))
+            if entry is not None:
+                yield name, entry
+
+    def attempt(self, name: str, function: Callable[[], R]) -> R | None:
+        """Return the value of a function of a plug-in among others; None, and a note, if the plug-in is broken.
+
+        name : name of the plug-in. function : raises a ConfigError with the code "plugin-broken" if it is.
+        """
+        if name in self._left_out:
+            return None
+        try:
+            return function()
+        except ConfigError as error:
+            if error.code != "plugin-broken":
+                raise
+            self._left_out.add(name)
+            warnings.warn(f"{error}; it is left out", DooWarning, stacklevel=3)
+            return None
 
     def call(self, name: str, function: Callable[..., R], *args: Any) -> R:
         """Call a function of an entry; a fault of a plug-in is told as such.

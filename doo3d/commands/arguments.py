@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import InputError
+from ..outputs.new_file import check_new_file as check_new_file
+from ..outputs.new_file import named_after as named_after
+from ..outputs.new_file import save as save
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -93,8 +95,12 @@ FrameOption = Annotated[
     str | None, typer.Option("--frame", metavar="N", help="Frame to use: its name, or its number from 0; -1 is the last.")
 ]
 Results = Annotated[Path, typer.Argument(metavar="OUT", help="The folder that doo3d detect wrote.")]
-
-T = TypeVar("T")
+MinConfidence = Annotated[
+    float,
+    typer.Option(
+        "--min-confidence", metavar="P", min=0.0, max=1.0, help="Leave out objects whose confidence, 0 to 1, is below this."
+    ),
+]
 
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
@@ -144,55 +150,3 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
         raise InputError(
             f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {names}", code="frame-unknown"
         ) from None
-
-
-def named_after(results: Path, suffix: str) -> Path:
-    """Return the path of a product of a run that no name was given for: beside the folder of the run, named like it.
-
-    results : the folder, such as out. suffix : of the product, such as ".html".
-    """
-    folder = results.resolve() if results.name in ("", "..") else results
-    return folder.with_name(folder.name + suffix)
-
-
-def check_new_file(path: Path, force: bool) -> None:
-    """Check that a new file may be written at `path`; nothing is written.
-
-    Raises
-    ------
-    InputError : `path` is a folder, its folder does not exist, or the file exists and `force` is false.
-    """
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists already: give another name with -o, or --force to replace it", code="out-exists")
-    if not path.absolute().parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist: create it first", code="out-folder-missing")
-
-
-def save(path: Path, content: str | bytes) -> None:
-    """Write a text (as UTF-8) or bytes to the file `path`, replacing an existing file.
-
-    Raises
-    ------
-    InputError : the file cannot be written.
-    """
-    from ..outputs.atomic import write_bytes
-
-    try:
-        write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
-
-
-def with_progress(items: Sequence[T]) -> Iterable[T]:
-    """Return an iterable over `items` that shows a progress bar while it is iterated.
-
-    The bar is on stderr. Without a terminal, or for fewer than two items, `items` is returned as it is.
-    """
-    if len(items) < 2 or not sys.stderr.isatty():
-        return items
-    from rich.console import Console
-    from rich.progress import track
-
-    return track(items, "", console=Console(stderr=True), transient=True)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
+from ..runs.base_pose import check_pose_use
 from .arguments import (
     CameraOption,
     EndOption,
@@ -22,7 +23,6 @@ from .arguments import (
     StartOption,
     config_of,
 )
-from .base_pose import check_pose_use
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .interruption import interruptible
@@ -105,7 +105,7 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..inputs import ReadOptions, open_capture
+        from ..inputs import Capture, ReadOptions, open_capture
         from ..inputs.capture import notes_of
         from ..inputs.frame_selection import Selection, select_frames
 
@@ -113,7 +113,7 @@ def detect(
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
         read_options = ReadOptions.from_pairs(given, camera)
         check_pose_use(read_options, effective, fuse_views)
-        opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
+        opened: Capture = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else notes_of(opened):
             typer.echo(f"note: {note}", err=True)
@@ -143,7 +143,7 @@ def detect(
 
             @contextmanager
             def passes(name: str) -> Iterator[Reporter]:
-                with reporting(len(names), width, quiet, name, lines=name == "second pass") as reporter:
+                with reporting(len(names), width, quiet, name, name == "second pass", time_limit) as reporter:
                     interruption.reporter = reporter
                     yield reporter
 
@@ -151,7 +151,7 @@ def detect(
         else:
             from ..runs.run import run
 
-            with reporting(len(names), width, quiet) as reporter:
+            with reporting(len(names), width, quiet, time_limit=time_limit) as reporter:
                 interruption.reporter = reporter
                 functions: dict[str, Any] = {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}
                 summary = run(opened, out, effective, **options, **functions)

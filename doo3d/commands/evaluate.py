@@ -14,7 +14,7 @@ from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
-from .progress import counting
+from .progress_bars import counting
 
 if TYPE_CHECKING:
     from ..evaluation.benchmark.cases import Case
@@ -29,7 +29,9 @@ MIN_RELIABILITY_FRAMES = 20
 
 ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
-Families = Annotated[str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all.")]
+Families = Annotated[
+    str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
+]
 Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
 Start = Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family.")]
 Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")]
@@ -78,6 +80,8 @@ def scenes(
       doo3d evaluate scenes --families tangle,knots --count auto --mask auto --csv rows.csv --json rows.json
       doo3d evaluate scenes --families thin --sensor zivid --pictures worst --worst 3
       doo3d evaluate scenes --sensor stereo --mask ragged --size 848x480
+      doo3d evaluate scenes --families without --seeds 20
+      doo3d evaluate scenes --families without --seeds 20 -c image
     """
     use_single_thread()
     from ..evaluation.benchmark import cases
@@ -266,10 +270,10 @@ def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None
 
 def _families(names: str) -> list[str]:
     """Return the families of a comma-separated list."""
-    from ..evaluation.scenes.registry import FAMILIES, GROUPS
+    from ..evaluation.scenes.registry import FAMILIES, GROUPS, WITHOUT
 
     chosen: list[str] = []
     for name in split(names) or []:
-        check_choice("--families", name, [*FAMILIES, *GROUPS])
+        check_choice("--families", name, [*FAMILIES, *WITHOUT, *GROUPS])
         chosen += GROUPS.get(name, (name,))
     return list(dict.fromkeys(chosen))

@@ -12,6 +12,7 @@ import typer
 from ..errors import ConfigError
 from .arguments import Overrides, config_of, save, split
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .progress_bars import with_progress
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -126,9 +127,9 @@ def _mbest(request: _Request) -> None:
         )
     refs = datasets.mbest(request.folder, _given(masks), split(request.get("--subset")))
     rows = (
-        evaluate_cables(refs, request.config)
+        evaluate_cables(with_progress(refs), request.config)
         if single
-        else evaluate_photos(refs, request.config, known_count, give_mask=masks != "auto")
+        else evaluate_photos(with_progress(refs), request.config, known_count, give_mask=masks != "auto")
     )
     _print_photos(rows, request)
 
@@ -139,7 +140,7 @@ def _cset(request: _Request) -> None:
 
     masks, known_count = request.get("--masks", "labels"), request.get("--known-count", False)
     refs = datasets.cset(request.folder, _given(masks), split(request.get("--subset")))
-    _print_photos(evaluate_photos(refs, request.config, known_count, give_mask=masks != "auto"), request)
+    _print_photos(evaluate_photos(with_progress(refs), request.config, known_count, give_mask=masks != "auto"), request)
 
 
 def _given(masks: str) -> str:
@@ -154,7 +155,7 @@ def _tubes(request: _Request) -> None:
     seeds = range(start, start + request.get("--seeds", 3))
     sensor, size = parse_sensor(request.get("--sensor", "d435")), parse_size(request.get("--size", "1280x720"))
     cases = tube_cases(request.folder, seeds, sensor, size)
-    typer.echo(format_tubes(evaluate_tubes(cases, request.config)))
+    typer.echo(format_tubes(evaluate_tubes(with_progress(cases), request.config)))
 
 
 def _print_photos(rows: list[Row], request: _Request) -> None:

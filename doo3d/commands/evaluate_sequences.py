@@ -11,7 +11,7 @@ import typer
 from ..errors import ConfigError, InputError
 from .arguments import Overrides, Preset, config_of, save, split
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress import counting
+from .progress_bars import counting
 
 if TYPE_CHECKING:
     from ..evaluation.sequences.scenes import Sequence

@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import ConfigError, DooWarning
-from .arguments import completing
+from .arguments import MinConfidence, completing
+from .progress_bars import with_progress
 
 if TYPE_CHECKING:
     from ..exports import Export
@@ -44,6 +45,7 @@ def export(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Set an option of the format, such as ground=true; repeat for more."),
     ] = None,
+    min_confidence: MinConfidence = 0.0,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     list_formats: Annotated[bool, typer.Option("--list", help="List the formats and their options.")] = False,
 ) -> None:
@@ -60,12 +62,12 @@ def export(
     Exit code 0: everything was written; 2: nothing was.
     """
     from ..config import parse_overrides
-    from ..exports import FORMATS, default_path, export_class
+    from ..exports import FORMATS, default_path
     from ..exports import export as write
 
     if list_formats:
-        for name in FORMATS:
-            typer.echo("\n".join(_description(name, export_class(name))))
+        for name, kind in FORMATS.working():
+            typer.echo("\n".join(_description(name, kind)))
         return
     if results is None or to is None:
         raise ConfigError(
@@ -77,7 +79,8 @@ def export(
     target = out or default_path(results, to)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DooWarning)
-        written = write(results, to, target, frames=frame or None, pose=pose, force=force, **options)
+        shared: dict[str, Any] = {"pose": pose, "min_confidence": min_confidence, "force": force}
+        written = write(results, to, target, frames=frame or None, with_progress=with_progress, **shared, **options)
     for line in _notes(caught):
         typer.echo(line, err=True)
     typer.echo(f"{len(written)} file{'s' * (len(written) != 1)} -> {written[0] if len(written) == 1 else target}")

@@ -9,22 +9,24 @@ def frame_line(
     name: str,
     lengths: Sequence[float],
     radii: Sequence[float],
+    confidences: Sequence[float],
     occluded: float | None,
     units: str,
     seconds: float,
     column: int = 0,
     trees: tuple[int, int] | None = None,
 ) -> str:
-    """Return the line printed for a frame, such as "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   48 ms".
+    """Return the line printed for a frame.
 
-    With branched objects it begins like "000012   1 object, 5 chains, 2 junctions".
+    For example "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   confidence 0.97   48 ms". With branched objects it
+    begins like "000012   1 object, 5 chains, 2 junctions".
 
     Parameters
     ----------
     name
         name of the frame.
-    lengths, radii
-        length and radius of each chain, m (px in 2-D).
+    lengths, radii, confidences
+        length and radius of each chain, m (px in 2-D), and its confidence, 0 to 1.
     occluded
         fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     units
@@ -48,6 +50,8 @@ def frame_line(
         parts.append(" + ".join(f"{length:.{digits}f}" for length in lengths) + f" {units}")
         parts.append("radius " + ", ".join(f"{radius * factor:.1f}" for radius in radii) + f" {unit}")
         parts.append(f"{occluded or 0:.0%}".replace("%", " %") + " occluded")
+        if confidences:
+            parts.append("confidence " + ", ".join(f"{confidence:.2f}" for confidence in confidences))
     return "   ".join([*parts, f"{seconds * 1000:.0f} ms"])
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import typer
+
+from .progress_bars import has_bar, progress_display, uninterrupted
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -30,6 +32,8 @@ class Reporter:
         whether to print errors only.
     bar
         the progress bar; None if there is none.
+    time_limit
+        s that a frame may take; None if unknown.
 
     Attributes
     ----------
@@ -37,16 +41,18 @@ class Reporter:
         number of frames, and of those whose files are written.
     """
 
-    def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None) -> None:
+    def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None, time_limit: float | None = None) -> None:
         self.total, self.column, self.quiet = total, column, quiet
         self.finished = 0
         self._topics: set[str] = set()
-        self._bar = bar
+        self._bar, self._time_limit = bar, time_limit
+        self._echo = bar.print_above if bar else typer.echo
 
     def note(self, sentence: str) -> None:
         """Print a remark about the run on stderr."""
         if not self.quiet:
-            typer.echo(f"note: {sentence}", err=True)
+            with uninterrupted():
+                self._echo(f"note: {sentence}", err=True)
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
         """Print on stderr how many frames an earlier run has finished, and count these frames as done in the progress bar.
@@ -54,29 +60,39 @@ class Reporter:
         `records` are the records of these frames.
         """
         self.finished = len(records)
-        if not self.quiet:
-            rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
-            frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
-            typer.echo(f"{frames} finished already, {rest}", err=True)
-        if self._bar:
-            self._bar.start(records)
+        rest = "nothing is left to do (--restart starts over)" if len(records) == self.total else "resuming after them"
+        frames = "1 frame is" if len(records) == 1 else f"{len(records)} frames are"
+        with uninterrupted():
+            if not self.quiet:
+                self._echo(f"{frames} finished already, {rest}", err=True)
+            if self._bar:
+                self._bar.start(records)
 
     def __call__(self, record: FrameRecord) -> None:
         """Print the line of a frame."""
+        with uninterrupted():
+            self.finished = min(self.finished + 1, self.total)
+            self._print(record)
+            if self._bar:
+                self._bar.advance(record)
+
+    def _print(self, record: FrameRecord) -> None:
         from .messages import failure_line, frame_line
 
-        self.finished = min(self.finished + 1, self.total)
-        echo = self._bar.print_above if self._bar else typer.echo
         if record.error is not None:
-            error = record.error + (f" [{record.code}]" if record.code else "")
-            echo(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
+            error = record.error + self._remedy(record.code) + (f" [{record.code}]" if record.code else "")
+            self._echo(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
         elif not self.quiet:
-            values = (record.lengths, record.radii, record.occluded, record.units, record.seconds)
+            values = (record.lengths, record.radii, record.confidences, record.occluded, record.units, record.seconds)
             trees = None if record.objects is None else (record.objects, record.junctions or 0)
             line = frame_line(record.name, *values, self.column, trees)
-            echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
-        if self._bar:
-            self._bar.advance(record)
+            self._echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
+
+    def _remedy(self, code: str | None) -> str:
+        """Return which options help against an error of a frame; empty if none does."""
+        if code != "time-limit" or self._time_limit is None:
+            return ""
+        return f"; to wait longer, add: --retry-failed --time-limit {10 * self._time_limit:g}"
 
     def _unsaid(self, notes: Sequence[str]) -> list[str]:
         """Return the notes of a frame without those of a check that has given one for an earlier frame."""
@@ -89,7 +105,9 @@ class Reporter:
 
 
 @contextmanager
-def reporting(total: int, column: int, quiet: bool, label: str = "", lines: bool = True) -> Iterator[Reporter]:
+def reporting(
+    total: int, column: int, quiet: bool, label: str = "", lines: bool = True, time_limit: float | None = None
+) -> Iterator[Reporter]:
     """Yield the Reporter of a run for the duration of a `with` block.
 
     The Reporter has a progress bar if stderr is a terminal, there are two frames or more, and `quiet` is false.
@@ -103,31 +121,21 @@ def reporting(total: int, column: int, quiet: bool, label: str = "", lines: bool
     quiet
         whether to print errors only.
     label
-        what is done, to stand before the bar.
+        what is done, printed once with the number of frames.
     lines
-        whether to print a line for each frame; if not, the label is printed once.
+        whether to print a line for each frame.
+    time_limit
+        s that a frame may take; None if unknown.
     """
-    if label and not quiet and not (lines and sys.stderr.isatty()):
+    if label and not quiet:
         typer.echo(f"{label} of {total} frames", err=True)
     silent = quiet or not lines
-    if quiet or total < 2 or not sys.stderr.isatty():
-        yield Reporter(total, column, silent, None)
+    if quiet or not has_bar(total):
+        yield Reporter(total, column, silent, None, time_limit)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    tail = TextColumn("{task.fields[chains]} chains, {task.fields[failed]} failed")
-    columns = (
-        TextColumn(label),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        tail,
-    )
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False) as progress:
-        yield Reporter(total, column, silent, Bar(progress, total))
+    texts = ("{task.fields[rate]}", "{task.fields[chains]} chains, {task.fields[failed]} failed")
+    with progress_display(*texts) as progress:
+        yield Reporter(total, column, silent, Bar(progress, total), time_limit)
 
 
 class Bar:
@@ -145,7 +153,9 @@ class Bar:
 
     def __init__(self, progress: Progress, total: int) -> None:
         self._progress = progress
-        self._task = progress.add_task("", total=total, chains=0, failed=0, rate="")
+        with uninterrupted():
+            self._task = progress.add_task("", total=total, chains=0, failed=0, rate="")
+            progress.refresh()
         self._chains = self._failed = 0
 
     def start(self, records: Sequence[FrameRecord]) -> None:
@@ -154,12 +164,13 @@ class Bar:
         These frames count as done, but not in the frames per second, which are those of this run alone.
         """
         self._count(records)
-        self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed)
+        # rich drops the fields that a reset does not name
+        self._progress.reset(self._task, completed=len(records), chains=self._chains, failed=self._failed, rate="")
 
     def print_above(self, text: str, err: bool = False) -> None:
         """Print a text above the bar: on stderr if `err` is true, else on stdout."""
         if err or sys.stdout.isatty():
-            self._progress.console.print(text, markup=False, highlight=False, soft_wrap=True)
+            self._progress.console.print(text, markup=False, highlight=False, emoji=False, soft_wrap=True)
         else:
             typer.echo(text)
 
@@ -173,48 +184,3 @@ class Bar:
     def _count(self, records: Sequence[FrameRecord]) -> None:
         self._chains += sum(len(record.lengths) for record in records)
         self._failed += sum(record.error is not None for record in records)
-
-
-class FrameResult(Protocol):
-    """What a score says of a frame."""
-
-    @property
-    def correct(self) -> bool:
-        """Whether the frame is correct."""
-
-
-class Scored(Protocol):
-    """The result of one frame of an evaluation."""
-
-    @property
-    def name(self) -> str:
-        """Name of the frame."""
-
-    @property
-    def score(self) -> FrameResult:
-        """Its score."""
-
-
-@contextmanager
-def counting(total: int) -> Iterator[Callable[[Scored], None]]:
-    """Yield a function that advances a progress bar by one frame of an evaluation, for the duration of a `with` block.
-
-    Call the function with the result of each finished frame. The bar is on stderr and shows the number of correct frames
-    so far. `total` is the number of frames. Without a terminal, or if `total` is below 2, the function does nothing.
-    """
-    if total < 2 or not sys.stderr.isatty():
-        yield lambda result: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[status]}"))
-    with Progress(*columns, console=Console(stderr=True), auto_refresh=False, transient=True, redirect_stdout=False) as progress:
-        task, correct = progress.add_task("", total=total, status=""), 0
-
-        def advance(result: Scored) -> None:
-            nonlocal correct
-            correct += result.score.correct
-            progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {result.name}")
-
-        yield advance

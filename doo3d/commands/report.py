@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, check_new_file, named_after, save, with_progress
+from .arguments import MinConfidence, Results, check_new_file, named_after, save
+from .progress_bars import with_progress
 
 
 def report(
@@ -18,6 +19,7 @@ def report(
     clouds: Annotated[
         bool, typer.Option("--clouds/--no-clouds", help="Show points of the capture around the chains, if it can still be read.")
     ] = True,
+    min_confidence: MinConfidence = 0.0,
     force: Annotated[bool, typer.Option("--force", help="Replace FILE.")] = False,
 ) -> None:
     """Write a run as one HTML page: figures, plots, pictures, and the chains of each frame in 3-D.
@@ -28,11 +30,13 @@ def report(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d report out
     """
+    from ..outputs.products import Products
     from ..outputs.run_reader import open_results
     from ..viz.report import report_page
 
-    opened, out = open_results(results), out or named_after(results, ".html")
-    check_new_file(out, force)
+    opened, out = open_results(results, min_confidence), out or named_after(results, ".html")
+    check_new_file(out, force, results)
     page = report_page(opened, out.absolute().parent, clouds, with_progress)
     save(out, page)
+    Products(results).add([out])
     typer.echo(f"{len(opened.manifest['frames'])} frames, {len(page.encode()) / 1e6:.1f} MB -> {out}")

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from .progress_bars import with_progress
+
 
 def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Output folder; made if missing.")]) -> None:
     """Render the sample captures and clouds into FOLDER.
@@ -15,5 +17,5 @@ def samples(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Outpu
     """
     from ..evaluation.sample_captures import write_samples
 
-    for path in write_samples(folder):
+    for path in write_samples(folder, with_progress):
         typer.echo(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,9 @@ from .arguments import CameraOption, FrameOption, InputOption, Overrides, check_
 
 if TYPE_CHECKING:
     from ..tuning import Tuned
+
+CHECKSUM = "# Checksum "
+"""Begin of the first line of a proposed configuration."""
 
 PRESETS = {True: "image", False: "default"}  # by: the format has images only
 
@@ -58,7 +62,7 @@ def tune(
     if out.suffix not in (".yaml", ".yml"):
         raise InputError(f"-o {out}: a configuration has the suffix .yaml: give another name", code="out-suffix")
     for path in (out, picture):
-        check_new_file(path, force)
+        check_new_file(path, force or _is_unedited(opened.path, out, picture))
     picks = [(x, y) for x, y in (_numbers("--pick", text, 2) for text in pick or [])]
     region = _numbers("--box", box, 4) if box else None
     if picks and region:
@@ -72,12 +76,12 @@ def tune(
     data = entry.load().data
     tuned = propose(data, used, picks, (region[0], region[1], region[2], region[3]) if region else None)
     command = f"doo3d detect {capture} -c {out}"
-    save(
-        out,
-        f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows the segmentation.\n"
-        f"# {command}\n\n{annotated_yaml(tuned.config, tuned.reasons)}",
-    )
-    save(picture, encode_image(draw_tuning(backdrop_of(data).image, tuned.mask, tuned.object_mask)))
+    drawn = encode_image(draw_tuning(backdrop_of(data).image, tuned.mask, tuned.object_mask))
+    head = f"# Proposed by doo3d tune for frame {entry.name} of {opened.path.name}; {picture.name} shows the segmentation.\n"
+    text = f"{head}# {command}\n\n{annotated_yaml(tuned.config, tuned.reasons)}"
+    checksum = _checksum(opened.path, text, drawn)
+    save(out, f"{CHECKSUM}{checksum}: while this file and {picture.name} are unedited, doo3d tune may replace them\n{text}")
+    save(picture, drawn)
     typer.echo("\n".join([*summary(tuned), f"{'next':<10} {command}", f"{'':<10} -> {out}, {picture}"]))
 
 
@@ -105,6 +109,21 @@ def summary(tuned: Tuned) -> list[str]:
     lines.append(("voxels", f"{size}: {reasons['voxelize.size']}"))
     lines += [("try", sentence) for sentence in tuned.advice]
     return [f"{name:<10} {text}" for name, text in lines]
+
+
+def _checksum(capture: Path, text: str, picture: bytes) -> str:
+    """Return the CRC-32 of a proposal: of the path of its capture, the text of the configuration, and its picture."""
+    content = "\n".join([str(capture.resolve()), text]).encode(errors="surrogateescape")
+    return f"{zlib.crc32(content + picture):08x}"
+
+
+def _is_unedited(capture: Path, out: Path, picture: Path) -> bool:
+    """Return whether the files of a proposal were made for the same capture, and nobody changed them since."""
+    try:
+        first, text = out.read_bytes().decode("utf-8").split("\n", 1)
+        return first.startswith(CHECKSUM + _checksum(capture, text, picture.read_bytes()))
+    except (OSError, ValueError):
+        return False
 
 
 def _numbers(option: str, text: str, count: int) -> list[int]:

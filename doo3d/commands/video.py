@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, check_new_file, named_after, with_progress
+from .arguments import Results, check_new_file, named_after
+from .progress_bars import with_progress
 
 
 def video(
@@ -39,12 +40,14 @@ def video(
       doo3d detect sample_clouds/crossing -o out && doo3d video out --fps 5
       doo3d video out -o out.mp4                       for players and editors
     """
+    from ..outputs.products import Products
     from ..outputs.run_reader import open_results
     from ..viz.video import write_video
 
     opened, out = open_results(results), out or named_after(results, ".webm")
-    check_new_file(out, force)
+    check_new_file(out, force, results)
     written = write_video(opened, out, fps, codec, skip_failed, with_progress)
+    Products(results).add([out])
     failed = f" ({written.failed} failed, {'left out' if skip_failed else 'shown as such'})" if written.failed else ""
     frames = f"{written.frames} frame{'' if written.frames == 1 else 's'}"
     typer.echo(f"{frames}{failed}, {written.fps:g} per second, {written.size[0]}x{written.size[1]} -> {out}")

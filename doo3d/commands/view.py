@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .arguments import Results, check_new_file, with_progress
+from .arguments import Results, check_new_file
+from .progress_bars import with_progress
 
 
 def view(
@@ -33,17 +34,20 @@ def view(
       doo3d detect sample_clouds/crossing -o out && doo3d view out
       doo3d view out --save out.rrd                    without a screen; open it elsewhere with: rerun out.rrd
     """
+    from ..outputs.products import Products
     from ..outputs.run_reader import open_results
 
     opened = open_results(results)
     if save is not None:
-        check_new_file(save, force)
+        check_new_file(save, force, results)
     from ..inspection.rerun_viewer import RerunRecording, select_frames
 
     names = select_frames(opened, frame)
     recording = RerunRecording(opened, save)
     for name in with_progress(names):
         recording.log_frame(name, stages)
+    if save is not None:
+        Products(results).add([save])
     if recording.warning:
         typer.echo(f"note: {recording.warning}", err=True)
     typer.echo(f"{len(names)} frame{'s' * (len(names) != 1)} -> {save or 'the viewer'}")

@@ -32,10 +32,10 @@ def main() -> None:
         del request
 
 
-def _answer(function: Any, args: tuple[Any, ...], limits: Any, folder: str, where: str) -> tuple[str, Any]:
+def _answer(function: Any, args: tuple[Any, ...], limits: Any, folder: str, where: str, memory: int | None) -> tuple[str, Any]:
     with suppress(OSError):
         os.chdir(folder)
-    _bound_memory(_BASE_BYTES + _BYTES_PER_POINT * limits.max_points)
+    _bound_memory(_BASE_BYTES + _BYTES_PER_POINT * limits.max_points if memory is None else memory)
     try:
         with guarded(where), limited(limits):
             return "value", function(*args)

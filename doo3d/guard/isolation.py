@@ -1,4 +1,4 @@
-"""Calls of native readers in a process of their own, where a library that aborts ends nothing else.
+"""Calls of native readers, and first runs of networks, in a process of their own, where a library that aborts ends nothing else.
 
 One process is kept for all calls: it starts at the first one, which takes a second, and ends with this process.
 """
@@ -32,10 +32,15 @@ _processes: dict[int, _Process] = {}  # by the number of this process: a forked 
 T = TypeVar("T")
 
 
-def isolated(function: Callable[..., T], *args: Any, where: str) -> T:
+def isolated(
+    function: Callable[..., T],
+    *args: Any,
+    where: str,
+    code: str = "file-damaged",
+    memory: int | None = None,
+    seconds: float | None = None,
+) -> T:
     """Call a function in the process for native readers, and return its value.
-
-    Its memory is bounded where the platform allows (Linux), by what clouds of `Limits.max_points` need.
 
     Parameters
     ----------
@@ -45,11 +50,17 @@ def isolated(function: Callable[..., T], *args: Any, where: str) -> T:
         its arguments, which can be pickled; so can its value.
     where
         the file that is read, named in errors.
+    code
+        code of the errors.
+    memory
+        bytes that the call may take, where the platform can bound them (Linux); None: what a cloud of `Limits.max_points` needs.
+    seconds
+        s after which the process is ended; None: never.
 
     Raises
     ------
-    InputError : the library ended the process, as some do about damaged files. Errors of doo3d that the function raises pass as
-        they are.
+    InputError : the library ended the process, as some do about damaged files, or gave no answer in time. Errors of doo3d that
+        the function raises pass as they are.
     """
     if not sys.executable:  # Python inside of another program
         return function(*args)
@@ -59,12 +70,11 @@ def isolated(function: Callable[..., T], *args: Any, where: str) -> T:
             _processes.clear()
             process = _processes[os.getpid()] = _Process()
         try:
-            kind, value = process.call((function, args, current_limits(), os.getcwd(), where))
+            kind, value = process.call((function, args, current_limits(), os.getcwd(), where, memory), seconds)
         except (EOFError, BrokenPipeError, pickle.UnpicklingError):
             reason = process.end(is_ending=True)
-            raise InputError(
-                f"{where}: is damaged: the library that reads it ended on it ({reason})", code="file-damaged"
-            ) from None
+            fault = f"ended on it ({reason})" if process.in_time else f"gave no answer within {seconds:g} s"
+            raise InputError(f"{where}: is damaged: the library that reads it {fault}", code=code) from None
         except BaseException:  # such as an interrupt, or the end of a frame's time
             process.end()
             raise
@@ -91,16 +101,32 @@ class _Process:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to, self._from = self._process.stdin, self._process.stdout
+        self._printed_before = 0
+        self.in_time = True
         atexit.register(self.end)
 
     def is_alive(self) -> bool:
         """Return whether the process runs."""
         return self._process.poll() is None
 
-    def call(self, request: Any) -> Any:
-        """Send a request and return the answer: ("value", value) or ("error", error)."""
-        send(self._to, request)
-        return receive(self._from)
+    def call(self, request: Any, seconds: float | None = None) -> Any:
+        """Send a request and return the answer: ("value", value) or ("error", error).
+
+        If there is none after so many seconds, the process is killed, as `in_time` then says.
+        """
+        self._printed_before = os.fstat(self._printed.fileno()).st_size
+        timer = threading.Timer(seconds or 0.0, self._kill_late)
+        if seconds is not None:
+            timer.start()
+        try:
+            send(self._to, request)
+            return receive(self._from)
+        finally:
+            timer.cancel()
+
+    def _kill_late(self) -> None:
+        self.in_time = False
+        self._process.kill()
 
     def end(self, is_ending: bool = False) -> str:
         """End the process and return why it ended: its library's last words, or the signal.
@@ -120,11 +146,11 @@ class _Process:
         words = ""
         if not self._printed.closed:
             self._printed.seek(0, os.SEEK_END)
-            self._printed.seek(max(self._printed.tell() - 2000, 0))
+            self._printed.seek(max(self._printed.tell() - 2000, self._printed_before))
             words = self._printed.read().decode(errors="replace").strip()
             self._printed.close()
         atexit.unregister(self.end)
-        if words:
+        if words and code not in (-signal.SIGSEGV, -signal.SIGFPE):  # before these a library says nothing about them
             return " ".join(words.splitlines()[-1].split())[:200]
         return signal.Signals(-code).name if code < 0 and code != -signal.SIGKILL else f"exit code {code}"
 

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import os
-from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from ..config import Config
 from ..errors import InputError
-from . import CONFIG, JOURNAL, MANIFEST, STRANDS, SUFFIXES
+from . import CONFIG, JOURNAL, MANIFEST
 from .atomic import PREFIX, write_bytes, write_text
 from .detection_json import dumps
-from .folder_checks import lies_in_input
+from .folder_checks import check_writable, lies_in_input, remove_files
 from .input_state import InputState
 from .journal import Journal
+from .products import Products
 from .resume import Line, file_checks, finished_frames
-from .run_identity import find_conflict, frame_names, identity, read_manifest
+from .run_identity import changed_settings, find_conflict, frame_names, identity, read_manifest
 from .run_lock import LOCK, RunLock
+from .torn_manifest import TORN_NOTE, is_torn, restored_manifest, run_digests
 
 
 class ResultsFolder:
@@ -44,7 +44,7 @@ class ResultsFolder:
         the state of the input files, one entry in its `by_frame` per frame of the run, in order.
     restart
         whether to replace results of the same input in the folder. If false, results of the same input, configuration and
-        versions are resumed, and others raise InputError.
+        versions are resumed, those of another configuration are replaced with a note, and others raise InputError.
     force
         whether to write even if the folder has other content. Results of any other run are removed, other files stay.
     retry_failed
@@ -84,14 +84,16 @@ class ResultsFolder:
         self._config = config
         self._inputs = inputs
         self._identity = identity(source | {"files": inputs.digest()}, config)
+        self._run = run_digests(self._identity)
         self._journal = Journal(path / JOURNAL)
         self._early_failures: list[Line] = []
         self._started = self._repeats = False
-        _check_writable(path)
+        check_writable(path)
         if lies_in_input(path, Path(source["path"])):
             raise InputError(
-                f"{path}: belongs to the input, results there could overwrite it: give another folder with -o",
+                f"{path}: belongs to the input, results there could overwrite it",
                 code="out-in-input",
+                remedy="give another folder{out}",
             )
         self._created = [folder for folder in (path, *path.parents) if not folder.exists()]
         try:
@@ -107,14 +109,19 @@ class ResultsFolder:
 
     def _resume(self, restart: bool, force: bool, retry_failed: bool) -> None:
         """Compare the run with what is in the folder, and find the frames that are finished."""
-        manifest = read_manifest(self.path)
-        lines = self._journal.read() if manifest is not None else []
+        manifest, lines = self._former_run()
         conflict = find_conflict(self.path, manifest, self._identity, self._inputs.digest_before(lines))
-        if conflict and not (force or (restart and conflict.can_restart)):
-            option = "--restart to replace them" if conflict.can_restart else "--force to write there nevertheless"
-            raise InputError(f"{self.path}: {conflict.reason}: give another folder with -o, or {option}", code=conflict.code)
+        if conflict and not (force or conflict.is_setting or (restart and conflict.can_restart)):
+            option = "{restart} to replace them" if conflict.can_restart else "{force} to write there nevertheless"
+            remedy = f"give another folder{{out}}, or {option}"
+            raise InputError(f"{self.path}: {conflict.reason}", code=conflict.code, remedy=remedy)
         if self._lock.former is not None:
             self.notes.append(f"a run of {self._lock.former} did not end by itself; its lock is taken over")
+        if conflict and conflict.is_setting:
+            settings = changed_settings(self.path, self._config)
+            named = f" ({settings})" if settings else ""
+            self.notes.append(f"{self.path} has results with other settings{named}; they are replaced")
+        self._is_other_input = conflict is not None and not conflict.can_restart
         self._replaces = conflict is not None or (restart and manifest is not None)
         self._former_names = frame_names(manifest, lines) if self._replaces else set()
         self.done, self.later = {}, {}
@@ -129,6 +136,16 @@ class ResultsFolder:
             again = "1 failed frame is" if count == 1 else f"{count} failed frames are"
             self.notes.append(f"{again} tried again" + ("" if retry_failed else ": files of the input have changed"))
         self._repeats = [line["name"] for line in lines] != list(self.done)  # frames of other lines are written once more
+
+    def _former_run(self) -> tuple[dict[str, Any] | None, list[Line]]:
+        """Return manifest and lines of the journal of the results in the folder, the manifest restored if it is torn."""
+        manifest, torn = read_manifest(self.path), is_torn(self.path)
+        lines = self._journal.read() if manifest is not None or torn else []
+        if torn:
+            before = self._inputs.digest_before(lines)
+            manifest = restored_manifest(self.path, lines, self._identity, before, self._config.to_yaml())
+            self.notes += [TORN_NOTE] if manifest is not None else []
+        return manifest, lines
 
     def __enter__(self) -> ResultsFolder:
         """Return the folder, which is unlocked at the end of the `with` block."""
@@ -167,18 +184,18 @@ class ResultsFolder:
             the disk is full or the folder may not be written to.
         """
         if files is None and self._replaces and not self._started:
-            self._early_failures.append(line | {"inputs": self._inputs.of_frame(name)})
+            self._early_failures.append(line | {"inputs": self._inputs.of_frame(name), "run": self._run})
             return
         try:
             self._start()
             if files is None:
-                _remove_files(self.path, [name])
+                remove_files(self.path, [name])
                 line = line | {"inputs": self._inputs.of_frame(name)}
             else:
                 for suffix, content in files.items():
                     write_bytes(self.file(name, suffix), content)
                 line = line | {"files": file_checks(files)}
-            self._journal.add(line)
+            self._journal.add(line | {"run": self._run})
             self._lock.touch()
         except OSError as error:
             self._undo(name)
@@ -259,8 +276,10 @@ class ResultsFolder:
             return
         self._sweep()
         if self._replaces:
-            _remove_files(self.path, self._former_names)
+            remove_files(self.path, self._former_names)
             self._journal.remove()
+        if self._is_other_input:
+            Products(self.path).forget()
         # the manifest first: it marks the folder as this run's, also if the run is killed before its first frame
         write_text(
             self.path / MANIFEST,
@@ -274,22 +293,8 @@ class ResultsFolder:
     def _undo(self, name: str) -> None:
         """Remove an incomplete frame, and a just created folder without a complete one."""
         with contextlib.suppress(OSError):
-            _remove_files(self.path, [name])
+            remove_files(self.path, [name])
             if self._created and not self._journal.read():
                 for file in self.path.iterdir():
                     if file.name != LOCK:
                         file.unlink()
-
-
-def _check_writable(path: Path) -> None:
-    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
-    if not existing.is_dir():
-        raise InputError(f"{path}: {existing} is a file, expected a folder for the results", code="out-is-file")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: no permission to write in {existing}: give another folder with -o", code="out-unwritable")
-
-
-def _remove_files(path: Path, names: Iterable[str]) -> None:
-    for name in names:
-        for suffix in (*SUFFIXES.values(), STRANDS):
-            (path / f"{name}{suffix}").unlink(missing_ok=True)

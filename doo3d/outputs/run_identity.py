@@ -15,13 +15,15 @@ from .. import __version__
 from ..config import Config
 from ..errors import InputError
 from ..guard.file_names import is_file_name
-from ..guard.parsing import read_json
-from . import MANIFEST
+from ..guard.parsing import parse_yaml, read_json, read_yaml
+from . import CONFIG, MANIFEST
 from .atomic import PREFIX
 
 SCHEMA = "doo3d/manifest/1"
 PACKAGES = ("numpy", "scipy", "opencv-python-headless", "trimesh", "python-fcl", "open3d", "open3d-cpu")
 """Packages whose versions the manifest records: results may depend on them."""
+
+_MAX_NAMES = 4  # of changed settings in a note
 
 
 @dataclass(frozen=True)
@@ -36,11 +38,14 @@ class Conflict:
         machine-readable code of the error, such as "out-other-input".
     can_restart
         whether the option `restart` may replace the results in the folder, because they are of the same input.
+    is_setting
+        whether they are replaced unasked, because only settings differ.
     """
 
     reason: str
     code: str
     can_restart: bool = False
+    is_setting: bool = False
 
 
 def identity(source: dict[str, Any], config: Config) -> dict[str, Any]:
@@ -110,17 +115,37 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
         if (value := source.get(key)) != wanted.get(key):
             what = value if key == "path" else f"{source.get('path')}, {key} {'not given' if value is None else value}"
             return Conflict(f"the folder holds the results of another input ({what})", "out-other-input")
-    if former.get("config_digest") != current["config_digest"]:
-        return Conflict(
-            "the folder holds the results of another configuration (see its config.yaml)", "out-other-config", can_restart=True
-        )
     if source.get("files") not in (wanted["files"], files_before) or source.get("frames") != wanted["frames"]:
         return Conflict(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", True)
+    if former.get("config_digest") != current["config_digest"]:
+        return Conflict("the folder holds the results of another configuration", "out-other-config", True, is_setting=True)
     had, has = _mapping(former, "versions"), current["versions"]
     changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]
     if changed:
         return Conflict(f"the folder holds the results of other versions ({'; '.join(changed)})", "versions-changed", True)
     return None
+
+
+def changed_settings(path: Path, config: Config) -> str:
+    """Return which settings differ between the `config.yaml` in a folder and a configuration, such as "merge.chains, seed".
+
+    Empty if the file cannot be read.
+    """
+    try:
+        former = _flat(read_yaml(path / CONFIG))
+    except InputError:
+        return ""
+    now = _flat(parse_yaml(config.to_yaml(), CONFIG))
+    names = [name for name in sorted(former.keys() | now.keys()) if former.get(name) != now.get(name)]
+    return ", ".join(names[:_MAX_NAMES]) + (f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else "")
+
+
+def _flat(values: Any, prefix: str = "") -> dict[str, Any]:
+    """Return dotted name -> value of nested settings."""
+    if not isinstance(values, dict):
+        return {prefix: values}
+    nested = [_flat(value, f"{prefix}.{key}" if prefix else str(key)) for key, value in values.items()]
+    return {name: value for part in nested for name, value in part.items()}
 
 
 def frame_names(manifest: dict[str, Any] | None, lines: Iterable[Any]) -> set[str]:

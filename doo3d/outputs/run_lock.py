@@ -136,9 +136,9 @@ class RunLock:
             try:
                 if not _lock(file):
                     raise InputError(
-                        f"{folder}: another run writes there ({_holder(self._path)}): wait for it, or give another folder "
-                        "with -o",
+                        f"{folder}: another run writes there ({_holder(self._path)})",
                         code="out-in-use",
+                        remedy="wait for it, or give another folder{out}",
                     )
                 if _is_at(file, self._path):
                     return file
@@ -154,9 +154,10 @@ class RunLock:
             return
         if time.time() - os.fstat(self._file).st_mtime < MAX_SILENCE_SECONDS:
             raise InputError(
-                f"{self._path.parent}: another run writes there ({self.former}): wait for it, or give another folder with -o; if "
-                f"it was killed, remove {self._path}, or wait {MAX_SILENCE_SECONDS / 60:.0f} minutes",
+                f"{self._path.parent}: another run writes there ({self.former}); if it was killed, remove {self._path}, or wait "
+                f"{MAX_SILENCE_SECONDS / 60:.0f} minutes",
                 code="out-in-use",
+                remedy="wait for it, or give another folder{out}",
             )
 
 

@@ -45,11 +45,24 @@ class Results:
         content of `manifest.json` in that folder.
     frames
         names of the frames that succeeded, in the order of the capture.
+    min_confidence
+        confidence below which objects are left out when a frame is read; 0 leaves out none.
     """
 
     path: Path
     manifest: dict[str, Any]
     frames: tuple[str, ...]
+    min_confidence: float = 0.0
+
+    def detection(self, frame: str) -> Detection:
+        """Return the Detection of one frame.
+
+        Raises
+        ------
+        InputError
+            the file of the frame is missing or damaged.
+        """
+        return read_detection(self.path / f"{frame}.json").confident(self.min_confidence)
 
     def detections(self) -> Iterator[Detection]:
         """Yield the Detection of each frame in `frames`, in order, reading one file at a time.
@@ -60,13 +73,15 @@ class Results:
             the file of a frame is missing or damaged.
         """
         for name in self.frames:
-            yield read_detection(self.path / f"{name}.json")
+            yield self.detection(name)
 
 
-def open_results(path: str | Path) -> Results:
+def open_results(path: str | Path, min_confidence: float = 0.0) -> Results:
     """Open a folder of results that `doo3d detect` wrote.
 
     Only the manifest is read; `Results.detections` reads the frames.
+
+    path : the folder. min_confidence : confidence, 0 to 1, below which objects are left out when a frame is read.
 
     Raises
     ------
@@ -92,7 +107,7 @@ def open_results(path: str | Path) -> Results:
         raise InputError(f"{error}: damaged or not of doo3d", code="results-damaged") from None
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise InputError(f"{path / MANIFEST}: is damaged or not of doo3d ({error!r})", code="results-damaged") from None
-    return Results(path, manifest, frames)
+    return Results(path, manifest, frames, min_confidence)
 
 
 def read_detection(path: str | Path) -> Detection:

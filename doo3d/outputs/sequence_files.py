@@ -35,12 +35,15 @@ class SequenceFile:
         names of all frames, in order.
     max_gap
         number of frames without any strand of an object up to which it is filled in.
+    min_confidence
+        confidence below which chains that no sequence confirms are left out.
     objects
         the objects.
     """
 
     frames: tuple[str, ...]
     max_gap: int
+    min_confidence: float
     objects: tuple[SequenceObject, ...]
 
 
@@ -89,7 +92,8 @@ def _strand(values: dict[str, Any]) -> Strand:
 def write_objects(folder: Path, known: SequenceFile) -> None:
     """Write what is known of a capture."""
     objects = [asdict(item) for item in known.objects]
-    values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap, "objects": objects}
+    values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap}
+    values |= {"min_confidence": known.min_confidence, "objects": objects}
     write_text(folder / OBJECTS, dumps(values))
 
 
@@ -104,7 +108,8 @@ def read_objects(folder: Path) -> SequenceFile:
     values = read_object(path, (OBJECTS_SCHEMA,), "the objects of a sequence")
     try:
         objects = tuple(_object(item) for item in values["objects"])
-        return SequenceFile(tuple(map(str, values["frames"])), int(values["max_gap"]), objects)
+        frames, min_confidence = tuple(map(str, values["frames"])), float(values.get("min_confidence", 0.0))
+        return SequenceFile(frames, int(values["max_gap"]), min_confidence, objects)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
 
@@ -119,7 +124,9 @@ def _object(values: dict[str, Any]) -> SequenceObject:
 
 
 def _damaged(path: Path, error: Exception) -> InputError:
-    return InputError(f"{path}: a value is missing or invalid ({error!r}); run with --restart", code="results-damaged")
+    return InputError(
+        f"{path}: a value is missing or invalid ({error!r})", code="results-damaged", remedy="start over with {restart}"
+    )
 
 
 def summary(objects: Sequence[SequenceObject], frames: int) -> list[dict[str, Any]]:

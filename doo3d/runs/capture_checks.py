@@ -16,7 +16,7 @@ import numpy as np
 from ..config import Config
 from ..errors import DooError
 from ..inputs import FrameData
-from ..plausibility import topic_of
+from ..plausibility import METHOD, topic_of
 from ..plausibility.lengths import ChainLength, is_whole, length_notes
 from ..plausibility.registration import ColorShift, color_shift, registration_notes
 from ..types import Cloud, Detection, Frame, Image
@@ -106,7 +106,7 @@ def run_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
     """
     first, counts = dict[str, str](), dict[str, int]()
     for record in records:
-        for topic, note in {topic: note for note in record.notes if (topic := topic_of(note)) is not None}.items():
+        for topic, note in {topic: note for note in record.notes if (topic := topic_of(note)) not in (None, METHOD)}.items():
             first.setdefault(topic, f"{note} (frame {record.name}")
             counts[topic] = counts.get(topic, 0) + 1
     of_frames = (f"{note}; so in {counts[topic]} of {len(records)} frames)" for topic, note in first.items())

@@ -127,6 +127,7 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
         stages=detected.record.stages | {"draw": seconds},
         lengths=tuple(chain.length for chain in chains),
         radii=tuple(chain.radius for chain in chains),
+        confidences=tuple(chain.confidence for chain in chains),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
         objects=len(detected.detection.objects) if detected.detection.objects else None,
         junctions=len(detected.detection.junctions) if detected.detection.objects else None,

@@ -28,6 +28,8 @@ class FrameRecord:
         time that reading, detecting and rendering took, s.
     lengths, radii
         length and radius of each chain, longest chain first, m (px in 2-D); a radius is NaN if unknown.
+    confidences
+        confidence of each chain, 0 to 1; empty if the journal is of an early version.
     occluded
         fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     objects, junctions
@@ -54,6 +56,7 @@ class FrameRecord:
     seconds: float = 0.0
     lengths: tuple[float, ...] = ()
     radii: tuple[float, ...] = ()
+    confidences: tuple[float, ...] = ()
     occluded: float | None = None
     objects: int | None = None
     junctions: int | None = None
@@ -85,6 +88,7 @@ class FrameRecord:
             **trees,
             "lengths": list(self.lengths),
             "radii": list(self.radii),
+            "confidences": list(self.confidences),
             "occluded": self.occluded,
             "units": self.units,
             "error": self.error,
@@ -99,8 +103,8 @@ class FrameRecord:
     def from_journal(values: dict[str, Any]) -> FrameRecord:
         """Return the record held by a parsed line of `progress.jsonl`, the inverse of `to_journal`.
 
-        Lists become tuples again, and null among the lengths and radii becomes NaN, since JSON has neither. What else the line
-        holds, such as the checks of the frame's files, is left out.
+        Lists become tuples again, and null among the numbers of the chains becomes NaN, since JSON has neither. What else the
+        line holds, such as the checks of the frame's files, is left out.
 
         Raises
         ------
@@ -108,7 +112,8 @@ class FrameRecord:
         """
         known = {field.name: values[field.name] for field in fields(FrameRecord) if field.name in values}
         numbers = {
-            key: tuple(float("nan") if value is None else float(value) for value in values[key]) for key in ("lengths", "radii")
+            key: tuple(float("nan") if value is None else float(value) for value in values.get(key, ()))
+            for key in ("lengths", "radii", "confidences")
         }
         evidence = known.get("evidence") if isinstance(known.get("evidence"), dict) else {}
         return FrameRecord(**known | numbers | {"notes": tuple(values["notes"]), "evidence": evidence})

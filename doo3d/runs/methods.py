@@ -94,5 +94,5 @@ def _window(method: SecondPass, start: int) -> dict[str, Detection]:
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
-    detections = combine_window(observations, known.objects, start, first, known.max_gap)
+    detections = combine_window(observations, known.objects, start, first, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

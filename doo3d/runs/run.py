@@ -25,6 +25,7 @@ from ..outputs.folder_checks import check_names
 from ..outputs.input_state import InputState
 from ..outputs.run_folder import ResultsFolder
 from ..sequence.tracking import Tracker
+from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
@@ -35,17 +36,20 @@ from .serial_executor import SerialExecutor
 from .time_limit import DEFAULT_SECONDS
 
 
-@dataclass(frozen=True)
-class RunSummary:
+@dataclass(frozen=True, repr=False)
+class RunSummary(Displayed):
     """The outcome of a run.
 
     Attributes
     ----------
     records
         a record per frame of the capture, in the capture's order, including frames finished by an earlier run.
+    remarks
+        sentences about the capture, and about what an earlier run left.
     """
 
     records: tuple[FrameRecord, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
 
     @property
     def failed(self) -> int:
@@ -59,8 +63,17 @@ class RunSummary:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is implausible about the frames taken together, a sentence each; the notes of single frames are in the records."""
-        return capture_notes(self.records)
+        """What is implausible about the frames taken together, a sentence each, after `remarks`.
+
+        The notes of single frames are in the records.
+        """
+        return (*self.remarks, *capture_notes(self.records))
+
+    def summary(self) -> str:
+        """Return the outcome in one short line, such as "3 frames, 3 chains, 1 failed"."""
+        counts = self.counts()
+        failed = f", {counts[FAILED]} failed" if counts[FAILED] else ""
+        return f"{counted(counts['frames'], 'frame')}, {counted(counts['chains'], 'chain')}{failed}"
 
     def counts(self) -> dict[str, int]:
         """Return a dict of four numbers: "frames", of these "ok" and "failed", and "chains" in all frames together."""
@@ -135,7 +148,8 @@ def run(
     executor
         does the jobs, instead of one made for `workers` or `scheduler`; it stays open. None to make one.
     restart
-        do all frames again, and replace results of the same capture that are in `out`, also those with another configuration.
+        do all frames again, and replace results of the same capture that are in `out`, also those of other versions of doo3d or
+        of an input that has changed since. Results of another configuration are replaced in any case.
     force
         write into `out` even if it holds other files, which stay, or results of another capture, which are removed.
     retry_failed
@@ -160,23 +174,20 @@ def run(
 
     Raises
     ------
-    InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture,
-        configuration or version; two frames have the same name; the capture has images without depth and the config is for 3-D;
+    InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture or
+        version; two frames have the same name; the capture has images without depth and the config is for 3-D;
         the scheduler cannot be reached.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if capture.format in IMAGE_FORMATS and config.mode != "2d":
         raise InputError(
-            f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json: use a 2-D config, the "
-            "preset image or paper_2d (-c image)",
+            f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json",
             code="mode-needs-depth",
+            remedy="use a 2-D config, the preset image or paper_2d{preset}",
         )
     names = [frame.name for frame in capture.frames]
-    check_names(Path(out), names)
-    inputs = _input_state(capture, options, Path(out))
-    source = _describe_input(capture, options) | ({} if extra is None else {"method": sorted(extra)[0]})
     choices = {"restart": restart, "force": force, "retry_failed": retry_failed}
-    with ResultsFolder(Path(out), source, config, inputs, **choices) as folder:
+    with open_folder(capture, Path(out), config, options, extra, **choices) as folder:
         for sentence in folder.notes:
             note(sentence)
         former = folder.done | folder.later
@@ -199,6 +210,20 @@ def run(
         else:
             folder.abandon()
     return summary
+
+
+def open_folder(
+    capture: Capture, out: Path, config: Config, options: ReadOptions | None, extra: dict[str, Any] | None, **choices: bool
+) -> ResultsFolder:
+    """Return the folder of a run, locked until it is closed; the parameters are those of `run`, `choices` those of ResultsFolder.
+
+    Raises
+    ------
+    InputError : as for `run`.
+    """
+    check_names(out, [frame.name for frame in capture.frames])
+    source = _describe_input(capture, options) | ({} if extra is None else {"method": sorted(extra)[0]})
+    return ResultsFolder(out, source, config, _input_state(capture, options, out), **choices)
 
 
 def _executor(

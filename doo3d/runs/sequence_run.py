@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
 from ..config import Config
+from ..errors import InputError
 from ..inputs import Capture
 from ..outputs import MANIFEST
 from ..outputs.atomic import PREFIX, write_text
 from ..outputs.sequence_files import SequenceFile, read_observation, summary, write_objects
 from ..sequence.detect_sequence import check_mode, gap_frames
+from ..sequence.given_length import length_notes
 from ..sequence.objects import find_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
-from .run import RunSummary, run
+from .run import RunSummary, open_folder, run
 
 FIRST_PASS = f"{PREFIX}first-pass"
 """Folder, in that of the results, that the first pass writes and the second reads; an interrupted run resumes from it."""
@@ -59,6 +61,9 @@ def run_sequence(
     InputError : as for `run`; or the config is for images.
     """
     check_mode(config)
+    # before the first pass, which takes long: whether the second may write there; what has changed is its own question
+    read, force = options.get("options"), options.get("force", False)
+    open_folder(capture, Path(out), config, read, {"sequence": None}, restart=True, force=force).close()
     folder = Path(out) / FIRST_PASS
     with passes("first pass") as reporter:
         first = run(
@@ -76,19 +81,25 @@ def run_sequence(
         return first
     observations = [read_observation(folder, name) for name in names]
     objects = find_objects(observations, config)
-    write_objects(folder, SequenceFile(tuple(names), gap_frames(observations, config), tuple(objects)))
+    known = SequenceFile(tuple(names), gap_frames(observations, config), config.output.min_confidence, tuple(objects))
+    with _writing(folder):
+        write_objects(folder, known)
+    notes = length_notes(observations, config)
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN
-    is_other = begun.exists() and begun.read_text(encoding="utf-8") != digest
+    is_other = begun.exists() and _read(begun) != digest.encode()
     with passes("second pass") as reporter:
         if not objects:
             reporter.note(NO_OBJECTS)
+        for note in notes:
+            reporter.note(note)
         functions = _functions(reporter)
 
         def report(record: FrameRecord) -> None:
             if is_other or not begun.exists():
-                write_text(begun, digest)
+                with _writing(folder):
+                    write_text(begun, digest)
             functions["report"](record)
 
         return run(
@@ -103,12 +114,30 @@ def run_sequence(
         )
 
 
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Turn an error of the system in a `with` block that writes to a folder into an InputError."""
+    try:
+        yield
+    except OSError as error:
+        message = f"{folder}: cannot be written to ({error.strerror or error}); repeat the same command to resume"
+        raise InputError(message, code="out-unwritable") from None
+
+
+def _read(file: Path) -> bytes:
+    """Return the content of a file that the first pass wrote."""
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror or error})", code="file-unreadable") from None
+
+
 def _digest(folder: Path) -> str:
     """Return a digest of all that the first pass wrote and the second reads."""
     result = hashlib.sha256()
     for file in sorted(folder.glob("*.json")):
         if file.name != MANIFEST:
-            result.update(file.name.encode() + file.read_bytes())
+            result.update(file.name.encode() + _read(file))
     return result.hexdigest()
 
 

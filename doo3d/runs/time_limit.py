@@ -27,7 +27,7 @@ class TimeLimitReached(DooError):
 
 def limit_message(seconds: float) -> str:
     """Return the sentence about a frame that was given up after so many seconds."""
-    return f"took longer than {seconds:g} s and was given up; to wait longer, add: --retry-failed --time-limit {10 * seconds:g}"
+    return f"took longer than {seconds:g} s and was given up"
 
 
 @contextmanager

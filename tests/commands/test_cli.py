@@ -24,9 +24,10 @@ COMMANDS = "detect info tune explain report video view export compare evaluate b
 def test_one_line_per_frame_and_the_files(doo3d, capture):
     code, out, err = doo3d("detect", capture(frames=2), "-o", "results")
     assert code == 0
-    first, second, last = out.splitlines()
+    first, note, second, last = out.splitlines()
     assert first.startswith("000000   1 chain   0.")
-    for word in (" m ", "radius ", " mm", "% occluded", " ms"):
+    assert note.startswith("         note: segment: method strands (auto)")  # said once, not for the second frame
+    for word in (" m ", "radius ", " mm", "% occluded", "confidence 0.9", " ms"):
         assert word in first
     assert second.startswith("000001   1 chain")
     assert last == "2 frames, 2 chains -> results"
@@ -97,7 +98,9 @@ def test_the_folder_of_another_run(doo3d, refused, capture):
     assert (code, out) == (0, "1 frame, 1 chain -> out\n")
     said = err.splitlines()
     assert said == ["1 frame is finished already, nothing is left to do (--restart starts over)"]
-    refused(second, "--set", "seed=1", code="out-other-config")
+    code, out, err = doo3d("detect", second, "--set", "seed=1")
+    assert (code, err) == (0, "note: out has results with other settings (seed); they are replaced\n")
+    assert "1 frame, 1 chain -> out" in out
 
 
 # --- the other commands ------------------------------------------------------------------------------------------------
@@ -209,5 +212,5 @@ def test_progress_bar_on_a_terminal_only(capture, tmp_path):
     assert b"3/3" in shown
     assert b"1 failed" in shown
     assert b"000001   failed" in shown
-    assert [line.split()[0] for line in out.splitlines()] == ["000000", "000002", "2"]
+    assert [line.split()[0] for line in out.splitlines()] == ["000000", "note:", "000002", "2"]
     assert "\x1b" not in out

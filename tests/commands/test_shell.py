@@ -54,6 +54,8 @@ def test_products_are_named_after_their_run(doo3d, tmp_path):
     assert doo3d("detect", SAMPLES / "straight", "-o", "runs_a", "-q")[0] == 0
     assert doo3d("report", "runs_a", "--no-clouds")[1].endswith("-> runs_a.html\n")
     assert doo3d("video", "runs_a")[1].endswith("-> runs_a.webm\n")
+    assert doo3d("report", "runs_a")[0] == 0  # made from these results and not edited: replaced
+    Path("runs_a.html").write_text("edited")
     code, _, err = doo3d("report", "runs_a")
     assert (code, code_in(err)) == (2, "out-exists")
     assert doo3d("report", tmp_path / "runs_a" / "..", "--force")[0] == 2

@@ -112,7 +112,7 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
     batch.run(open_capture(folder), out, Config())
     stat = (folder / part).stat()
     os.utime(folder / part, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
-    with refuses("input-changed", "--restart"):
+    with refuses("input-changed", "restart=True"):
         batch.run(open_capture(folder), out, Config())
     batch.run(open_capture(folder), out, Config(), restart=True)
 
@@ -120,7 +120,7 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
 def test_other_ways_of_reading_are_another_input(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
     batch.run(open_capture(folder), out, Config(), options=ReadOptions())
-    with refuses("out-other-input", "reading", "--force"):
+    with refuses("out-other-input", "reading", "force=True"):
         batch.run(open_capture(folder), out, Config(), options=ReadOptions(depth_scale=5000))
 
 
@@ -130,5 +130,5 @@ def test_results_of_other_versions_are_not_mixed(capture, tmp_path):
     made = read_manifest(out)
     made["versions"]["numpy"] = "0.1"
     (out / "manifest.json").write_text(json.dumps(made))
-    with refuses("versions-changed", "numpy 0.1", "--restart"):
+    with refuses("versions-changed", "numpy 0.1", "restart=True"):
         batch.run(open_capture(folder), out, Config())

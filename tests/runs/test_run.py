@@ -155,7 +155,7 @@ def test_a_fresh_run_replaces_what_the_last_one_left(capture, tmp_path):
     (folder / "depth" / "000002.png").unlink()
     (folder / "color" / "000002.jpg").unlink()
     break_frame(folder, "000001")
-    with refuses("input-changed", "--restart"):
+    with refuses("input-changed", "restart=True"):
         batch.run(open_capture(folder), out, Config())
     batch.run(open_capture(folder), out, Config(), restart=True)
     assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "progress.jsonl"]
@@ -174,12 +174,10 @@ def test_a_folder_with_something_else_is_refused(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
     out.mkdir()
     batch.run(open_capture(folder), out, Config())  # an empty folder is fine
-    with refuses("out-other-config", "--restart"):
-        batch.run(open_capture(folder), out, load_config("default", {"merge.chains": 2}))
-    with refuses("out-other-input", "--force"):
+    with refuses("out-other-input", "force=True"):
         batch.run(open_capture(capture("second")), out, Config())
-    (out / "manifest.json").write_text("{")
-    with refuses("out-foreign", "--force"):
+    (out / "manifest.json").write_text("{}")
+    with refuses("out-foreign", "force=True"):
         batch.run(open_capture(folder), out, Config())
 
 
@@ -220,7 +218,7 @@ def test_the_input_is_never_written_over(capture, inside):
 
 
 def test_no_permission_is_said_before_the_work(capture, tmp_path, monkeypatch, fake_detection):
-    monkeypatch.setattr(results.os, "access", lambda *args: False)
+    monkeypatch.setattr(os, "access", lambda *args: False)
     fake_detection["do"] = None
     with refuses("out-unwritable"):
         batch.run(open_capture(capture()), tmp_path / "out", Config())

@@ -55,7 +55,7 @@ def test_every_frame_has_the_whole_rope(doo3d, swaying, tmp_path):
     true = 2 * 30 * 0.5 / FOCAL  # 2 px per frame
     assert np.median(velocities[1:-1, :, 1]) == pytest.approx(true, rel=0.05)
     np.testing.assert_array_equal(file["from_time"], np.concatenate([chain.from_time for chain in chains]))
-    assert doo3d("export", tmp_path / "out", "--to", "mjcf-motion", "--set", "rate=30")[0] == 0
+    assert doo3d("export", tmp_path / "out", "--to", "mjcf-motion", "--set", "rate=30", "--set", "upright=false")[0] == 0
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "out.xml"))
     data = mujoco.MjData(model)
     for k, chain in enumerate(chains):

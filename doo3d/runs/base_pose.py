@@ -1,4 +1,4 @@
-"""The option --pose of `doo3d detect`."""
+"""The pose of the camera in the robot's base frame, and what it can be used with."""
 
 from __future__ import annotations
 

@@ -1,0 +1,139 @@
+"""Progress bars on stderr, where that is a terminal: what all of them have in common, and the simple ones."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+T = TypeVar("T")
+
+_shown: list[Progress] = []  # the displays that are on the screen
+
+_NARROW_COLUMNS = 60
+"""Characters per line below which a bar shows the number of frames alone: what else it shows takes 40 of them."""
+
+
+def has_bar(total: int) -> bool:
+    """Return whether work of so many steps shows a bar: two or more, and stderr is a terminal."""
+    return total > 1 and sys.stderr.isatty()
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Put off Ctrl-C to the end of the `with` block; in the middle of drawing it would leave lines twice or half a bar."""
+    former = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(former):
+        yield
+        return
+    pressed: list[Any] = []
+    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+        if pressed:
+            former(*pressed[0])
+
+
+@contextmanager
+def progress_display(*texts: str) -> Iterator[Progress]:
+    """Yield a display of one line: bar, number of steps, time left and further texts, for a `with` block.
+
+    It leaves nothing on the screen. A narrow terminal shows the bar and the number of steps only. `texts` are templates of
+    rich's TextColumn, such as "{task.fields[status]}".
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.table import Column
+
+    console = Console(stderr=True)
+    console.width -= len("^C")  # which the terminal prints behind the bar, and which must not wrap
+    counted = (
+        BarColumn(bar_width=None if console.width < _NARROW_COLUMNS else 40),
+        MofNCompleteColumn(table_column=Column(no_wrap=True)),
+    )
+    further = (TimeRemainingColumn(), *(TextColumn(text, table_column=Column(no_wrap=True)) for text in texts))
+    columns = counted if console.width < _NARROW_COLUMNS else (*counted, *further)
+    progress = Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False)
+    _shown.append(progress)
+    try:
+        with uninterrupted():
+            progress.start()
+        yield progress
+    finally:
+        with uninterrupted():
+            progress.stop()
+        _shown.remove(progress)
+
+
+def remove_bars() -> None:
+    """Remove the bars from the screen: Ctrl-C leaves the iterators that show them before they end."""
+    for progress in _shown:
+        progress.stop()
+
+
+def with_progress(items: Sequence[T]) -> Iterable[T]:
+    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are."""
+    return _stepping(items) if has_bar(len(items)) else items
+
+
+def _stepping(items: Sequence[T]) -> Iterator[T]:
+    with progress_display() as progress:
+        with uninterrupted():
+            task = progress.add_task("", total=len(items))
+            progress.refresh()
+        for item in items:
+            yield item
+            with uninterrupted():
+                progress.update(task, advance=1, refresh=True)
+
+
+class FrameResult(Protocol):
+    """What a score says of a frame."""
+
+    @property
+    def correct(self) -> bool:
+        """Whether the frame is correct."""
+
+
+class Scored(Protocol):
+    """The result of one frame of an evaluation."""
+
+    @property
+    def name(self) -> str:
+        """Name of the frame."""
+
+    @property
+    def score(self) -> FrameResult:
+        """Its score."""
+
+
+@contextmanager
+def counting(total: int) -> Iterator[Callable[[Scored], None]]:
+    """Yield a function that advances a progress bar by one frame of an evaluation, for the duration of a `with` block.
+
+    Call the function with the result of each finished frame. The bar is on stderr and shows the number of correct frames
+    so far. `total` is the number of frames. Without a terminal, or if `total` is below 2, the function does nothing.
+    """
+    if not has_bar(total):
+        yield lambda result: None
+        return
+    with progress_display("{task.fields[status]}") as progress:
+        with uninterrupted():
+            task, correct = progress.add_task("", total=total, status=""), 0
+            progress.refresh()
+
+        def advance(result: Scored) -> None:
+            nonlocal correct
+            correct += result.score.correct
+            with uninterrupted():
+                progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {result.name}")
+
+        yield advance

@@ -1,0 +1,56 @@
+"""One file as the product of a command or a function, such as a report: its name, and writing it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import InputError
+from .atomic import write_bytes
+
+
+def named_after(results: Path, suffix: str) -> Path:
+    """Return the path of a product of a run that no name was given for: beside the folder of the run, named like it.
+
+    results : the folder, such as out. suffix : of the product, such as ".html".
+    """
+    folder = results.resolve() if results.name in ("", "..") else results
+    return folder.with_name(folder.name + suffix)
+
+
+def check_new_file(path: Path, force: bool, results: Path | None = None) -> None:
+    """Check that a new file may be written at `path`; nothing is written.
+
+    Parameters
+    ----------
+    path
+        the file.
+    force
+        whether it may exist already.
+    results
+        folder of the run that it is made from; it may exist if it was made from that before, and not changed since.
+
+    Raises
+    ------
+    InputError : `path` is a folder, its folder does not exist, or the file exists and may not be replaced.
+    """
+    from .products import Products
+
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
+    if path.exists() and not force and not (results is not None and Products(results).are_unchanged(path)):
+        raise InputError(f"{path}: exists already", code="out-exists", remedy="give another name{out}, or {force} to replace it")
+    if not path.absolute().parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist: create it first", code="out-folder-missing")
+
+
+def save(path: Path, content: str | bytes) -> None:
+    """Write a text (as UTF-8) or bytes to the file `path`, replacing an existing file.
+
+    Raises
+    ------
+    InputError : the file cannot be written.
+    """
+    try:
+        write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None

@@ -1,0 +1,224 @@
+"""`doo3d.run`: the chains of every frame of a capture, into a folder, as the command `doo3d detect` does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from os import PathLike
+from typing import Any
+
+from ..config import Config, ConfigLike, as_config
+from ..errors import ArgumentError, ConfigError, InputError, options_of_python
+from ..inputs import Capture, OpenedCapture, ReadOptions, open_capture
+from ..inputs.capture import notes_of
+from ..inputs.frame_selection import Selection, select_frames
+from ..inputs.support.pose_file import PoseLike
+from ..sequence.fused_capture import FusedCapture
+from ..types.arguments import each, file_path, flag, number, refused, whole
+from .base_pose import check_pose_use
+from .frame_record import FrameRecord
+from .run import RunSummary
+from .run import run as run_capture
+from .sequence_run import run_sequence
+from .time_limit import DEFAULT_SECONDS
+
+MAX_WORKERS = 1024
+"""Worker processes of one machine: more than any has processors."""
+
+
+def run(
+    capture: Capture | str | PathLike[str],
+    out: str | PathLike[str] = "out",
+    config: ConfigLike | None = None,
+    *,
+    mask: str | PathLike[str] | None = None,
+    input_options: ReadOptions | Mapping[str, Any] | None = None,
+    pose: PoseLike | None = None,
+    camera: str | PathLike[str] | None = None,
+    every: int = 1,
+    start: int | str | None = None,
+    end: int | str | None = None,
+    frames: str | Sequence[int] | None = None,
+    workers: int = 0,
+    scheduler: str | None = None,
+    fuse_views: bool = False,
+    sequence: bool = False,
+    restart: bool = False,
+    retry_failed: bool = False,
+    time_limit: float | None = DEFAULT_SECONDS,
+    force: bool = False,
+    progress: Callable[[FrameRecord], None] | None = None,
+) -> RunSummary:
+    """Detect in every frame of a capture and write the results to a folder, as the command `doo3d detect` does.
+
+    A frame that fails does not stop the run. Interrupted runs resume: call `run` again with the same arguments, or repeat the
+    command. Nothing is printed.
+
+    Parameters
+    ----------
+    capture
+        path of a capture, or a capture as `open_capture` returns it, or a slice of one.
+    out
+        folder for `<frame>.json`, `<frame>.png`, `config.yaml` and `manifest.json`; made if missing.
+    config
+        the settings, as `detect` takes them.
+    mask
+        masks of the object, replacing the capture's own: an image, or a folder of images named like the frames.
+    input_options
+        how the capture is to be read: a ReadOptions, or its fields as a dictionary, such as {"depth_scale": 5000}.
+    pose
+        pose of the camera in the robot's base frame, which the results are then in: 4x4, the numbers x y z qx qy qz qw, a file,
+        "capture" (the capture's own poses), or "tf:FRAME" of a bag.
+    camera
+        file with the intrinsics of the depth images.
+    every, start, end, frames
+        the frames to use, as `doo3d detect --help` says: every Nth; first and last as a number from 0, -1 the last, or as a time
+        such as "12.5s"; a list such as "3,7,10-20" or [3, 7].
+    workers
+        number of worker processes; 0 works in this process alone. Workers do not import the calling script.
+    scheduler
+        address of a dask scheduler, whose workers to use instead.
+    fuse_views
+        fuse all frames to one cloud and detect in that; needs an object at rest and known camera poses.
+    sequence
+        find the same objects in all frames together.
+    restart
+        do all frames again, also those already finished in `out`.
+    retry_failed
+        do frames again that failed in an earlier run.
+    time_limit
+        s after which a frame fails; None for no limit.
+    force
+        write into `out` even if it holds something else.
+    progress
+        called with the record of each frame once its files are written; has `name`, `status` and `lengths`, for example.
+
+    Returns
+    -------
+    RunSummary : `records` (one per frame), `failed`, `counts()`, `figures()` and `notes`. If all frames failed, `out` holds no
+        results of this run.
+
+    Raises
+    ------
+    InputError : the capture cannot be opened; or `out` cannot be written to, or holds other files or other results.
+    ConfigError : the settings cannot be used, or arguments exclude each other.
+    MissingDependency : a format or the scheduler needs a package that is not installed.
+
+    Examples
+    --------
+    >>> summary = doo3d.run("sample_clouds/crossing", "out", {"merge.chains": 1}, workers=2)  # doctest: +SKIP
+    """
+    with options_of_python():
+        settings = as_config(config)
+        folder = file_path(out, "out")
+        switches = {
+            "fuse_views": fuse_views,
+            "sequence": sequence,
+            "restart": restart,
+            "retry_failed": retry_failed,
+            "force": force,
+        }
+        fuse_views, sequence, restart, retry_failed, force = (flag(value, name) for name, value in switches.items())
+        if time_limit is not None and not number(time_limit, "time_limit") > 0:
+            raise ConfigError(f"time_limit={time_limit}: expected seconds above 0, or None", code="value-out-of-bounds")
+        if not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
+            raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
+        if not isinstance(scheduler, str | None):
+            raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
+        if not (progress is None or callable(progress)):
+            raise refused(progress, "progress", "a function of a frame's record")
+        opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera))
+        check_pose_use(opened.options, settings, fuse_views)
+        chosen = select_frames(opened, _selection(every, start, end, frames))
+        if fuse_views and sequence:
+            raise InputError(
+                "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
+            )
+        remarks = _Remarks(notes_of(chosen), progress)
+        if fuse_views:
+            chosen = FusedCapture(chosen, settings)
+        options: dict[str, Any] = {
+            "options": opened.options,
+            "workers": workers,
+            "scheduler": scheduler,
+            "restart": flag(restart, "restart"),
+            "force": flag(force, "force"),
+            "retry_failed": flag(retry_failed, "retry_failed"),
+            "time_limit": time_limit,
+        }
+        if sequence:
+            summary = run_sequence(chosen, folder, settings, remarks.of_pass, **options)
+        else:
+            summary = run_capture(chosen, folder, settings, **options, report=remarks, note=remarks.note)
+        return replace(summary, remarks=tuple(remarks.notes))
+
+
+def _selection(every: int, start: int | str | None, end: int | str | None, frames: str | Sequence[int] | None) -> Selection:
+    """Return the selection of frames in the form of the command."""
+    first, last = (
+        position if position is None or isinstance(position, str) else str(whole(position, name))
+        for name, position in (("start", start), ("end", end))
+    )
+    listed = frames if frames is None or isinstance(frames, str) else ",".join(map(str, each(frames, int, "frames")))
+    return Selection(whole(every, "every"), first, last, listed)
+
+
+class _Remarks:
+    """What a run says beside its results: the notes are kept, and the caller is told of each frame."""
+
+    def __init__(self, notes: Sequence[str], progress: Callable[[FrameRecord], None] | None) -> None:
+        self.notes, self._progress = list(notes), progress
+
+    def __call__(self, record: FrameRecord) -> None:
+        if self._progress is not None:
+            self._progress(record)
+
+    def note(self, sentence: str) -> None:
+        self.notes.append(sentence)
+
+    def resumed(self, records: Sequence[FrameRecord]) -> None:
+        """Do nothing: frames of an earlier run are in the summary."""
+
+    @contextmanager
+    def of_pass(self, name: str) -> Iterator[_Remarks]:
+        """Yield what the pass of a sequence reports to: the caller is told of the frames of the second, which are results."""
+        silent = _Remarks((), None)
+        silent.notes = self.notes
+        yield self if name == "second pass" else silent
+
+
+def _read_options(
+    given: ReadOptions | Mapping[str, Any] | None, pose: PoseLike | None, camera: str | PathLike[str] | None
+) -> ReadOptions | None:
+    """Return the options for reading a capture; None if none are given."""
+    if given is not None and not isinstance(given, ReadOptions | Mapping):
+        raise ArgumentError(
+            f"input_options is a {type(given).__name__}, expected a ReadOptions, or its fields as a dictionary",
+            code="argument-type",
+        )
+    values = given.model_dump(exclude_unset=True) if isinstance(given, ReadOptions) else dict(given or {})
+    values |= {} if pose is None else {"pose": pose}
+    values |= {} if camera is None else {"camera_file": file_path(camera, "camera").absolute()}
+    return ReadOptions.of(values, "input_options") if values else None
+
+
+def _opened(
+    capture: Capture | str | PathLike[str], config: Config, mask: str | PathLike[str] | None, options: ReadOptions | None
+) -> OpenedCapture:
+    if isinstance(capture, str | PathLike):
+        masks = None if mask is None else file_path(mask, "mask")
+        return open_capture(
+            file_path(capture, "capture"), config.mode == "2d", masks, options or ReadOptions(), limits=config.input.limits()
+        )
+    if not all(hasattr(capture, name) for name in ("path", "format", "frames")):
+        raise ArgumentError(
+            f"run was given a {type(capture).__name__}, expected the path of a capture, or a capture as doo3d.open_capture "
+            "returns it",
+            code="argument-type",
+        )
+    if mask is not None or options is not None:
+        raise ConfigError(
+            "mask, input_options, pose and camera are for a path: give them to doo3d.open_capture", code="options-conflict"
+        )
+    return capture if isinstance(capture, OpenedCapture) else OpenedCapture(capture)

@@ -1,0 +1,169 @@
+"""Every command that shows progress, in a terminal: what is left on the screen is what a pipe gets, and nothing else."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+from builders.paths import SAMPLES
+from builders.photos import cross, labelled, painted, save
+from builders.runs import break_frame
+from builders.terminal import Shown, in_terminal
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
+
+BAR = "━"
+MODES = {"alone": (), "workers": ("--workers", "2"), "sequence": ("--sequence",)}
+WIDTHS = (20, 200)
+OTHERS = {
+    "report": "report out --no-clouds --force",
+    "video": "video out --force",
+    "npz": "export out --to npz --force",
+    "csv": "export out --to csv --force",
+    "recording": "view out --save out.rrd --force",
+    "scenes": "evaluate scenes --families straight --seeds 2 --size 320x240",
+    "capture": "evaluate capture crossing --truth crossing/truth.json",
+    "ablations": "evaluate ablations --families straight --seeds 2 --size 320x240",
+    "sequences": "evaluate sequences --own dragged --seeds 1 --frames 4 --size 320x240",
+    "trees": "evaluate trees --families tree --seeds 2 --size 320x240",
+    "photos": "evaluate dataset mbest photos",
+}
+"""Name -> a command with a bar."""
+
+PLAIN = {
+    "compare": "compare capture",
+    "bench": "bench capture --runs 1",
+    "tune": "tune capture --force",
+    "info": "info capture --contact-sheet sheet.png",
+    "explain": "explain capture",
+    "results": "evaluate results results --truth crossing/truth.json",
+}
+"""Name -> a command of many steps that prints lines as it goes, or is done at once."""
+
+
+@pytest.fixture
+def place(capture, tmp_path):
+    """A folder with a capture of four frames."""
+    capture(frames=4)
+    return tmp_path
+
+
+def detect(place, *options: str, **how) -> Shown:
+    return in_terminal("doo3d", "detect", "capture", "-o", "out", *options, folder=place, **how)
+
+
+def words(text: str) -> list[str]:
+    """Return the lines of a text in order of the alphabet, every number as 0, and every run of blanks as one."""
+    return sorted(re.sub(r"[\d.]+", "0", " ".join(line.split())) for line in text.splitlines() if line.strip())
+
+
+def is_clean(shown: Shown) -> None:
+    """Check that nothing of a bar is left, the cursor is there, and nothing broke."""
+    assert "Traceback" not in shown.written, shown.written
+    assert not shown.screen.cursor_is_hidden
+    assert not [line for line in shown.lines if BAR in line], shown.lines
+
+
+def piped(place, *command: str) -> str:
+    done = subprocess.run(["doo3d", *command], cwd=place, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return done.stdout
+
+
+def results(place) -> dict[str, bytes]:
+    """Return every file of the run but the journals."""
+    return {str(path): path.read_bytes() for path in (place / "out").rglob("*") if path.is_file() and path.suffix != ".jsonl"}
+
+
+@pytest.mark.parametrize("mode", ["alone", *(pytest.param(name, marks=pytest.mark.slow) for name in ("workers", "sequence"))])
+def test_first_run_nothing_left_and_resumed(place, mode):
+    options = MODES[mode]
+    expected = words(piped(place, "detect", "capture", "-o", "out", *options))
+    made = results(place)
+    for columns in WIDTHS if mode == "alone" else WIDTHS[:1]:
+        shutil.rmtree(place / "out")
+        first = detect(place, *options, columns=columns)
+        is_clean(first)
+        assert first.code == 0
+        assert BAR in first.written
+        assert words(first.screen.text) == expected
+        for remove, sentence in ((None, "4 frames are finished already, nothing is left"), ("000002.png", "resuming after them")):
+            if remove:
+                (place / "out" / remove).unlink()
+            again = detect(place, *options, columns=columns)
+            is_clean(again)
+            assert again.code == 0
+            assert again.screen.text.count(sentence) == 1
+            assert again.screen.text.count("4 frames, 4 chains -> out") == 1
+            assert results(place) == made
+
+
+@pytest.mark.parametrize(
+    ("mode", "moment"),
+    [("workers", "0/4"), *(pytest.param(*each, marks=pytest.mark.slow) for each in (("alone", "1/4"), ("sequence", "3/4")))],
+)
+def test_interrupted_and_then_resumed(place, mode, moment):
+    detect(place, *MODES[mode])
+    made = results(place)
+    shutil.rmtree(place / "out")
+    ended = detect(place, *MODES[mode], columns=60, until=lambda written: moment in written)
+    is_clean(ended)
+    assert ended.code == 130
+    assert ended.screen.text.count("doo3d: interrupted") == 1
+    for name in ("000000", "000001", "000002", "000003"):
+        assert ended.screen.text.count(f"{name}   1 chain") <= 1
+    again = detect(place, *MODES[mode], columns=60)
+    is_clean(again)
+    assert again.code == 0
+    assert results(place) == made
+
+
+@pytest.mark.parametrize("columns", WIDTHS)
+def test_failed_frames(place, columns):
+    break_frame(place / "capture", "000001")
+    shown = detect(place, columns=columns)
+    is_clean(shown)
+    assert shown.code == 1
+    assert shown.screen.text.count("000001   failed: ") == 1
+    again = detect(place, "--retry-failed", columns=columns)
+    is_clean(again)
+    assert again.screen.text.count("000001   failed: ") == 1
+    assert again.screen.text.count("note: 1 failed frame is tried again") == 1
+
+
+@pytest.fixture(scope="module")
+def products(tmp_path_factory):
+    """A folder with captures, and results of one in it; what the commands of this test make stays in it."""
+    folder = tmp_path_factory.mktemp("products")
+    shutil.copytree(SAMPLES / "crossing", folder / "crossing")
+    for name in ("a", "b"):
+        save(folder / "photos" / "S1" / "images" / f"{name}.jpg", painted(labelled(cross())))
+        save(folder / "photos" / "S1" / "labels" / f"{name}.png", labelled(cross()))
+    shutil.copytree(SAMPLES / "crossing", folder / "capture")
+    (folder / "capture" / "truth.json").unlink()
+    assert "3 frames" in piped(folder, "detect", "capture", "-o", "out")
+    shutil.copytree(folder / "out", folder / "results")
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OTHERS | PLAIN)
+def test_other_commands(products, name):
+    command = (OTHERS | PLAIN)[name].split()
+    for columns in WIDTHS if name == "report" else WIDTHS[1:]:
+        shown = in_terminal("doo3d", *command, folder=products, columns=columns)
+        is_clean(shown)
+        assert shown.code in (0, 1), shown.written
+        assert (BAR in shown.written) == (name in OTHERS)
+    assert words(shown.screen.text) == words(piped(products, *command))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["report", "scenes", "npz"])
+def test_other_commands_interrupted(products, name):
+    shown = in_terminal("doo3d", *OTHERS[name].split(), folder=products, until=lambda written: BAR in written)
+    is_clean(shown)
+    assert shown.code == 130
+    assert shown.screen.text.splitlines() == ["doo3d: interrupted"]
