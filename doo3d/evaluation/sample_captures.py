@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,13 @@ from ..inputs.support.open3d import open3d
 from ..types import Array, Camera
 from .rendering.renderer import Rendered, render
 from .sample_bag import write_bag
+from .sample_scenes import hand_scenes, t_piece_scene
 from .scenes.model import Scene, Truth, moved_scene
 from .scenes.registry import make_scene
 from .truth_file import write_truth
+
+Writer = Callable[[], Path]
+"""Writes one sample and returns its path."""
 
 CAPTURES: dict[str, tuple[str, int, int]] = {
     "straight": ("straight", 3, 1),
@@ -27,6 +33,9 @@ CAPTURES: dict[str, tuple[str, int, int]] = {
     "two_cables": ("several", 6, 1),
 }
 """Name -> family, seed, number of frames; each seed shows well what its family is about."""
+
+LAID_OUT: dict[str, Callable[[], list[Scene]]] = {"hand": hand_scenes, "t_piece": lambda: [t_piece_scene()]}
+"""Name of each capture whose scenes are laid out by hand -> its scenes, one a frame."""
 
 CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "open.ply": ("open", 1, "d435", False),
@@ -70,7 +79,7 @@ TABLE_MARGIN_PX, TABLE_STRIDE_PX = 40, 3
 """px round the cable, and from pixel to pixel, of a cloud with its table."""
 
 
-def write_samples(folder: str | Path) -> list[Path]:
+def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], Iterable[Writer]] = iter) -> list[Path]:
     """Render all samples and write them below a folder; the files have the same bytes every time.
 
     - A capture is `<name>/color/000000.jpg`, `<name>/depth/000000.png` (uint16 mm), `<name>/camera_intrinsic.json` and
@@ -79,6 +88,13 @@ def write_samples(folder: str | Path) -> list[Path]:
     - `bags/<name>` is a ROS 2 bag of a capture's first frame.
     - A photograph is `photos/<name>.jpg` with its mask `photos/mask/<name>.png`; `photos/axes.json` holds the true axes of all
       photographs, in pixels.
+
+    Parameters
+    ----------
+    folder
+        the folder; made if missing.
+    with_progress
+        called with the list of what is to be written; returns an iterable of the same, for example one that shows a bar.
 
     Returns
     -------
@@ -90,26 +106,29 @@ def write_samples(folder: str | Path) -> list[Path]:
     MissingDependency : rosbags or open3d is not installed.
     """
     folder = Path(folder)
-    captures = [_write_capture(folder / name, *scene) for name, scene in CAPTURES.items()]
-    clouds = [_write_cloud(folder / "clouds" / name, *scene) for name, scene in CLOUDS.items()]
-    bags = [write_bag(folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES]
-    return [*captures, *clouds, *bags, _write_photos(folder / "photos")]
+    writers: list[Writer] = [
+        *(partial(_write_capture, folder / name, orbited_scenes, *values) for name, values in CAPTURES.items()),
+        *(partial(_write_capture, folder / name, lay_out) for name, lay_out in LAID_OUT.items()),
+        *(partial(_write_cloud, folder / "clouds" / name, *scene) for name, scene in CLOUDS.items()),
+        *(partial(write_bag, folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES),
+        partial(_write_photos, folder / "photos"),
+    ]
+    return [write() for write in with_progress(writers)]
 
 
-def _write_capture(folder: Path, family: str, seed: int, frames: int) -> Path:
-    scene = make_scene(family, seed)
+def _write_capture(folder: Path, make_scenes: Callable[..., list[Scene]], *values: str | int) -> Path:
     truths: dict[str, tuple[Truth, ...]] = {}
     for part in ("color", "depth"):
         (folder / part).mkdir(parents=True, exist_ok=True)
-    for k in range(frames):
-        name, rendered = f"{k:06d}", render(orbited_scene(scene, k * ORBIT_STEP_DEGREES, f"{scene.name}/{k}"))
+    for k, scene in enumerate(make_scenes(*values)):
+        name, rendered = f"{k:06d}", render(scene)
         depth = np.round(rendered.frame.depth * DEPTH_SCALE).astype(np.uint16)
         _write_image(folder / "depth" / f"{name}.png", depth, cv2.IMWRITE_PNG_COMPRESSION, 9)
         color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
         _write_image(folder / "color" / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
         truths[name] = rendered.truths
+        write_intrinsics(folder / "camera_intrinsic.json", rendered.frame.camera)
     write_truth(folder / "truth.json", truths)
-    write_intrinsics(folder / "camera_intrinsic.json", scene.camera)
     return folder
 
 
@@ -206,6 +225,12 @@ def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array
     v, u = np.nonzero(chosen & (depth > 0))
     points = rendered.frame.camera.unproject(np.column_stack((u, v)), depth[v, u])
     return points.astype(np.float32), np.ascontiguousarray(np.asarray(rendered.frame.color)[v, u])
+
+
+def orbited_scenes(family: str, seed: int, frames: int) -> list[Scene]:
+    """Return a scene of a family as a camera sees it that orbits it, frame by frame."""
+    scene = make_scene(family, seed)
+    return [orbited_scene(scene, k * ORBIT_STEP_DEGREES, f"{scene.name}/{k}") for k in range(frames)]
 
 
 def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:

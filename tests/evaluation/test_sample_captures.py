@@ -1,6 +1,7 @@
 """The samples: the same bytes every time, small, readable, and what the scenes say."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -9,7 +10,11 @@ import pytest
 from builders.errors import refuses
 from builders.paths import SAMPLES
 
+import doo3d
 from doo3d.evaluation import sample_captures as samples
+from doo3d.evaluation.metrics.score import score
+from doo3d.evaluation.metrics.trees import score_trees
+from doo3d.evaluation.sample_scenes import HAND_FRAMES, t_piece_scene
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth, write_truth
 
@@ -23,20 +28,23 @@ def _files(folder):
 @pytest.mark.slow
 def test_same_bytes_every_time(tmp_path, monkeypatch):
     monkeypatch.setattr(samples, "CAPTURES", {"crossing": ("crossing", 3, 1)})
+    monkeypatch.setattr(samples, "LAID_OUT", {"hand": lambda: samples.hand_scenes()[10:11]})
     monkeypatch.setattr(samples, "CLOUDS", {"open.ply": samples.CLOUDS["open.ply"], "both.npz": samples.CLOUDS["two_cables.npz"]})
     monkeypatch.setattr(samples, "PHOTOS", {"loop": samples.PHOTOS["loop"]})
     written = samples.write_samples(tmp_path / "one")
     samples.write_samples(tmp_path / "two")
     one = _files(tmp_path / "one")
     assert one == _files(tmp_path / "two")
-    assert len(one) == 4 + 4 + 3 + 2
+    assert len(one) == 4 + 4 + 4 + 3 + 2
     assert all(path.exists() for path in written)
 
 
 def test_committed_samples_are_complete_and_small():
     files = _files(FOLDER)
-    assert sum(len(data) for data in files.values()) < 10e6
-    for name, (_, _, frames) in samples.CAPTURES.items():
+    assert sum(len(data) for data in files.values()) < 15e6
+    frame_counts = {name: frames for name, (_, _, frames) in samples.CAPTURES.items()} | {"hand": HAND_FRAMES, "t_piece": 1}
+    assert set(samples.LAID_OUT) < set(frame_counts)
+    for name, frames in frame_counts.items():
         truth = read_truth(FOLDER / name / "truth.json")
         assert list(truth) == [f"{k:06d}" for k in range(frames)]
         values = json.loads(files[f"{name}/camera_intrinsic.json"])
@@ -74,6 +82,62 @@ def test_committed_truth_is_that_of_the_scenes(name):
         assert truth.radius == pytest.approx(cable.radius, abs=1e-5)
         assert np.abs(truth.axis[:-1] - cable.axis[::2][: len(truth.axis) - 1]).max() < 0.51e-4
         assert truth.seen.any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", samples.LAID_OUT)
+def test_committed_truth_is_that_of_the_scenes_laid_out_by_hand(name):
+    scenes, truths = samples.LAID_OUT[name](), read_truth(FOLDER / name / "truth.json")
+    assert len(scenes) == len(truths)
+    for scene, cables in zip(scenes, truths.values(), strict=True):
+        for cable, truth in zip(scene.cables, cables, strict=True):
+            assert truth.radius == pytest.approx(cable.radius, abs=1e-5)
+            assert np.abs(truth.axis[:-1] - cable.axis[::2][: len(truth.axis) - 1]).max() < 0.51e-4
+
+
+def test_the_hand_hides_part_of_a_cable_that_moves_and_keeps_its_length():
+    frames = list(read_truth(FOLDER / "hand" / "truth.json").values())
+    assert all(len(cables) == 1 for cables in frames)
+    (cables,) = zip(*frames, strict=True)
+    hidden = np.array([1 - cable.seen.mean() for cable in cables])
+    assert hidden[[0, -1]].max() < 0.02
+    assert hidden[6:15].min() > 0.1
+    lengths = np.array([cable.length for cable in cables])
+    assert np.ptp(lengths) < 0.01 * lengths.mean()
+    steps = [np.linalg.norm(b.axis[0] - a.axis[0]) for a, b in pairwise(cables)]
+    assert min(steps) > 0.008
+
+
+def test_the_t_piece_has_one_junction_and_the_other_cable_rests_on_it():
+    scene = t_piece_scene()
+    hose, cable = scene.trees
+    assert sorted(hose.degree) == [1, 1, 1, 3]
+    assert sorted(cable.degree) == [1, 1]
+    apart = [
+        np.linalg.norm(strand.axis[:, None] - scene.cables[3].axis[None], axis=2).min() - strand.radius - scene.cables[3].radius
+        for strand in scene.cables[:3]
+    ]
+    assert 0 < min(apart) < 0.001
+    read = read_truth(FOLDER / "t_piece" / "truth.json")["000000"]
+    ends = np.array([cable.axis[end] for cable in read[:3] for end in (0, -1)])
+    assert (np.linalg.norm(ends - hose.nodes[1], axis=1) < 2e-4).sum() == 3
+
+
+@pytest.mark.slow
+def test_the_cable_under_the_hand_is_right_in_every_frame_of_the_sequence():
+    config = doo3d.load_config("default", {"segment.ranges": [{"low": [14, 93, 20], "high": [35, 255, 255]}]})
+    frames = [entry.load().data for entry in doo3d.open_capture(FOLDER / "hand").frames]
+    truths = read_truth(FOLDER / "hand" / "truth.json").values()
+    rows = [score(found.chains, truth) for found, truth in zip(doo3d.detect_sequence(frames, config), truths, strict=True)]
+    assert [row.correct for row in rows] == [True] * HAND_FRAMES
+    assert sum(row.occlusions_correct for row in rows) == sum(row.occlusions for row in rows) > 60
+
+
+def test_the_t_piece_is_told_from_the_crossing():
+    frame = doo3d.open_capture(FOLDER / "t_piece").frames[0].load().data
+    found = score_trees(doo3d.detect(frame, doo3d.load_config("harness")), t_piece_scene())
+    assert found.correct
+    assert (found.right, found.found, found.crossed) == (2, 1, 1)
 
 
 def test_depth_along_the_true_axis_is_the_cable():

@@ -45,7 +45,7 @@ def evaluate(
     cases
         the frames with known truth.
     config
-        the configuration of the detection, of a 3-D mode.
+        the configuration of the detection, of a 3-D mode; for frames without cables, it may be of a 2-D mode.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
@@ -61,13 +61,8 @@ def evaluate(
 
     Raises
     ------
-    ConfigError : the config is for 2-D.
+    ConfigError : the config is for 2-D, and a frame has cables.
     """
-    if config.mode == "2d":
-        raise ConfigError(
-            "the truth is in 3-D and the config is for 2-D: use a 3-D config, or evaluate dataset mbest or cset",
-            code="config-mode",
-        )
     rows: list[Row] = []
     compiled = False
     for case in cases:
@@ -101,7 +96,8 @@ def unreadable(case: Case, error: DooError) -> Row:
 def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Row:
     """Detect in one frame with known truth, and return the row with its score.
 
-    If the detection fails, the row is scored without chains and holds the error.
+    If the detection fails, the row is scored without chains and holds the error. Of a frame without cables, neither the number
+    nor a mask is given, and the config may be for 2-D.
 
     Parameters
     ----------
@@ -120,7 +116,14 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
     """
     from ...pipeline import detect
 
-    used = _case_config(config, known.truths, known_count, method)
+    if config.mode == "2d" and known.truths:
+        raise ConfigError(
+            "the truth is in 3-D and the config is for 2-D: use a 3-D config, or evaluate dataset mbest or cset",
+            code="config-mode",
+        )
+    if not known.truths:
+        known_count, method = False, "auto"
+    used = case_config(config, known.truths, known_count, method)
     mask = known.mask if method in ("mask", "ragged") and used.segment.method in ("auto", "mask") else None
     if method == "ragged" and mask is not None:
         mask = ragged_mask(mask, family_rng(f"{case.name}/ragged", 0))
@@ -263,7 +266,18 @@ def evaluate_captures(folder: str | Path, config: Config, known_count: bool = Tr
     return evaluate(folder_cases(folder), config, known_count)
 
 
-def _case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, method: Masking) -> Config:
+def case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, method: Masking) -> Config:
+    """Return the settings for one frame: with the number of its cables if it is given, and for "hsv" with their colors.
+
+    Parameters
+    ----------
+    config
+        the settings of all frames.
+    truths
+        the cables of the frame.
+    known_count, method
+        as for `evaluate`.
+    """
     merge = config.merge.model_copy(update={"chains": max(len(truths), 1) if known_count else None})
     segment = config.segment
     if method == "hsv":

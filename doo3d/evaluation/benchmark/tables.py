@@ -61,7 +61,7 @@ def format_table(rows: Sequence[Row]) -> str:
     - radius: detected over true radius, median over frames;
     - time: duration of a detection, ms, median over frames.
 
-    A value that is unknown is shown as "-".
+    A value that is unknown is shown as "-". If there are frames without a cable, a last line says how many of them show no chain.
     """
     families = by_family(rows)
     name_width = max(map(len, [*families, "all"]))
@@ -69,6 +69,9 @@ def format_table(rows: Sequence[Row]) -> str:
     lines += [_line(family, name_width, summary(group)) for family, group in families.items()]
     if len(families) > 1:
         lines += ["-" * len(lines[0]), _line("all", name_width, summary(rows))]
+    empty = [row.score.chains == 0 for row in rows if row.score.objects == 0 and row.error is None]
+    if empty:
+        lines.append(f"no chain in {_share(sum(empty), len(empty), 1)} of the frames without a cable")
     return "\n".join(lines)
 
 

@@ -60,7 +60,9 @@ HOLE_SIGMA_PX = 2.2
 """px, sigma of the blurred noise whose peaks are the small holes."""
 
 
-def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, rng: Generator) -> Array:
+def measure_depth(
+    exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, rng: Generator, walls: Array | None = None
+) -> Array:
     """Return the depth image that a sensor measures, (H, W) float32 m, 0 where it measures nothing.
 
     Parameters
@@ -75,9 +77,11 @@ def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, r
         the errors of the sensor.
     rng
         the random number generator of the noise; the same state gives the same image.
+    walls
+        (H, W) int, the number of the table or wall at each pixel, 0 for all else: there, a slope is no edge.
     """
     valid = exact > 0
-    depth = _noisy(_with_edges(exact, sensor, rng), camera, sensor, rng)
+    depth = _noisy(_with_edges(exact, sensor, rng, walls), camera, sensor, rng)
     if sensor.holes > 0:
         level = _correlated_noise(exact.shape, HOLE_SIGMA_PX, rng)
         depth[level > np.quantile(level, 1 - sensor.holes)] = 0
@@ -87,7 +91,7 @@ def measure_depth(exact: Floats, shiny: Bools, camera: Camera, sensor: Sensor, r
     return np.asarray(depth, dtype=np.float32)
 
 
-def _with_edges(exact: Floats, sensor: Sensor, rng: Generator) -> Floats:
+def _with_edges(exact: Floats, sensor: Sensor, rng: Generator, walls: Array | None) -> Floats:
     """Return the depth with some of the pixels at edges between both sides (flying points) or missing."""
     depth = exact.copy()
     if sensor.flying + sensor.missing == 0:
@@ -95,6 +99,8 @@ def _with_edges(exact: Floats, sensor: Sensor, rng: Generator) -> Floats:
     nearest = minimum_filter(np.where(exact > 0, exact, np.inf), 3)
     farthest = maximum_filter(exact, 3)
     edge = (exact > 0) & (farthest - nearest > MIN_EDGE_STEP)
+    if walls is not None:
+        edge &= (walls == 0) | (minimum_filter(walls, 3) != maximum_filter(walls, 3))
     chance, t = rng.random(exact.shape), rng.random(exact.shape)
     flying = edge & (chance < sensor.flying)
     depth[flying] = (t * nearest + (1 - t) * farthest)[flying]

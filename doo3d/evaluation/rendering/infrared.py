@@ -237,6 +237,8 @@ def _near_solids(caster: RayCaster, camera: Camera, origin: Floats) -> Array:
         cv2.polylines(canvas, [line], cable.closed, 1, width)
     for solid in caster.scene.occluders:
         points = solid.vertices - origin
+        if points[:, 2].max() <= 0:
+            continue
         if points[:, 2].min() <= 0:
             return np.ones(canvas.size, dtype=bool)
         corners = np.round(np.clip(camera.project(points), -1e4, 1e4)).astype(np.int32)

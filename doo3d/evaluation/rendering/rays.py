@@ -89,7 +89,7 @@ class RayCaster:
             self._caster.add_triangles(_tensor(vertices.astype(np.float32)), _tensor(triangles.astype(np.uint32)))
 
     def cast(self, origins: Floats, directions: Floats) -> Hits:
-        """Return the first hit of each of R rays, at least one.
+        """Return the first hit of each of R rays.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class RayCaster:
         """
         parts = [
             self._cast(origins[k : k + RAYS_AT_ONCE], directions[k : k + RAYS_AT_ONCE])
-            for k in range(0, len(origins), RAYS_AT_ONCE)
+            for k in range(0, max(len(origins), 1), RAYS_AT_ONCE)
         ]
         return Hits(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 
@@ -146,16 +146,14 @@ class RayCaster:
         Parameters
         ----------
         points
-            (R, 3) m, in the camera's optical frame; at least one.
+            (R, 3) m, in the camera's optical frame.
         normals
             (R, 3) unit vectors, away from the surface.
         """
         light = np.broadcast_to(np.asarray(self.scene.light), points.shape)
         rays = np.hstack((points + SHADOW_OFFSET * normals, light)).astype(np.float32)
-        parts = [
-            self._caster.test_occlusions(_tensor(rays[k : k + RAYS_AT_ONCE])).numpy() for k in range(0, len(rays), RAYS_AT_ONCE)
-        ]
-        return np.concatenate(parts)
+        firsts = range(0, max(len(rays), 1), RAYS_AT_ONCE)
+        return np.concatenate([self._caster.test_occlusions(_tensor(rays[k : k + RAYS_AT_ONCE])).numpy() for k in firsts])
 
     def seen_samples(self, cable: Truth) -> Bools:
         """Tell at which of its P axis points the camera sees a cable's surface: (P,) bool.

@@ -24,6 +24,9 @@ SUBPIXELS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)
 STEREO = "stereo"
 """The sensor whose depth is found by matching two rendered infrared images."""
 
+MIN_WALL_LENGTH = 0.4
+"""m; a solid as long is a surface such as a table or a wall, on which a slope is no edge, as no gripper or plug is."""
+
 COLOR_NOISE = 1.6
 """Grey levels of 255; standard deviation of the color sensor's noise."""
 
@@ -82,10 +85,19 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
     if sensor == STEREO:
         depth = measure_stereo(caster, StereoSensor(), rng)
     else:
-        depth = measure_depth(exact, hits.shiny.reshape(shape), camera, SENSORS[sensor], rng)
+        depth = measure_depth(exact, hits.shiny.reshape(shape), camera, SENSORS[sensor], rng, _walls(scene, hits).reshape(shape))
     truths = tuple(replace(cable, seen=caster.seen_samples(cable)) for cable in scene.cables)
     frame = Frame(color=color, depth=depth, camera=camera, name=scene.name)
     return Rendered(frame, labels, (labels > 0) & (labels < OCCLUDER), truths, exact)
+
+
+def _walls(scene: Scene, hits: Hits) -> Array:
+    """Return the number of the table or of the wide solid that each ray hits, (R,) int from 1; 0 for all else."""
+    wide = [bool(np.ptp(solid.vertices, axis=0).max() > MIN_WALL_LENGTH) for solid in scene.occluders]
+    number = np.zeros(len(scene.cables) + len(wide) + 2, dtype=np.int64)
+    number[len(scene.cables) : len(scene.cables) + len(wide)] = np.where(wide, np.arange(len(wide)) + 2, 0)
+    number[TABLE] = 1
+    return number[hits.solid]
 
 
 def pixel_rays(camera: Camera, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
@@ -132,11 +144,14 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
         (R, 1), the table's brightness there.
     """
     scene = caster.scene
-    colors = np.array([cable.color for cable in scene.cables] + [solid.color for solid in scene.occluders], dtype=float)
+    solids = [cable.color for cable in scene.cables] + [solid.color for solid in scene.occluders]
+    colors = np.array(solids, dtype=float).reshape(-1, 3)
     result = np.tile(np.array(scene.background, dtype=float), (len(directions), 1))
     if scene.table is not None:
         on_table = hits.solid == TABLE
         result[on_table] = table[on_table] * np.array(scene.table.color, dtype=float)
+        if scene.table.grain is not None:
+            result[on_table] *= scene.table.grain.brightness(hits.depth[on_table, None] * directions[on_table])[:, None]
     on = np.flatnonzero(hits.solid >= 0)
     normals, ray = hits.normals[on], directions[on]
     normals = np.where((np.einsum("ij,ij->i", normals, ray) > 0)[:, None], -normals, normals)
@@ -150,6 +165,10 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
     for k, cable in enumerate(scene.cables):
         if cable.stripe is not None:
             base[(hits.solid[on] == k) & hits.striped[on]] = cable.stripe.color
+    grains = [None] * len(scene.cables) + [solid.grain for solid in scene.occluders]
+    for grain in {id(each): each for each in grains if each is not None}.values():
+        part = np.flatnonzero(np.array([each is grain for each in grains])[hits.solid[on]])
+        base[part] *= grain.brightness(hits.depth[on[part], None] * ray[part])[:, None]
     result[on] = base * (AMBIENT + DIFFUSE * diffuse)[:, None] + 255 * GLOSS * gloss[:, None]
     return result
 

@@ -36,6 +36,38 @@ class Stripe:
 
 
 @dataclass(frozen=True)
+class Grain:
+    """The grain of wood: darker rings around an axis that runs through the object.
+
+    Attributes
+    ----------
+    point, axis
+        (3,) m, a point of the axis of the rings, and (3,) the unit vector along it, in the camera's optical frame.
+    pitch
+        m from ring to ring.
+    strength
+        fraction, 0 to 1, of the brightness that the darkest part of a ring lacks.
+    wobble
+        m by which the rings are out of round.
+    """
+
+    point: Floats
+    axis: Floats
+    pitch: float
+    strength: float
+    wobble: float
+
+    def brightness(self, points: Floats) -> Floats:
+        """Return the factor of the brightness at points (N, 3) m in the camera's optical frame: (N,), 1 between the rings."""
+        away = points - self.point
+        along = away @ self.axis
+        across = away - along[:, None] * self.axis
+        bent = self.wobble * (np.sin(along / (23 * self.pitch)) + np.sin(across[:, 0] / (5 * self.pitch)))
+        ring = (np.linalg.norm(across, axis=1) + bent) / self.pitch
+        return np.asarray(1 - self.strength * (ring % 1) ** 3)
+
+
+@dataclass(frozen=True)
 class Truth:
     """A cable whose shape is known: the truth that detections are scored against.
 
@@ -96,11 +128,14 @@ class Solid:
         (T, 3) int, indices of vertices, in either order of rotation.
     color
         8-bit RGB.
+    grain
+        the grain of its wood; None for one color.
     """
 
     vertices: Floats
     triangles: Ints
     color: Color = (70, 70, 75)
+    grain: Grain | None = None
 
 
 @dataclass(frozen=True)
@@ -115,11 +150,14 @@ class Table:
         (3,) unit vector from the plane towards the side of the camera, in the camera's optical frame.
     color
         8-bit RGB.
+    grain
+        the grain of its wood; None for one color.
     """
 
     point: Floats
     normal: Floats
     color: Color = (150, 150, 150)
+    grain: Grain | None = None
 
 
 @dataclass(frozen=True)

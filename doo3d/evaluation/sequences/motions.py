@@ -159,11 +159,11 @@ def dragged_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
     for _ in range(frames - 1):
         head = curves[-1][0] + speed / FRAME_RATE * np.array([np.cos(turn), np.sin(turn)])
         turn += curvature * speed / FRAME_RATE
-        curves.append(_followed(curves[-1], head))
+        curves.append(followed(curves[-1], head))
     return _on_table(rng, curves, studio, radius, None)
 
 
-def _followed(curve: Floats, head: Floats) -> Floats:
+def followed(curve: Floats, head: Floats) -> Floats:
     """Return a curve (P, 2) m after its first point was pulled to `head`: each point is drawn by the one before it."""
     result = curve.copy()
     result[0] = head

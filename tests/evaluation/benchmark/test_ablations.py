@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from doo3d.config import Config, load_config
+from doo3d.config import load_config
 from doo3d.config.loading import known_keys
 from doo3d.evaluation.benchmark.ablations import ABLATIONS, DEFAULT, Ablation, ablated_config, constants_set, run_ablations
 from doo3d.evaluation.benchmark.cases import Case, KnownFrame, known_frame
@@ -47,7 +47,7 @@ def test_every_setting_and_constant_exists_and_is_changed(name):
     assert ablation.settings or ablation.constants
     for key, value in ablation.settings.items():
         section, _, field = key.partition(".")
-        assert key in known_keys(Config)
+        assert key in known_keys()
         assert getattr(getattr(default, section), field) != value
     for key, value in ablation.constants.items():
         assert value_of(key) != value

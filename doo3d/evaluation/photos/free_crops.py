@@ -1,0 +1,53 @@
+"""Cut photographs free of cables: the largest rectangle without a labelled pixel."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from ...types import Bools
+
+CELL_PX = 4
+"""px; edge of the cells that a rectangle is made of."""
+
+
+def free_rectangle(mask: Bools, min_size: tuple[int, int] = (320, 240), margin: int = 15) -> tuple[slice, slice] | None:
+    """Return the largest part of an image that has no pixel of the mask in it or near it.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool, the pixels of all cables.
+    min_size
+        (width, height) px that the part must have at least.
+    margin
+        px that the part keeps from the mask.
+
+    Returns
+    -------
+    Rows and columns of the part, for indexing; None if no part is large enough.
+    """
+    size = 2 * margin + 1
+    near = cv2.dilate(np.asarray(mask).astype(np.uint8), np.ones((size, size), np.uint8))
+    rows, columns = near.shape[0] // CELL_PX, near.shape[1] // CELL_PX
+    cells = near[: rows * CELL_PX, : columns * CELL_PX].reshape(rows, CELL_PX, columns, CELL_PX)
+    free = ~cells.any(axis=(1, 3))
+    best: tuple[int, tuple[slice, slice]] | None = None
+    height = np.zeros(columns, dtype=int)
+    for row in range(rows):
+        height = np.where(free[row], height + 1, 0)
+        for tall in np.unique(height[height * CELL_PX >= min_size[1]]):
+            for left, right in _runs(height >= tall):
+                area = int(tall) * (right - left)
+                if (right - left) * CELL_PX >= min_size[0] and (best is None or area > best[0]):
+                    last = (row + 1) * CELL_PX
+                    best = area, (slice(last - int(tall) * CELL_PX, last), slice(left * CELL_PX, right * CELL_PX))
+    return None if best is None else best[1]
+
+
+def _runs(chosen: Bools) -> list[tuple[int, int]]:
+    """Return the first index and the one after the last of each run of true values."""
+    edges = np.flatnonzero(np.diff(np.pad(chosen.astype(int), 1))).tolist()
+    return list(pairwise(edges))[::2]

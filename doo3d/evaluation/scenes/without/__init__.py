@@ -1,0 +1,33 @@
+"""Families of scenes without any deformable linear object: right is no chain.
+
+None of them holds a plain rod of 4 to 10 mm that nothing tells from a stiff cable. Each builder draws one scene from the given
+random numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from numpy.random import Generator
+
+from ..model import Scene
+from .hands import hands
+from .rooms import office, shelves
+from .tables import boards, prints, shadows
+from .things import boxes, rubble
+from .tools import tools
+
+__all__ = ["WITHOUT"]
+
+WITHOUT: dict[str, Callable[[Generator, tuple[int, int]], Scene]] = {
+    "tools": tools,
+    "boxes": boxes,
+    "hands": hands,
+    "shadows": shadows,
+    "boards": boards,
+    "prints": prints,
+    "shelves": shelves,
+    "office": office,
+    "rubble": rubble,
+}
+"""Families of scenes without a cable: name -> builder."""
