@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 
 import pytest
-from test_readme import ROOT, commands
+from test_readme import NAV, ORDER, ROOT, commands
 
 PAGES = ROOT / "docs" / "pages"
-NAV = re.findall(r": (\S+\.md)$", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE)
-ORDER = [ROOT / "README.md", *(PAGES / name for name in NAV)]
 RUNS_RESUME = "detect"
 MAY_REPLACE = ("evaluate", "bench", "info")
 

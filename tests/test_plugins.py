@@ -12,12 +12,21 @@ from importlib import metadata
 import numpy as np
 import pytest
 from builders.drawn_masks import frame_of, wave
-from builders.errors import code_in
+from builders.errors import code_in, refuses
 from builders.paths import ROOT
 
+from doo3d.errors import ConfigError
+from doo3d.exports import FORMATS
 from doo3d.geometry.polyline import arc_length
 from doo3d.plugins import Registry
 
+TAKES_ALL = "class entry:\n    def can_read(path): return True\n"
+EXPORT = """
+from doo3d.exports import Export
+class entry(Export):
+    summary = "lengths"
+    suffixes = (".txt",)
+"""
 DOO3D = [sys.executable, "-m", "doo3d"]
 
 
@@ -49,14 +58,19 @@ def write_lab(path, table=0.53):
 @pytest.mark.parametrize(
     ("group", "code", "told"),
     [
-        ("doo3d.readers", "raise ImportError('no module named lab')", "cannot be imported (ImportError: no module named lab)"),
-        ("doo3d.readers", "class entry:\n    def can_read(path): return 1 / 0\n", "failed (ZeroDivisionError"),
+        ("doo3d.readers", TAKES_ALL + "    def __init__(self, path, options): self.path = 1 / 0\n", "failed (ZeroDivisionError"),
+        ("doo3d.readers", TAKES_ALL + "    def __init__(self, path, options): pass\n", "without path and format and frames"),
         ("doo3d.segmenters", "entry = lambda data, config, seed: 1 / 0", "failed (ZeroDivisionError"),
         ("doo3d.segmenters", "entry = lambda data, config, seed: data.depth[:2] > 0", "mask has shape (2, "),
+        ("doo3d.segmenters", "entry = 3", "is not callable"),
         ("doo3d.exports", "", "cannot be imported (AttributeError"),
+        ("doo3d.exports", "entry = 3", "is no class derived from doo3d.exports.Export"),
+        ("doo3d.exports", "class entry:\n    suffixes = ('.txt',)\n", "is no class derived from doo3d.exports.Export"),
+        ("doo3d.exports", EXPORT + "    supports_2d = None\n", "has no supports_2d of type bool"),
+        ("doo3d.exports", EXPORT + "    file_per = 'run'\n", "none of capture, frame, chain"),
     ],
 )
-def test_a_broken_plug_in_is_named(tmp_path, group, code, told):
+def test_a_broken_plug_in_that_is_asked_for_is_named(tmp_path, group, code, told):
     site = tmp_path / "site"
     install_by_hand(site, "mine", group, code)
     if group == "doo3d.exports":
@@ -68,6 +82,37 @@ def test_a_broken_plug_in_is_named(tmp_path, group, code, told):
     assert told in err
     assert "Traceback" not in err
     assert code_in(err) in ("plugin-broken", "mask-shape")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("group", "code", "told"),
+    [
+        ("doo3d.readers", "raise ImportError('no module named lab')", "cannot be imported (ImportError: no module named lab)"),
+        ("doo3d.readers", "class entry:\n    def can_read(path): return 1 / 0\n", "failed (ZeroDivisionError"),
+        ("doo3d.readers", "entry = None", "is no class with can_read"),
+        ("doo3d.exports", "raise SyntaxError", "cannot be imported (SyntaxError"),
+        ("doo3d.exports", "entry = len", "is no class derived from"),
+    ],
+)
+def test_a_broken_plug_in_among_others_is_left_out_with_a_note(tmp_path, group, code, told):
+    install_by_hand(tmp_path / "site", "mine", group, code)
+    exit_code, out, err = run([*DOO3D, "detect", ROOT / "sample_clouds" / "straight", "-o", "out"], tmp_path, tmp_path / "site")
+    assert (exit_code, out.splitlines()[-1]) == (0, "1 frame, 1 chain -> out")
+    commands = [err]
+    if group == "doo3d.exports":
+        assert err == ""
+        for command in (["--list"], ["out", "--to", "npz"], ["out", "--to", "mjcf"]):
+            exit_code, out, err = run([*DOO3D, "export", *command], tmp_path, tmp_path / "site")
+            assert exit_code == 0
+            assert out
+            commands.append(err)
+        commands = [commands[1], commands[3]]  # of those that look at all formats
+    for err in commands:
+        (line,) = err.splitlines()
+        assert line.startswith(f"doo3d: note: plug-in mine ({group}) of the package mine ")
+        assert told in line
+        assert line.endswith("it is left out")
 
 
 @pytest.mark.slow
@@ -112,10 +157,16 @@ def test_a_registry_is_a_dictionary_of_loaded_entries():
     registry = Registry("doo3d.none", {"steps": "polyline:steps", "two": 2}, "doo3d.geometry")
     assert list(registry) == ["steps", "two"]
     assert registry["steps"](np.zeros((3, 3))).shape == (2,)
-    registry["three"] = 3
+    registry["three"] = len
     assert "three" in registry
     assert len(registry) == 3
     assert registry.is_built_in("two")
     assert not registry.is_built_in("three")
     with pytest.raises(KeyError):
         registry["four"]
+
+
+def test_what_is_no_entry_is_refused_when_it_is_added():
+    with refuses("plugin-broken", "is no class derived from", kind=ConfigError):
+        FORMATS["mine"] = 3
+    assert "mine" not in FORMATS

@@ -6,12 +6,16 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from builders.worst_cases import MASKS, cloud_of, frame_of_mask, image_of, noise_image, salt_and_pepper, sticks
+from builders.worst_cases import MASKS, cloud_of, frame_of_mask, image_of, lines, noise_image, salt_and_pepper, sticks
+from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 
 import doo3d
+from doo3d.config import VoxelizeConfig
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
 from doo3d.stages.merge import TOO_MANY
 from doo3d.stages.merge.gap_path_costs import GapPaths
+from doo3d.stages.voxelize import voxelize
+from doo3d.types import Foreground
 
 UNEXTENDED = {"extend_mask.max_length": 0}
 SMALL = (240, 135)
@@ -23,7 +27,7 @@ AT_FULL_SIZE = (
     "300 sticks",
     "30 nested rectangles",
 )
-PRESETS = ("image", "paper_2d", "default")
+PRESETS = ("image", "paper_2d", "default", "harness")
 
 
 def detect(mask, preset):
@@ -152,3 +156,92 @@ def test_at_full_size(kind, preset):
 @pytest.mark.slow
 def test_a_photograph_of_noise_at_full_size():
     check(doo3d.detect(noise_image(FULL), doo3d.load_config("image")))
+
+
+CLOUDS_IN_TIME = (
+    "2 points",
+    "100 points on a line",
+    "300 points at random on a line",
+    "200 points at random",
+    "3,000 points at random over 20 m",
+    "2,000 points at random in a plane",
+    "lattice of 20 x 20 x 20",
+)
+
+
+@pytest.mark.parametrize("branches", [False, True])
+@pytest.mark.parametrize("kind", CLOUDS_IN_TIME)
+def test_every_kind_of_cloud_gives_an_answer(kind, branches):
+    overrides = {"segment.method": "everything", "merge.branches": branches}
+    check(doo3d.detect(doo3d.Cloud(CLOUDS[kind]()), doo3d.load_config("default", overrides)))
+
+
+def test_points_exactly_on_a_line_have_a_radius_that_bounds_the_samples(monkeypatch):
+    """Their scatter is rounding alone: 1e-17 m, of which a chain of 1 m would hold as many samples."""
+    (chain,) = doo3d.detect(doo3d.Cloud(collinear(100)), doo3d.load_config("default", {"segment.method": "everything"})).chains
+    assert chain.radius >= 1e-3 / 99 * 0.99
+    assert chain.length == pytest.approx(1.0, abs=0.02)
+
+
+def test_of_too_many_points_some_are_drawn_and_a_note_says_so(monkeypatch):
+    points, config = ropes(30_000, 1, 0.01), doo3d.load_config("default", {"segment.method": "everything"})
+    (whole,) = doo3d.detect(doo3d.Cloud(points), config).chains
+    monkeypatch.setattr(import_module("doo3d.stages.segment.point_filter"), "MAX_POINTS", 15_000)
+    drawn = doo3d.detect(doo3d.Cloud(points), config)
+    (note,) = (note for note in drawn.notes if "drawn at random" in note)
+    assert "30000" in note
+    (chain,) = drawn.chains
+    assert chain.length == pytest.approx(whole.length, abs=0.02)
+    assert chain.radius == pytest.approx(whole.radius, rel=0.1)
+
+
+def test_closing_that_adds_too_many_voxels_is_refused(monkeypatch):
+    """Points two voxels apart: each stands for itself, and closing fills all between them."""
+    config, points = VoxelizeConfig(size=0.002, radius=0.004), lattice(126, 2)  # 4 mm apart
+    assert len(voxelize(Foreground(points), config).coords) > 3 * len(points)
+    monkeypatch.setattr(import_module("doo3d.stages.voxelize"), "MAX_VOXELS", 2 * len(points))
+    with pytest.raises(doo3d.InputError, match="the grid would hold"):
+        voxelize(Foreground(points), config)
+
+
+@pytest.mark.parametrize("preset", ["image", "default"])
+def test_the_size_of_a_mask_is_checked_before_the_work(preset, monkeypatch):
+    def not_yet(*_):
+        raise AssertionError("the strands were split before the size was checked")
+
+    module = import_module("doo3d.stages.segment.segment")
+    monkeypatch.setattr(module, "split_strands", not_yet)
+    monkeypatch.setattr(module, "MAX_MASK_PIXELS", 1000)
+    with pytest.raises(doo3d.InputError, match=r"pixels, the limit is 1000"):
+        detect(lines(SMALL, 20, 7), preset)
+
+
+def test_a_strip_of_a_photograph_is_answered_at_once():
+    detection = doo3d.detect(noise_image((20_000, 16)), doo3d.load_config("image"))
+    assert not detection.chains
+    assert any("times as long as wide" in note for note in detection.notes)
+
+
+def test_junctions_are_looked_for_on_the_longest_chains(monkeypatch):
+    mask = sticks((480, 270), 20, 5)
+    config, frame = doo3d.load_config("harness"), frame_of_mask(mask, False)
+    assert not any("junctions are looked for" in note for note in doo3d.detect(frame, config, mask=mask).notes)
+    monkeypatch.setattr(import_module("doo3d.stages.branches.branches"), "MAX_CHAINS", 3)
+    detection = doo3d.detect(frame, config, mask=mask)
+    assert any("junctions are looked for on the 3 longest" in note for note in detection.notes)
+    in_objects = {number for each in detection.objects for number in each.chains}
+    assert in_objects == set(range(len(detection.chains)))
+
+
+def test_beside_is_the_same_when_the_pairs_are_thinned(monkeypatch):
+    """Two parallel strands lie beside each other along their whole length, however few samples tell."""
+    confidence = import_module("doo3d.stages.confidence.confidence")
+    along = np.linspace(0, 300, 600)
+    samples = [confidence._Samples(np.column_stack((along, np.full(600, y))), np.full(600, 4.0), along / 4) for y in (0.0, 7.0)]
+    chains = doo3d.detect(image_of(lines((320, 60), 30, 5)), "image", mask=lines((320, 60), 30, 5)).chains[:2]
+    assert len(chains) == 2
+    whole = confidence._beside(samples, chains)
+    monkeypatch.setattr(confidence, "MAX_PAIRS", 2000)
+    thinned = confidence._beside(samples, chains)
+    assert [len(part) for part in thinned] == [len(part) for part in whole] == [600, 600]
+    assert all(part.all() for part in (*whole, *thinned))

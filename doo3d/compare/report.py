@@ -110,7 +110,7 @@ def compare_capture(
         )
     if config_2d.mode != "2d" or config.mode == "2d":
         raise InputError("to compare, a 3-D config and a 2-D one are needed, such as default and image", code="config-mode")
-    _check_folder(out, force)
+    _check_folder(out, capture.path, force)
     records = []
     try:
         for ref in capture.frames:
@@ -139,18 +139,27 @@ def _compare_frame(ref: FrameRef, config: Config, config_2d: Config, out: Path) 
     return Record(ref.name, result)
 
 
-def _check_folder(out: Path, force: bool) -> None:
-    """Refuse a folder that holds anything but an earlier comparison."""
+def _check_folder(out: Path, source: Path, force: bool) -> None:
+    """Refuse a folder that holds anything but an earlier comparison of the same capture; `source` is its path."""
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file, expected a folder for the results", code="out-is-file")
     if out.is_dir() and any(out.iterdir()) and not force:
         try:
-            is_comparison = read_json(out / SUMMARY).get("schema") == SCHEMA
+            former = read_json(out / SUMMARY)
+            is_comparison, former_source = former.get("schema") == SCHEMA, former.get("input")
         except (InputError, AttributeError):
-            is_comparison = False
+            is_comparison, former_source = False, None
+        if is_comparison and former_source != str(source.resolve()):
+            raise InputError(
+                f"{out}: the folder holds the comparison of another input ({former_source})",
+                code="out-other-input",
+                remedy="give another folder{out}, or {force} to write there nevertheless",
+            )
         if not is_comparison:
             raise InputError(
-                f"{out}: holds other files than a comparison: give another folder with -o, or --force", code="out-foreign"
+                f"{out}: holds other files than a comparison",
+                code="out-foreign",
+                remedy="give another folder{out}, or {force} to write there nevertheless",
             )
 
 

@@ -138,16 +138,20 @@ class BodyExport(RadiusExport):
     density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
     segments: int | None = Field(None, ge=1, description="number of segments of each chain; default: as detected")
 
-    def bodies_of(self, detection: Detection) -> list[ChainBodies]:
+    def bodies_of(self, detection: Detection, counts: Sequence[int] | None = None) -> list[ChainBodies]:
         """Return the chains of a detection as rigid bodies.
+
+        counts : number of segments of each chain; None for that of the option `segments`, or without it as detected.
 
         Raises
         ------
         InputError : the radius of a chain is unknown and the option `radius` is not set, or a ring cannot have so few segments.
         """
         bodies = []
-        for label, detected in zip(labels(detection), detection.chains, strict=True):
-            chain = detected if self.segments is None else resampled(detected, self.segments)
+        if counts is None:
+            counts = [self.segments or len(chain.occluded) for chain in detection.chains]
+        for label, detected, count in zip(labels(detection), detection.chains, counts, strict=True):
+            chain = resampled(detected, count)
             mass = self.density * math.pi * self.radius_of(detected) ** 2 * detected.length / len(chain.occluded)
             bodies.append(ChainBodies(f"chain{label}", label, chain, mass))
         return bodies

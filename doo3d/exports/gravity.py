@@ -12,6 +12,7 @@ from ..types import Chain, Detection, Floats, Plane
 from .base import is_z_up
 
 GRAVITY = 9.81  # m/s^2
+MAX_COSINE_OF_RIGHT = 0.9  # between the x axis and the upward direction: above that, y is turned to the right in place of x
 MAX_TILT_DEG = 20.0  # of a table against the z axis of a world: beyond that, the pose or the plane is wrong
 
 
@@ -67,6 +68,28 @@ def ground_of(detection: Detection, gravity: Floats, chains: Sequence[tuple[Chai
         lowest.append(plane.height)
     center = np.mean([chain.joints.mean(axis=0) for chain, _ in chains], axis=0) if chains else np.zeros(3)
     return center + (min(lowest, default=0.0) - center @ normal) * normal, normal
+
+
+def upright_pose(gravity: Floats, ground: Floats) -> Floats:
+    """Return the (4, 4) pose that turns gravity to -z and puts the ground at z = 0.
+
+    The x axis keeps its direction as far as it can, so that right in a view stays right. The origin moves along gravity only.
+
+    Parameters
+    ----------
+    gravity
+        (3,) m/s², not 0.
+    ground
+        (3,) m, a point on the ground.
+    """
+    up = -gravity / np.linalg.norm(gravity)
+    right = np.eye(3)[0 if abs(up[0]) < MAX_COSINE_OF_RIGHT else 1]
+    right = right - (right @ up) * up
+    right = right / np.linalg.norm(right)
+    pose = np.eye(4)
+    pose[:3, :3] = (right, np.cross(up, right), up)
+    pose[2, 3] = -up @ ground
+    return pose
 
 
 def _level_plane(detection: Detection, up: Floats) -> Plane | None:

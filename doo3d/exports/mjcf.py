@@ -12,8 +12,9 @@ from pydantic import Field
 
 from ..types import Chain, Detection, Floats
 from .base import BodyExport, ChainBodies, colors
-from .gravity import gravity_of, ground_of
+from .gravity import gravity_of
 from .link_frames import link_frames, relative_rotations
+from .mjcf_scene import Scene, around_bodies, scene_of, surroundings
 from .overlaps import CONTACT_FREE_RADII, overlapping_bodies
 from .trees import Grown, grown
 from .xml import escape, tag
@@ -37,13 +38,21 @@ class Mjcf(BodyExport):
     fixed: Literal["none", "first", "last", "both"] = Field(
         "none", description="ends held as by a gripper: the first segment, the last, or both"
     )
-    ground: bool = Field(
-        False, description="add the plane that the object lies on; without one, a level plane under the lowest chain"
+    ground: bool | None = Field(
+        None,
+        description="add the plane that the object lies on; without one, a level plane under the lowest chain. Default: add it "
+        "unless ends are fixed or gravity is 0",
+    )
+    upright: bool = Field(
+        True,
+        description="turn a camera's or a cloud's coordinates so that z is up and the ground at z = 0; false: keep them. A base "
+        "frame or world stays as it is",
     )
     contacts: bool = Field(True, description="contacts of chains with themselves and each other")
     gravity: tuple[float, float, float] | None = Field(
         None,
-        description="gravity, m/s²; default: 9.81 along -z of the base frame, else towards the plane that the object lies on",
+        description="gravity, m/s², in the results' coordinates; default: 9.81 along -z of a base frame, else towards the plane "
+        "that the object lies on",
     )
     timestep: float = Field(0.002, gt=0, description="time step, s")
 
@@ -58,21 +67,26 @@ class Mjcf(BodyExport):
             the radius of a chain is unknown and the option `radius` is not set, or the option `ground` is set and gravity is
             zero.
         """
-        path.write_text("\n".join(self._lines(frames[0])) + "\n", encoding="utf-8")
+        path.write_text("\n".join(self._lines(self._scene(frames[:1]))) + "\n", encoding="utf-8")
 
-    def _lines(self, detection: Detection) -> Iterator[str]:
-        tree = self._tree(detection)
+    def _scene(self, frames: Sequence[Detection]) -> Scene:
+        """Return the frames in the coordinates of the model; gravity is that of the first."""
+        gravity = gravity_of(frames[0]) if self.gravity is None else np.array(self.gravity, dtype=float)
+        has_ground = (self.fixed == "none" and bool(gravity.any())) if self.ground is None else self.ground
+        return scene_of(frames, gravity, self.radius_of, self.upright, has_ground)
+
+    def _lines(self, scene: Scene) -> Iterator[str]:
+        """Yield the lines of the model of the first frame of a scene."""
+        tree = self._tree(scene.frames[0])
         detection = tree.detection
-        gravity = gravity_of(detection) if self.gravity is None else np.array(self.gravity, dtype=float)
         chains = self.bodies_of(detection)
         yield f'<mujoco model="{escape(detection.frame)}">'
         yield '<compiler angle="radian"/>'
-        yield tag("option", timestep=self.timestep, gravity=gravity, integrator="implicitfast")
+        yield tag("option", timestep=self.timestep, gravity=scene.gravity, integrator="implicitfast")
+        yield from surroundings(scene.pose)
         yield from self._defaults()
         yield "<worldbody>"
-        if self.ground:
-            at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
-            yield tag("geom", name="ground", type="plane", pos=at, zaxis=up, size=(0, 0, 1), contype=3, conaffinity=3)
+        yield from around_bodies(scene)
         roots = _roots(chains, tree)
         for root in sorted(roots):
             yield from self._bodies(root, chains, tree, roots)

@@ -50,8 +50,9 @@ class MjcfMotion(Mjcf):
         model = max(frames, key=lambda frame: (len(frame.chains), len(frame.junctions)), default=Detection(()))
         shown = [(frame, time) for frame, time in zip(frames, times(frames, self.rate), strict=True) if _has_all(frame, model)]
         _check(frames, [frame for frame, _ in shown], model)
-        shown = [(_only(frame, model), time) for frame, time in shown]
-        *lines, end = self._lines(shown[0][0] if shown else model)
+        scene = self._scene([_only(frame, model) for frame, _ in shown] or [model])
+        shown = list(zip(scene.frames, (time for _, time in shown), strict=False))
+        *lines, end = self._lines(scene)
         text = itertools.chain(lines, ["<keyframe>"] if shown else [], self._keys(shown), ["</keyframe>"] if shown else [], [end])
         path.write_text("\n".join(text) + "\n", encoding="utf-8")
 

@@ -10,6 +10,19 @@ from ..errors import ConfigError, invalid_code
 from ..plugins import EXPORTS, Registry
 from .base import Export
 
+_FILE_PER = ("capture", "frame", "chain")
+
+
+def _fault_of(entry: Any) -> str | None:
+    """Return what an entry lacks to be an export format; None if it lacks nothing."""
+    if not (isinstance(entry, type) and issubclass(entry, Export)):
+        return "is no class derived from doo3d.exports.Export"
+    for name, kind in (("summary", str), ("suffixes", tuple), ("supports_2d", bool)):
+        if not isinstance(getattr(entry, name, None), kind):
+            return f"has no {name} of type {kind.__name__}"
+    return None if entry.file_per in _FILE_PER else f"has a file_per that is none of {', '.join(_FILE_PER)}"
+
+
 FORMATS: Registry[type[Export]] = Registry(
     EXPORTS,
     {
@@ -29,6 +42,7 @@ FORMATS: Registry[type[Export]] = Registry(
         "graphml": "graphml:GraphMl",
     },
     __package__ or "",
+    _fault_of,
 )
 
 

@@ -10,6 +10,7 @@ from ..kernels import lay_equal_chords
 from ..types import Chain, Floats
 
 BISECTIONS = 60
+MIN_RING = 3  # segments of a ring
 RING_TRIALS = 50
 """Lengths tried for the segments of a ring, each 0.5 % shorter or longer than one before."""
 

@@ -12,9 +12,10 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
-from ..errors import InputError
+from ..errors import DooWarning, InputError
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
+from .joint_limit import PYBULLET_JOINTS, fitting_counts, joint_count
 from .link_frames import link_frames, relative_rotations
 from .overlaps import Body, overlapping_bodies
 from .trees import Grown, grown
@@ -50,6 +51,13 @@ class Urdf(BodyExport):
         "simulators without floating joints)",
     )
 
+    max_joints: int | None = Field(
+        PYBULLET_JOINTS,
+        ge=1,
+        description="most joints of the robot: fewer segments than detected are written where `segments` is not given; null: no "
+        "limit. PyBullet reads 127",
+    )
+
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write all chains of the frame `frames[0]` as one robot in XML, in m.
 
@@ -63,14 +71,14 @@ class Urdf(BodyExport):
 
     def _lines(self, detection: Detection) -> Iterator[str]:
         tree = grown(detection)
-        chains = self.bodies_of(tree.detection)
-        is_free = self.base == "free" and bool(chains)
+        is_free = self.base == "free" and bool(tree.detection.chains)
         roots = len(tree.children(None))
         if is_free and roots > 1:
             raise InputError(
                 f"base=free: frame {detection.frame} has {roots} objects, and a robot has one root: use base=floating",
                 code="options-conflict",
             )
+        chains = self.bodies_of(tree.detection, self._counts(tree))
         shapeless = self._shapeless(chains, tree)
         yield '<?xml version="1.0"?>'
         yield f'<robot name="{escape(detection.frame)}">'
@@ -84,6 +92,25 @@ class Urdf(BodyExport):
             own = {body.segment for body in shapeless if body.chain == number}
             yield from self._chain(bodies, root, None if parent is None else chains[parent], own)
         yield "</robot>"
+
+    def _counts(self, tree: Grown) -> list[int]:
+        """Return the number of segments of each chain, with a note where PyBullet's limit matters."""
+        detected = [len(chain.occluded) for chain in tree.detection.chains]
+        counts = fitting_counts(tree, self.axes, self.max_joints) if self.segments is None else [self.segments] * len(detected)
+        joints, before = joint_count(tree, counts, self.axes), joint_count(tree, detected, self.axes)
+        frame, is_default = f"frame {tree.detection.frame}", self.max_joints == PYBULLET_JOINTS
+        limit = f"PyBullet reads {PYBULLET_JOINTS}" if is_default else f"max_joints is {self.max_joints}"
+        if self.segments is None and counts != detected:
+            text = (
+                f"{frame}: {sum(detected)} segments would make {before} joints, and {limit}: written with {sum(counts)} segments "
+                f"and {joints} joints. --segments N sets the number for each chain, --set max_joints=null keeps all"
+            )
+        elif self.max_joints is not None and joints > self.max_joints:
+            text = f"{frame}: {sum(counts)} segments make {joints} joints, and {limit}: give a smaller --segments N"
+        else:
+            return counts
+        warnings.warn(text, DooWarning, stacklevel=2)
+        return counts
 
     def _shapeless(self, chains: Sequence[ChainBodies], tree: Grown) -> set[Body]:
         """Return the links that have no collision shape: of two that overlap at a junction the one farther from the root."""

@@ -6,16 +6,19 @@ import dataclasses
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import DooWarning, InputError
 from ..guard.file_names import check_file_name
 from ..inputs.support.pose_file import PoseLike, read_pose
 from ..outputs.atomic import PREFIX
-from ..outputs.run_reader import Results, open_results
+from ..outputs.products import Products
+from ..outputs.run_reader import Results, open_results, read_detection
 from ..types import Detection
+from ..types.arguments import each, file_path, flag, text
 from .base import Export, labels
 from .registry import FORMATS, export_class, export_of
 
@@ -30,7 +33,9 @@ def export(
     *,
     frames: Sequence[str] | None = None,
     pose: PoseLike | None = None,
+    min_confidence: float = 0.0,
     force: bool = False,
+    with_progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
     **options: Any,
 ) -> tuple[Path, ...]:
     """Write chains in the format of another program, such as a simulator.
@@ -50,8 +55,13 @@ def export(
         pose of the camera in the world (p_world = pose @ p_camera, m), to export in world coordinates: a 4x4 matrix, the numbers
         x y z qx qy qz qw, or the path of a file with either. None leaves the coordinates as they are: those of the pose that
         `detect` was given, if any.
+    min_confidence
+        confidence, 0 to 1, below which objects are left out.
     force
-        replace existing files; otherwise they are an error.
+        replace existing files; otherwise they are an error, but those that were made from this run before and not changed since.
+    with_progress
+        called with the list of frames to read, then with that of files to write; returns an iterable of the same, for example
+        one that shows a progress bar.
     **options
         options of the format, such as radius=0.004.
 
@@ -69,10 +79,13 @@ def export(
     MissingDependency
         a library that the format needs is not installed.
     """
-    kind, path = export_of(to, options), Path(path)
-    detections = _select(_detections(results), frames)
+    kind, path, force = export_of(text(to, "to"), options), file_path(path, "path"), flag(force, "force")
+    found = _select(_detections(results, with_progress), frames)
+    detections = [item.confident(min_confidence) for item in found]
+    if left_out := sum(len(before.chains) - len(kept.chains) for before, kept in zip(found, detections, strict=True)):
+        warnings.warn(f"chains below the confidence {min_confidence:g} are left out: {left_out}", DooWarning, stacklevel=2)
     if not kind.supports_2d and (planar := next((item for item in detections if item.mode == "2d"), None)):
-        others = ", ".join(name for name in FORMATS if export_class(name).supports_2d)
+        others = ", ".join(name for name, other in FORMATS.working() if other.supports_2d)
         raise InputError(
             f"frame {planar.frame} is 2-D, in pixels, and {to} needs 3-D: export 2-D results to {others}", code="results-2d"
         )
@@ -80,11 +93,21 @@ def export(
         matrix = read_pose(pose)
         detections = [item.in_camera().transformed(matrix) for item in detections]
     plan = _plan(kind, to, detections, path)
-    _check_replaceable(plan, force)
+    made = _products(results)
+    _check_replaceable(plan, force, made)
     try:
-        return _write(kind, plan)
+        written = FORMATS.call(to, _write, kind, plan, with_progress)
     except OSError as error:
         raise InputError(f"{path}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
+    if made is not None:
+        made.add(written)
+    return written
+
+
+def _products(results: Exportable) -> Products | None:
+    """Return the register of what was made from a run; None for detections that are not read from one."""
+    folder = results.path if isinstance(results, Results) else results
+    return Products(Path(folder)) if isinstance(folder, str | Path) else None
 
 
 def default_path(results: Path, to: str) -> Path:
@@ -110,22 +133,20 @@ def default_path(results: Path, to: str) -> Path:
     return folder.with_name(folder.name + (kind.suffixes[0] if one_file else f"_{to}"))
 
 
-def _detections(results: Exportable) -> list[Detection]:
+def _detections(results: Exportable, with_progress: Callable[[Sequence[Any]], Iterable[Any]]) -> list[Detection]:
     if isinstance(results, Detection):
         return [results]
     if isinstance(results, str | Path):
         results = open_results(results)
-    detections = list(results.detections() if isinstance(results, Results) else results)
-    if wrong := [item for item in detections if not isinstance(item, Detection)]:
-        raise InputError(
-            f"a {type(wrong[0]).__name__} cannot be exported: expected detections, as doo3d.detect returns them", code="data-type"
-        )
-    return detections
+    if isinstance(results, Results):
+        return [read_detection(results.path / f"{name}.json") for name in with_progress(results.frames)]
+    return list(each(results, Detection, "results"))
 
 
 def _select(detections: list[Detection], names: Sequence[str] | None) -> list[Detection]:
     if names is None:
         return detections
+    names = each(names, str, "frames")
     available = [item.frame for item in detections]
     if missing := [name for name in names if name not in available]:
         shown = ", ".join(available[:5]) + (", ..." if len(available) > 5 else "")
@@ -160,7 +181,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
                 code="out-needs-folder",
             )
         return [(path, pieces)]
-    if suffix in (end for name in FORMATS for end in export_class(name).suffixes):
+    if suffix in (end for _, other in FORMATS.working() for end in other.suffixes):
         raise InputError(f"{path}: a file of {to} has the suffix {' or '.join(kind.suffixes)}", code="out-suffix")
     plan: Plan = [(path / f"{check_file_name(piece.frame, to)}{kind.suffix}", [piece]) for piece in pieces]
     if len({target for target, _ in plan}) < len(plan):
@@ -179,23 +200,23 @@ def _by_chain(item: Detection) -> list[Detection]:
     ] or [item]
 
 
-def _check_replaceable(plan: Plan, force: bool) -> None:
-    existing = [target for target, _ in plan if target.exists()]
+def _check_replaceable(plan: Plan, force: bool, made: Products | None) -> None:
+    existing = [target for target, _ in plan if target.exists() and not (made is not None and made.are_unchanged(target))]
     if existing and not force:
         more = f", and {len(existing) - 1} more files" if len(existing) > 1 else ""
-        raise InputError(f"{existing[0]} exists{more}: --force replaces them", code="out-exists")
+        raise InputError(f"{existing[0]} exists{more}", code="out-exists", remedy="{force} replaces them")
     for target in existing:
         if target.is_dir() and not (target / "metadata.yaml").is_file():
             raise InputError(f"{target} is a folder with other content and is not replaced", code="out-foreign")
 
 
-def _write(kind: Export, plan: Plan) -> tuple[Path, ...]:
+def _write(kind: Export, plan: Plan, with_progress: Callable[[Sequence[Any]], Iterable[Any]]) -> tuple[Path, ...]:
     """Write all files under temporary names, then rename them, so that a failure leaves no file behind."""
     if not plan:
         return ()
     top = next(parent for parent in plan[0][0].absolute().parents if parent.is_dir())
     with tempfile.TemporaryDirectory(prefix=PREFIX, dir=top) as folder:
-        for target, frames in plan:
+        for target, frames in with_progress(plan):
             kind.write(frames, Path(folder) / target.name)
         for target, _ in plan:
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,7 @@ from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
 from ..types.display import tree_text
+from .doubts import doubts
 
 SCHEMA = "doo3d/explanation/1"
 
@@ -201,6 +202,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
         _refine(stages, in_words),
         *_branches(stages),
+        _confidence(stages, config),
     )
     merges = tuple(Merge.of(decision) for decision in stages.merged.decisions)
     return Explanation(accounts, merges, stages.pruned.removed)
@@ -223,7 +225,7 @@ class _Lengths:
 
 def _segment(segmentation: Segmentation) -> Account:
     foreground = segmentation.foreground
-    made, unit = f"{len(foreground.points)} points", "points"
+    made, unit = f"{len(foreground.points)} points by the method {segmentation.method}", "points"
     if foreground.mask is not None:
         unit = "pixels"
         made = f"{int(foreground.mask.sum())} pixels, {2 * mask_radius(foreground.mask):.1f} px wide; {made}"
@@ -350,6 +352,14 @@ def _branches(stages: Stages) -> list[Account]:
     ]
     made = tree_text(len(found.objects), len(found.chains), len(found.junctions))
     return [Account("branches", made + (f": {'; '.join(junctions)}" if junctions else ""))]
+
+
+def _confidence(stages: Stages, config: Config) -> Account:
+    """Return how confident the chains are, what speaks against each, and which are left out for it."""
+    values, least = [chain.confidence for chain in stages.chains], config.output.min_confidence
+    low = sum(value < least and evidence.may_be_clutter for value, evidence in zip(values, stages.evidence, strict=True))
+    made = "; ".join([", ".join(f"{value:.2f}" for value in values) or "no chains", *doubts(stages)])
+    return Account("confidence", made, (f"{_counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
 
 
 def _counted(count: int, noun: str) -> str:

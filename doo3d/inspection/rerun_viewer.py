@@ -12,13 +12,13 @@ from ..config import Config, load_config
 from ..errors import DooError, InputError, require
 from ..inputs import FrameRef, ReadOptions, open_capture
 from ..outputs import CONFIG
-from ..outputs.run_reader import Results, read_detection
+from ..outputs.run_reader import Results
 from ..pipeline import as_mode_data, run_with_stages
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..types.display import objects_text
 from ..viz import draw
 from ..viz.overlay import caption_lines
-from ..viz.palette import chain_color
+from ..viz.palette import chain_style
 from ..viz.png import encode_image
 from ..viz.stage_products import Product
 from .explain import explain_stages
@@ -87,7 +87,7 @@ class RerunRecording:
         ------
         InputError : the frame's result cannot be read.
         """
-        detection = read_detection(self.results.path / f"{name}.json").in_camera()
+        detection = self.results.detection(name).in_camera()
         self.recording.set_time("frame", sequence=self.results.frames.index(name))
         if detection.timestamp is not None:
             self.recording.set_time("time", duration=detection.timestamp)
@@ -173,15 +173,16 @@ class RerunRecording:
     def _log_chains(self, detection: Detection) -> None:
         """Log the chains: in 3-D as tubes of the object's radius, with junctions as white balls.
 
-        Segments whose depth was filled in are darker, and paler if other frames filled them in.
+        Segments whose depth was filled in are darker, and paler if other frames filled them in. Doubtful chains are thin, gray.
         """
         rr, planar = self.rr, detection.mode == "2d"
         for i, chain in enumerate(detection.chains):
-            color = np.array(chain_color(i if chain.id is None else chain.id))
+            style = chain_style(chain, i if chain.id is None else chain.id)
+            color = np.array(style.color)
             dimmed = np.where(chain.depth_filled[:, None], 3 * color // 4, color)
             colors = np.where(chain.occluded[:, None], color // 2, dimmed)
             colors = np.where(chain.from_time[:, None], (color + 255) // 2, colors).astype(np.uint8)
-            radius = chain.radius if np.isfinite(chain.radius) else 0.0
+            radius = style.width * chain.radius if np.isfinite(chain.radius) else 0.0
             pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)
             strips = (rr.LineStrips2D if planar else rr.LineStrips3D)(pairs, colors=colors, radii=radius)
             self.recording.log(f"{'image' if planar else 'world'}/chains/{i}", strips)

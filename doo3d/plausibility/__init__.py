@@ -6,6 +6,6 @@ ends with the remedy.
 
 from __future__ import annotations
 
-from .frame_notes import frame_notes, topic_of
+from .frame_notes import METHOD, frame_notes, topic_of
 
-__all__ = ["frame_notes", "topic_of"]
+__all__ = ["METHOD", "frame_notes", "topic_of"]

@@ -13,6 +13,12 @@ from .depth_unit import depth_samples, depth_step, unit_notes
 
 PREFIX = "check "
 
+METHOD = "method"
+"""Topic of the notes on the method of segmentation: they tell a choice, not a fault."""
+
+METHOD_PREFIX = "segment: method "
+"""Beginning of the notes on the method of segmentation that was taken where none is set."""
+
 
 def frame_notes(data: Frame | Cloud | Image, chains: Sequence[Chain]) -> tuple[str, ...]:
     """Return what is implausible about a frame and the chains found in it, a sentence each.
@@ -48,6 +54,12 @@ def frame_notes(data: Frame | Cloud | Image, chains: Sequence[Chain]) -> tuple[s
 
 
 def topic_of(note: str) -> str | None:
-    """Return the topic of a note of these checks, such as "radius" of "check the radius: ..."; None for any other note."""
+    """Return the topic of a note that is worth saying once in a run, for all frames; None for any other note.
+
+    Such are the notes of these checks, whose topic is for example "radius" of "check the radius: ...", and those on the method of
+    segmentation.
+    """
+    if note.startswith(METHOD_PREFIX):
+        return METHOD
     head, colon, _ = note.partition(":")
     return head.removeprefix(PREFIX).removeprefix("the ") if colon and head.startswith(PREFIX) else None

@@ -8,6 +8,7 @@ be done alone.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -19,6 +20,8 @@ from ..pipeline import detect_with_stages
 from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
 from ..types import Array, Chain, Cloud, Connection, Detection, Frame
+from ..types.arguments import refused
+from .given_length import length_notes
 from .junctions import assemble, join_shapes
 from .objects import SequenceObject, find_objects
 from .observations import Observation, observe, runs
@@ -59,7 +62,8 @@ def detect_sequence(
 
     Returns
     -------
-    A detection for each frame. Chains have `occluded` where nothing was seen, and `from_time` where other frames filled it in.
+    A detection for each frame; the first has the notes on the whole sequence. Chains have `occluded` where nothing was seen, and
+    `from_time` where other frames filled it in.
 
     Raises
     ------
@@ -67,9 +71,32 @@ def detect_sequence(
     """
     config = as_config(config)
     check_mode(config)
-    given = iter(masks) if masks is not None else None
-    observations = [observe_frame(frame, config, None if given is None else next(given)) for frame in frames]
-    return list(combine(observations, config))
+    observations = [observe_frame(frame, config, mask) for frame, mask in _with_masks(frames, masks)]
+    detections = list(combine(observations, config))
+    if detections:
+        notes = (*length_notes(observations, config), *detections[0].notes)
+        detections[0] = replace(detections[0], notes=notes)
+    return detections
+
+
+def _with_masks(
+    frames: Iterable[Frame | Cloud], masks: Iterable[Array | None] | None
+) -> Iterator[tuple[Frame | Cloud, Array | None]]:
+    """Yield each frame and its mask, after a check that they are frames, and masks for all of them."""
+    for values, what in ((frames, "frames"), (() if masks is None else masks, "masks")):
+        if not isinstance(values, Iterable) or isinstance(values, str | Frame | Cloud) or getattr(values, "ndim", 1) == 0:
+            raise refused(values, what, "a sequence, such as a list: one for each frame")
+    given = itertools.repeat(None) if masks is None else iter(masks)
+    for number, frame in enumerate(frames):
+        if not isinstance(frame, Frame | Cloud):
+            remedy = "a doo3d.Frame or a doo3d.Cloud: of a capture give [frame.load().data for frame in capture]"
+            raise refused(frame, f"frames[{number}]", remedy)
+        try:
+            yield frame, next(given)
+        except StopIteration:
+            raise InputError(
+                f"there are {number} masks, and more frames: give one for each, or None", code="mask-missing"
+            ) from None
 
 
 def check_mode(config: Config) -> None:
@@ -121,7 +148,8 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
-        yield from combine_window(observations[first:last], objects, start, first, max_gap, past_only)
+        window = observations[first:last]
+        yield from combine_window(window, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
@@ -135,6 +163,7 @@ def combine_window(
     start: int,
     first: int,
     max_gap: int,
+    min_confidence: float,
     past_only: bool = False,
 ) -> list[Detection]:
     """Return the detections of the WINDOW (300) frames from `start` on.
@@ -151,6 +180,8 @@ def combine_window(
         index in the capture of the first of the observations.
     max_gap
         number of frames in a row without any strand of an object up to which it is filled in.
+    min_confidence
+        confidence below which chains that no sequence confirms are left out: rings, and all where no object was found.
     past_only
         as for `combine`.
     """
@@ -164,7 +195,7 @@ def combine_window(
         shapes += follow(items, observations, first, of_others, max_gap, past_only)
     frames = range(start - first, min(start - first + WINDOW, len(observations)))
     is_branched = any(observation.detection.objects for observation in observations)
-    return [_detection(observations[k], objects, [shape[k] for shape in shapes], is_branched) for k in frames]
+    return [_detection(observations[k], objects, [shape[k] for shape in shapes], is_branched, min_confidence) for k in frames]
 
 
 def gap_frames(observations: Sequence[Observation], config: Config) -> int:
@@ -194,7 +225,11 @@ def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
 
 
 def _detection(
-    observation: Observation, objects: Sequence[SequenceObject], shapes: Sequence[Shape | None], is_branched: bool
+    observation: Observation,
+    objects: Sequence[SequenceObject],
+    shapes: Sequence[Shape | None],
+    is_branched: bool,
+    min_confidence: float,
 ) -> Detection:
     """Return the detection of a frame with the chains of the sequence in place of its own open ones.
 
@@ -208,12 +243,14 @@ def _detection(
         for each of them its shape in the frame, None where it is not there.
     is_branched
         whether branched objects are looked for.
+    min_confidence
+        confidence below which chains of the frame alone are left out.
     """
     single = observation.detection
     if not objects:
-        return single
+        return single.confident(min_confidence)
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    rings = [replace(chain, id=None) for chain in single.chains if chain.closed]
+    rings = [replace(chain, id=None) for chain in single.chains if chain.closed and chain.confidence >= min_confidence]
     shapes = join_shapes(objects, shapes)
     laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..config import Config
+from ..config import ConfigLike, as_config
 from ..errors import DooError, InputError
 from ..geometry.initial_radius import point_spacing
 from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
+from ..types.arguments import refused
 from ..visibility import MultiViewVisibility
 from .voxel_sums import VoxelSums
 
@@ -107,7 +108,7 @@ class _Accumulation:
         return self.fine, self.coarse
 
 
-def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
+def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
     """Fuse the views of an object at rest to one cloud in world coordinates.
 
     Each frame is segmented as the config says, or by the capture's masks; the object's points are moved to world coordinates and
@@ -121,7 +122,7 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
         the frames of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4) m,
         camera to world: p_world = pose @ p_camera.
     config
-        configuration of segmentation and fusion; None for the preset "default". If `fusion.min_views` is
+        configuration of segmentation and fusion, as `detect` takes it; None for the preset "default". If `fusion.min_views` is
         more than half of the frames, half of them (rounded up) counts instead.
 
     Returns
@@ -133,9 +134,13 @@ def fuse(frames: Iterable[FrameRef], config: Config | None = None) -> Cloud:
     ------
     InputError : no frame has a pose; the camera did not move; no frame can be used, or the object is in none.
     """
-    config = config or Config()
+    config = as_config(config)
+    if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
+        raise refused(frames, "frames", "the frames of a capture, as doo3d.open_capture returns it")
     gathered = _Accumulation()
     for frame in frames:
+        if not isinstance(frame, FrameRef):
+            raise refused(frame, "a frame", "a FrameRef: give the capture, as doo3d.open_capture returns it")
         try:
             loaded = frame.load()
             if loaded.pose is None:

@@ -273,22 +273,13 @@ class _Candidate:
 
 
 def _linked(candidates: list[_Candidate]) -> list[_Candidate]:
-    """Return the candidates, one for those of the same length that follow each other: the object moved while it was hidden.
+    """Return the candidates, one for those of the same length that may be one object, which moved while it was hidden.
 
     Of several that were lost, such as branches of one length, the nearest is taken.
     """
     result: list[_Candidate] = []
     for candidate in sorted(candidates, key=lambda candidate: candidate.whole[0][0]):
-        alike = []
-        for former in result:
-            gap = candidate.track.items[0][0] - former.track.items[-1][0]
-            is_alike = candidate.track.pattern in (former.track.pattern, former.track.pattern[::-1])
-            if (
-                is_alike
-                and 0 < gap <= MAX_LINK_FRAMES
-                and abs(candidate.length - former.length) <= 2 * LENGTH_SPREAD * former.length
-            ):
-                alike.append(former)
+        alike = [former for former in result if _may_be_one(former, candidate)]
         if alike and candidate.track.pattern == OPEN:
             _append(alike[0], candidate)
         elif alike:
@@ -298,23 +289,49 @@ def _linked(candidates: list[_Candidate]) -> list[_Candidate]:
     return result
 
 
+def _may_be_one(former: _Candidate, later: _Candidate) -> bool:
+    """Tell whether two candidates of one length follow each other, or in no frame show more of a cable together than its length.
+
+    Tracking gives the two parts of a cable that a hand divides one id each, and later the whole either of them.
+    """
+    is_alike = later.track.pattern in (former.track.pattern, former.track.pattern[::-1])
+    if not is_alike or abs(later.length - former.length) > 2 * LENGTH_SPREAD * former.length:
+        return False
+    gap = later.track.items[0][0] - former.track.items[-1][0]
+    if gap > 0 or later.track.pattern != OPEN:
+        return 0 < gap <= MAX_LINK_FRAMES
+    seen = {frame: chain.length for frame, _, chain in former.track.items}
+    longest = (1 + MAX_LENGTH_ERROR) * former.length
+    return all(seen.get(frame, 0.0) + chain.length <= longest for frame, _, chain in later.track.items if frame in seen)
+
+
 def _distance(former: _Candidate, later: _Candidate) -> float:
     """Return how far apart the middles of two candidates are, where one was lost and the other comes, m."""
     return float(np.linalg.norm(former.whole[-1][2].joints.mean(axis=0) - later.whole[0][2].joints.mean(axis=0)))
 
 
 def _append(former: _Candidate, later: _Candidate) -> None:
-    """Add a later candidate to a former one, with the junction at the same end or in the direction in which it lies nearer."""
-    last, first = former.whole[-1][2].joints[[0, -1]], later.whole[0][2].joints[[0, -1]]
+    """Add a candidate to a former one, with the junction at the same end or in the direction in which it lies nearer.
+
+    Of a frame in which both have a chain, the longer is kept.
+    """
+    start = later.whole[0]
+    nearest = min(former.whole, key=lambda item: abs(item[0] - start[0]))
+    last, first = nearest[2].joints[[0, -1]], start[2].joints[[0, -1]]
     is_nearer_backwards = bool(np.linalg.norm(first[::-1] - last) < np.linalg.norm(first - last))
     pattern = later.track.pattern
     if is_nearer_backwards if pattern[0] == pattern[1] else pattern != former.track.pattern:
         later.track.backwards = {frame: not value for frame, value in later.track.backwards.items()}
         later.track.patterns = {frame: value[::-1] for frame, value in later.track.patterns.items()}
-    items = [*former.track.items, *later.track.items]
-    backwards, patterns = former.track.backwards | later.track.backwards, former.track.patterns | later.track.patterns
+    kept = {item[0]: (item, former.track) for item in former.track.items}
+    for item in later.track.items:
+        if item[0] not in kept or item[2].length > kept[item[0]][0][2].length:
+            kept[item[0]] = item, later.track
+    items = [kept[frame][0] for frame in sorted(kept)]
+    backwards = {frame: track.backwards[frame] for frame, (_, track) in kept.items()}
+    patterns = {frame: track.patterns[frame] for frame, (_, track) in kept.items()}
     former.track = _Track(items, backwards, patterns, former.track.pattern)
-    former.whole = [*former.whole, *later.whole]
+    former.whole = sorted([*former.whole, *later.whole], key=lambda item: item[0])
 
 
 def _object(number: int, candidate: _Candidate) -> SequenceObject:

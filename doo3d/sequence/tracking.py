@@ -6,7 +6,7 @@ import itertools
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -14,6 +14,7 @@ from scipy.spatial.distance import cdist
 from ..config import TrackingConfig
 from ..errors import InputError
 from ..types import Chain, ChainEnd, Connection, Crossing, Detection, Floats, Ints, Junction, SegmentRef
+from ..types.arguments import refused
 
 COMPARED_STEPS = 60
 """Steps along the longer of two chains at which the two are compared."""
@@ -23,6 +24,9 @@ MIN_MOTION_RADII = 10.0
 
 MAX_AGE = 30
 """Frames for which a chain that is not found is remembered at its last position: a second of video."""
+
+
+T = TypeVar("T")
 
 
 class Match(NamedTuple):
@@ -100,8 +104,8 @@ class Tracker:
     """
 
     def __init__(self, config: TrackingConfig | None = None, state: TrackingState | None = None) -> None:
-        self._config = config or TrackingConfig()
-        self._state = state or TrackingState()
+        self._config = _checked(config, TrackingConfig, "config") or TrackingConfig()
+        self._state = _checked(state, TrackingState, "state") or TrackingState()
 
     @property
     def state(self) -> TrackingState:
@@ -116,6 +120,8 @@ class Tracker:
 
         detection : the detection of the frame after the one given last.
         """
+        if not isinstance(detection, Detection):
+            raise refused(detection, "detection", "a doo3d.Detection, as detect returns it")
         detection, self._state = assign_ids(self._state, detection, self._config)
         return detection
 
@@ -135,7 +141,7 @@ class Tracker:
         ------
         InputError : a document is not the result of a detection.
         """
-        config = config or TrackingConfig()
+        config = _checked(config, TrackingConfig, "config") or TrackingConfig()
         last: deque[Mapping[str, Any]] = deque(maxlen=MAX_AGE + 1)
         next_id = 0
         try:
@@ -145,9 +151,11 @@ class Tracker:
             state = TrackingState(next_id=next_id)
             for document in last:
                 state = _after_frame(state, [_parse_chain(chain) for chain in document["chains"]])
-        except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
+        except (LookupError, TypeError, ValueError, AttributeError, InputError) as error:
             raise InputError(
-                f"the results so far are damaged ({error!r}): start over with --restart", code="results-damaged"
+                f"the results so far are damaged ({error!r})",
+                code="results-damaged",
+                remedy="start over with {restart}",
             ) from None
         return Tracker(config, state)
 
@@ -354,3 +362,10 @@ def _parse_chain(values: Mapping[str, Any]) -> Chain:
     radius = float("nan") if values["radius"] is None else float(values["radius"])
     joints, segment_length = np.array(values["joints"], dtype=float), float(values["segment_length"])
     return Chain(joints, segment_length, radius, closed=bool(values["closed"]), id=values.get("id"))
+
+
+def _checked(value: T | None, kind: type[T], what: str) -> T | None:
+    """Return an optional argument after a check of its type."""
+    if not isinstance(value, kind | None):
+        raise refused(value, what, f"a {kind.__name__}, or None")
+    return value

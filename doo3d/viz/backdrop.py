@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry.projection import Projection, spread_axes, upright_axes_along
 from ..types import Array, Camera, Cloud, Floats, Frame, Image
+from ..types.arguments import refused
 
 SIZE = (1280, 720)  # (width, height) px of the picture of a cloud
 MARGIN = 0.1  # share of the picture of a cloud, on each side
@@ -49,7 +50,9 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
         return Backdrop(image, Projection.of_camera(data.camera))
     if isinstance(data, Cloud):
         return _cloud_backdrop(data)
-    return planar_backdrop(data.color if isinstance(data, Image) else np.asarray(data))
+    if not isinstance(data, Image | np.ndarray):
+        raise refused(data, "data", "a doo3d.Frame, Cloud or Image, or an array (H, W, 3) uint8 RGB")
+    return planar_backdrop(data.color if isinstance(data, Image) else Image(data).color)
 
 
 def depth_picture(depth: Array) -> Array:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ..types import Array, Bools, Chain, Crossing, Floats, Ints
 from .backdrop import Backdrop
 from .canvas import Canvas
-from .palette import DARK, LIGHT, Rgb
+from .palette import DARK, LIGHT, ChainStyle, Rgb
 from .segment_kinds import DEPTH_FILLED, FROM_TIME, OCCLUDED, SEEN, segment_kinds
 
 VISIBLE_ALPHA, OCCLUDED_ALPHA, EDGE_ALPHA = 0.50, 0.18, 0.66  # opacity of a ribbon, an occluded ribbon, and a ribbon's edge
@@ -57,7 +57,7 @@ class Strand:
     unit: float
 
     @staticmethod
-    def of(chain: Chain, backdrop: Backdrop, color: Rgb, unit: float) -> Strand:
+    def of(chain: Chain, backdrop: Backdrop, style: ChainStyle, unit: float) -> Strand:
         """Return a chain projected to the image that it will be drawn on.
 
         Parameters
@@ -66,18 +66,19 @@ class Strand:
             the chain, in the coordinates that the projection of `backdrop` takes.
         backdrop
             the image and the projection of points to its pixels.
-        color
-            RGB, 0 to 255.
+        style
+            its color, and the factor of its widths: a doubtful chain is a thin line, however wide the object.
         unit
             factor of all line widths: 1, or more in a large image.
         """
+        unit *= style.width
         view = backdrop.projection
         distance = view.distance(chain.joints)
         radii = np.where(np.isfinite(chain.radii), chain.radii, 0.0)
-        half_width = np.maximum(radii * view.scale(distance), 0.5 * unit)
+        half_width = np.maximum(0.0 * distance if style.doubt else radii * view.scale(distance), 0.5 * unit)
         points = view.project(chain.joints)
         radius = chain.radius if np.isfinite(chain.radius) else 0.0
-        return Strand(points, half_width, distance, radius, chain.occluded, segment_kinds(chain), color, chain.closed, unit)
+        return Strand(points, half_width, distance, radius, chain.occluded, segment_kinds(chain), style.color, chain.closed, unit)
 
     @property
     def middles(self) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import require
 from ..inputs import FrameData
 from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
-from .palette import chain_color, chain_numbers
+from .palette import ChainStyle, chain_numbers, chain_styles
 from .segment_kinds import KIND_WORDS, SEEN, segment_kinds
 from .surroundings import sample_surroundings
 
@@ -45,11 +45,14 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
     detection = result if isinstance(result, Detection) else _alone(result, data)
     drawn = go.Figure()
     joined = {end for junction in detection.junctions for end in junction.ends}
-    for index, (number, chain) in enumerate(zip(chain_numbers(detection), detection.chains, strict=True)):
-        name = f"chain {number}"
-        color = "rgb({}, {}, {})".format(*chain_color(number))
+    for index, (number, chain, style) in enumerate(
+        zip(chain_numbers(detection), detection.chains, chain_styles(detection), strict=True)
+    ):
+        name = f"chain {number}" + (f", {style.doubt}" if style.doubt else "")
         at_junction = (index, 0) in joined
-        drawn.add_traces(_flat(go, chain, name, color) if detection.mode == "2d" else _tube(go, chain, name, color, at_junction))
+        drawn.add_traces(
+            _flat(go, chain, name, style) if detection.mode == "2d" else _tube(go, chain, name, style, str(number), at_junction)
+        )
     drawn.add_traces(_junctions(go, detection))
     drawn.update_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, title=detection.frame, legend_itemsizing="constant")
     if detection.mode == "2d":
@@ -96,6 +99,10 @@ def _alone(chain: Chain, data: Frame | Cloud | Image | Array | None) -> Detectio
     return Detection((chain,), mode=mode, coordinates=coordinates, frame="")
 
 
+def _css(style: ChainStyle) -> str:
+    return "rgb({}, {}, {})".format(*style.color)
+
+
 def _runs(chain: Chain) -> Iterator[tuple[int, int, int]]:
     """Yield runs of segments of one kind: first joint, last joint, kind as `segment_kinds` returns it."""
     kind = segment_kinds(chain)
@@ -104,7 +111,7 @@ def _runs(chain: Chain) -> Iterator[tuple[int, int, int]]:
         yield first, last, int(kind[first])
 
 
-def _tube(go: Any, chain: Chain, name: str, color: str, at_junction: bool) -> list[Any]:
+def _tube(go: Any, chain: Chain, name: str, style: ChainStyle, number: str, at_junction: bool) -> list[Any]:
     """Return the traces of a chain in space: tubes, center line, a disc at the first joint and a ring at the last.
 
     Parameters
@@ -115,14 +122,17 @@ def _tube(go: Any, chain: Chain, name: str, color: str, at_junction: bool) -> li
         the chain.
     name
         of the chain, such as "chain 0".
-    color
-        of the chain, as CSS.
+    style
+        color of the chain, and the factor of its radius.
+    number
+        of the chain.
     at_junction
         whether the first joint is at a junction: then the number stands beside the middle.
     """
     radius = chain.radius if np.isfinite(chain.radius) else 0.0
     radii = np.where(np.isfinite(chain.radii), chain.radii, radius)
-    rings, traces = _rings(chain.joints, radii), []
+    color = _css(style)
+    rings, traces = _rings(chain.joints, style.width * radii), []
     shared = {"name": name, "legendgroup": name}
     for piece, (first, last, kind) in enumerate(_runs(chain)):
         x, y, z = rings[first : last + 1].reshape(-1, 3).T
@@ -133,13 +143,17 @@ def _tube(go: Any, chain: Chain, name: str, color: str, at_junction: bool) -> li
         hover = {"hoverinfo": "text", "hovertext": np.repeat(text, TUBE_SIDES)}
         traces.append(go.Mesh3d(x=x, y=y, z=z, **mesh, **hover, **shared))
         x, y, z = chain.joints[first : last + 1].T
-        line = {"color": color, "width": 4, "dash": DASHES[kind]}
+        line = {"color": color, "width": 4 * style.width, "dash": DASHES[kind]}
         traces.append(go.Scatter3d(x=x, y=y, z=z, mode="lines", line=line, hoverinfo="skip", showlegend=piece == 0, **shared))
     ends = chain.joints[[0] if chain.closed else [0, -1]]
-    marker = {"size": 8, "color": color, "symbol": ["circle", "circle-open"][: len(ends)], "line": {"color": "black", "width": 2}}
+    marker = {
+        "size": 8 * style.width,
+        "color": color,
+        "symbol": ["circle", "circle-open"][: len(ends)],
+        "line": {"color": "black", "width": 2},
+    }
     x, y, z = ends.T
     hover = {"hoverinfo": "text", "hovertext": [f"{name}, first joint", f"{name}, last joint"][: len(ends)]}
-    number = name.removeprefix("chain ")
     label = {"text": ["" if at_junction else number, ""][: len(ends)], "textposition": "top center"}
     traces.append(go.Scatter3d(x=x, y=y, z=z, mode="markers+text", marker=marker, showlegend=False, **label, **hover, **shared))
     if at_junction:
@@ -187,18 +201,18 @@ def _points(go: Any, detection: Detection, data: Frame | Cloud | Image | Array |
     for name, part, colors in parts:
         color = QUIET if colors is None else [f"rgb({r},{g},{b})" for r, g, b in colors[part].tolist()]
         x, y, z = sample.points[part].T
-        marker = {"size": 1.5, "color": color}
+        marker = {"size": 1.5, "color": color, "opacity": 0.5}
         traces.append(go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, hoverinfo="skip", name=name))
     traces[0].visible = "legendonly"
     return traces
 
 
-def _flat(go: Any, chain: Chain, name: str, color: str) -> list[Any]:
+def _flat(go: Any, chain: Chain, name: str, style: ChainStyle) -> list[Any]:
     """Return the traces of a 2-D chain, px."""
-    traces = []
+    traces, color = [], _css(style)
     for piece, (first, last, kind) in enumerate(_runs(replace(chain, depth_filled=np.zeros(0, dtype=bool)))):
         x, y = chain.joints[first : last + 1].T
-        line, marker = {"color": color, "width": 3, "dash": DASHES[kind]}, {"color": color, "size": 4}
+        line, marker = {"color": color, "width": 3 * style.width, "dash": DASHES[kind]}, {"color": color, "size": 4 * style.width}
         label = {"name": name, "legendgroup": name, "showlegend": piece == 0}
         traces.append(go.Scatter(x=x, y=y, mode="lines+markers", line=line, marker=marker, **label))
     return traces

@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.projection import spread_axes
 from ..types import Chain, Detection, Floats
 from ..types.display import counted, length_text, objects_text, radius_text
-from .palette import chain_color, chain_numbers
+from .palette import chain_numbers, chain_styles
 
 SIZE, MARGIN = (360.0, 220.0), 16.0  # px of the drawing
 HEADER = ("chain", "segments", "length", "radius", "occluded", "confidence")
@@ -32,22 +32,18 @@ def html_of(result: Detection | Chain) -> str:
     )
 
 
-def _color(number: int) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*chain_color(number))
-
-
 def _table(detection: Detection) -> str:
     if not detection.chains:
         return ""
     planar, rows = detection.mode == "2d", []
-    for number, chain in zip(chain_numbers(detection), detection.chains, strict=True):
+    for number, chain, style in zip(chain_numbers(detection), detection.chains, chain_styles(detection), strict=True):
         cells = (
-            f'<span style="color:{_color(number)}">&#9679;</span> {number}{" (ring)" if chain.closed else ""}',
+            f'<span style="color:{style.css}">&#9679;</span> {number}{" (ring)" if chain.closed else ""}',
             str(len(chain.occluded)),
             length_text(chain.length, planar),
             radius_text(chain.radius, planar),
             f"{chain.occluded.mean():.0%}",
-            f"{chain.confidence:.2f}",
+            style.doubt or f"{chain.confidence:.2f}",
         )
         rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
     head = "".join(f"<th>{name}</th>" for name in HEADER)
@@ -65,14 +61,15 @@ def _drawing(detection: Detection) -> str:
     placed, nodes = _placed(detection)
     shapes = []
     joined = {end for junction in detection.junctions for end in junction.ends}
-    for index, (number, chain, points) in enumerate(zip(chain_numbers(detection), detection.chains, placed, strict=True)):
-        color = _color(number)
+    drawn = zip(chain_numbers(detection), detection.chains, chain_styles(detection), placed, strict=True)
+    for index, (number, chain, style, points) in enumerate(drawn):
+        color, width = style.css, 3 * style.width
         edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int) + chain.from_time)) + 1).tolist(), len(chain.occluded)]
         for first, last in pairwise(edges):
             path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points[first : last + 1])
             pattern = "8 3 2 3" if chain.from_time[first] else "3 3"
             dash = f' stroke-dasharray="{pattern}"' if chain.occluded[first] else ""
-            shapes.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="3"{dash}/>')
+            shapes.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{width:g}"{dash}/>')
         x, y = points[0]
         shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{color}" stroke="#222"/>')
         x, y = points[len(points) // 2] if (index, 0) in joined else (x, y)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..types import Array, Chain, Cloud, Detection, Frame, Image
-from ..types.display import tree_text
+from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
+from ..types.arguments import refused
+from ..types.display import doubt_text, tree_text
 from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import Strand, upper_pieces
-from .palette import DARK, LIGHT, UNIT_PX, Rgb, chain_color, chain_numbers
+from .palette import DARK, LIGHT, UNIT_PX, chain_numbers, chain_styles
 from .segment_kinds import DEPTH_FILLED, FROM_TIME, segment_kinds
 
 _MAX_CAPTION_LINES = 8
@@ -24,6 +25,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
     - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
       pale and the line dashed; where other frames of a sequence filled it in, the line is white between the dashes.
+    - A doubtful chain, whose confidence is below 0.5, is a thin gray line, and the panel says so.
     - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint, or its
       middle if that is at a junction: its id, or without tracking its index.
     - Where chains meet at a junction, a white square stands for their ends.
@@ -44,12 +46,15 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     (H, W, 3) uint8 RGB
         of the size of the input image; for a cloud, 1280 x 720 px.
     """
+    if not isinstance(detection, Detection):
+        raise refused(detection, "detection", "a doo3d.Detection, as detect returns it")
     detection, backdrop = detection.in_camera(), backdrop_of(data)
     if detection.mode == "2d":
         backdrop = planar_backdrop(backdrop.image)
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / UNIT_PX)
-    strands = [Strand.of(chain, backdrop, color, unit) for chain, color in zip(detection.chains, _colors(detection), strict=True)]
+    styles = chain_styles(detection)
+    strands = [Strand.of(chain, backdrop, style, unit) for chain, style in zip(detection.chains, styles, strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
         strand.paint(canvas, np.ones(len(strand.occluded), dtype=bool))
@@ -65,22 +70,21 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     picture = _caption(canvas.blend_over(backdrop.image), canvas, detection)
     if len(strands) > 1:
         for index, (number, strand) in enumerate(zip(chain_numbers(detection), strands, strict=True)):
-            _label(picture, str(number), strand, len(strand.points) // 2 if (index, 0) in joined else 0)
+            _label(picture, str(number), strand.points[len(strand.points) // 2 if (index, 0) in joined else 0], unit)
     return picture
 
 
-def _label(picture: Array, text: str, strand: Strand, joint: int) -> None:
-    """Write the number of a chain beside one of its joints, white with a dark rim; nothing if that is out of view."""
-    first = strand.points[joint]
-    if not ((first >= 0) & (first < picture.shape[1::-1])).all():
+def _label(picture: Array, text: str, joint: Floats, unit: float) -> None:
+    """Write the number of a chain beside one of its joints, (2,) px, white with a dark rim; nothing if that is out of view."""
+    if not ((joint >= 0) & (joint < picture.shape[1::-1])).all():
         return
-    size = LABEL_SIZE * strand.unit
+    size = LABEL_SIZE * unit
     (width, height), _ = cv2.getTextSize(text, _FONT, size, 1)
     limit = np.array(picture.shape[1::-1]) - (width + 2, 2)
-    offset = LABEL_OFFSET_PX * strand.unit
-    left, base = np.clip(first + np.array((offset, -offset)), (2, height + 2), limit).astype(int).tolist()
+    offset = LABEL_OFFSET_PX * unit
+    left, base = np.clip(joint + np.array((offset, -offset)), (2, height + 2), limit).astype(int).tolist()
     for color, thickness in ((DARK, 4.0), (LIGHT, 1.4)):
-        cv2.putText(picture, text, (left, base), _FONT, size, color, max(1, round(thickness * strand.unit)), cv2.LINE_AA)
+        cv2.putText(picture, text, (left, base), _FONT, size, color, max(1, round(thickness * unit)), cv2.LINE_AA)
 
 
 def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, unit: float) -> None:
@@ -99,14 +103,9 @@ def caption_lines(detection: Detection) -> list[str]:
 
     The line tells length and radius, the share of the segments that is occluded, the share that other frames filled in (which is
     part of the occluded share), and the share that is seen but whose depth was filled in. Lengths are in px in 2-D. A share of 0
-    is left out.
+    is left out. A doubtful chain has "doubtful (confidence 0.12)" at the end.
     """
     return [_line(chain, detection.mode == "3d") for chain in detection.chains]
-
-
-def _colors(detection: Detection) -> list[Rgb]:
-    """Return the color of each chain: of its id, the same in all frames, or of its index without one."""
-    return [chain_color(number) for number in chain_numbers(detection)]
 
 
 def _line(chain: Chain, in_metres: bool) -> str:
@@ -120,7 +119,8 @@ def _line(chain: Chain, in_metres: bool) -> str:
         (float((kinds == FROM_TIME).mean()), "from other frames"),
         (float((kinds == DEPTH_FILLED).mean()), "depth filled"),
     )
-    return text + "".join(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share)
+    doubt = [f"   {doubt_text(chain.confidence)}"] if chain.doubtful else []
+    return "".join([text, *(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share), *doubt])
 
 
 def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
@@ -143,7 +143,7 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     left, top = _free_corner(drawn.layer[:, :, 3] > 0, panel, margin=pad)
     canvas = Canvas(height, width)
     canvas.box((left, top), (left + panel[0], top + panel[1]), DARK, 0.72)
-    picture, colors = canvas.blend_over(image), _colors(detection)
+    picture, colors = canvas.blend_over(image), [style.color for style in chain_styles(detection)]
     thickness = max(1, round(size * 1.3))
     for i, line in enumerate(lines):
         base = top + pad // 2 + row * i + (row + letter_height) // 2

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import colorsys
+from typing import NamedTuple
 
-from ..types import Detection
+from ..types import Chain, Detection
+from ..types.display import doubt_text
 
 Rgb = tuple[int, int, int]
 
@@ -21,6 +23,10 @@ CHAINS: tuple[Rgb, ...] = (
     (187, 68, 68),
 )
 """Any two are at least 30 apart in CIELAB, with normal vision and without red, green or blue cones."""
+DOUBTFUL: Rgb = (176, 176, 176)
+"""The color of doubtful chains: gray as no other chain is."""
+DOUBTFUL_WIDTH = 0.55
+"""Width of the lines and tubes of a doubtful chain as a share of those of others: thinner at a glance, and still a line."""
 _HUE_STEP = 0.618034  # golden ratio, in turns of hue between consecutive chains: never close to a recent one
 
 UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit width; larger pictures have wider lines
@@ -38,6 +44,41 @@ def chain_color(index: int) -> Rgb:
         return CHAINS[index]
     red, green, blue = colorsys.hls_to_rgb((index * _HUE_STEP) % 1.0, 0.62, 0.95)
     return round(red * 255), round(green * 255), round(blue * 255)
+
+
+class ChainStyle(NamedTuple):
+    """How a chain is drawn in pictures, figures, notebooks and the report.
+
+    Attributes
+    ----------
+    color
+        RGB, 0 to 255.
+    width
+        factor of the width of lines and tubes.
+    doubt
+        words for the legend, such as "doubtful (confidence 0.12)"; empty without doubt.
+    """
+
+    color: Rgb
+    width: float
+    doubt: str
+
+    @property
+    def css(self) -> str:
+        """The color as "#rrggbb"."""
+        return "#{:02x}{:02x}{:02x}".format(*self.color)
+
+
+def chain_style(chain: Chain, number: int) -> ChainStyle:
+    """Return how a chain is drawn: in the color of its number, or thin and gray if it is doubtful."""
+    if chain.doubtful:
+        return ChainStyle(DOUBTFUL, DOUBTFUL_WIDTH, doubt_text(chain.confidence))
+    return ChainStyle(chain_color(number), 1.0, "")
+
+
+def chain_styles(detection: Detection) -> list[ChainStyle]:
+    """Return how each chain of a detection is drawn, in the order of `detection.chains`."""
+    return [chain_style(chain, number) for chain, number in zip(detection.chains, chain_numbers(detection), strict=True)]
 
 
 def chain_numbers(detection: Detection) -> list[int]:

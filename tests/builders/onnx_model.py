@@ -1,4 +1,4 @@
-"""A tiny segmentation network as the bytes of an ONNX file: one 1x1 convolution, written without the package onnx."""
+"""Tiny segmentation networks as the bytes of ONNX files, written without the package onnx."""
 
 from __future__ import annotations
 
@@ -23,7 +23,13 @@ def _field(number: int, value: int | bytes | str) -> bytes:
 
 def _tensor(name: str, values: np.ndarray) -> bytes:
     sizes = b"".join(_field(1, size) for size in values.shape)
-    return sizes + _field(2, 1) + _field(8, name) + _field(9, values.astype("<f4").tobytes())
+    is_whole = values.dtype.kind == "i"
+    return (
+        sizes
+        + _field(2, 7 if is_whole else 1)
+        + _field(8, name)
+        + _field(9, values.astype("<i8" if is_whole else "<f4").tobytes())
+    )
 
 
 def _value(name: str, shape: tuple[int, ...]) -> bytes:
@@ -40,7 +46,52 @@ def convolution(weights: np.ndarray, bias: np.ndarray, size: tuple[int, int]) ->
     node = _field(1, "image") + _field(1, "weights") + _field(1, "bias") + _field(2, "scores") + _field(4, "Conv")
     kernel = _field(1, "kernel_shape") + _field(8, 1) + _field(8, 1) + _field(20, 7)
     node += _field(5, kernel)
-    graph = _field(1, node) + _field(2, "tiny")
-    graph += _field(5, _tensor("weights", weights.reshape(classes, 3, 1, 1))) + _field(5, _tensor("bias", bias))
-    graph += _field(11, _value("image", (1, 3, *size))) + _field(12, _value("scores", (1, classes, *size)))
+    tensors = {"weights": weights.reshape(classes, 3, 1, 1), "bias": bias}
+    return _model([node], tensors, (1, 3, *size), (1, classes, *size))
+
+
+def mixed(size: tuple[int, int]) -> bytes:
+    """Return a model of one class with operators of several kinds: strides, pooling, reshaping, joining, resizing.
+
+    size : (height, width) of input and output, both even.
+    """
+    height, width = size
+    tensors = {
+        "first": np.full((4, 3, 3, 3), 0.1),
+        "last": np.full((1, 8, 1, 1), 0.1),
+        "flat": np.array([1, 4, -1]),
+        "back": np.array([1, 4, height // 2, width // 2]),
+        "scales": np.array([1.0, 1.0, 2.0, 2.0]),
+    }
+    nodes = [
+        _node("Conv", ["image", "first"], "a", kernel_shape=[3, 3], pads=[1, 1, 1, 1], strides=[1, 1], group=1),
+        _node("Relu", ["a"], "b"),
+        _node("MaxPool", ["b"], "c", kernel_shape=[2, 2], strides=[2, 2]),
+        _node("Reshape", ["c", "flat"], "d"),
+        _node("Softmax", ["d"], "e", axis=1),
+        _node("Reshape", ["e", "back"], "f"),
+        _node("Concat", ["c", "f"], "g", axis=1),
+        _node("Conv", ["g", "last"], "h", kernel_shape=[1, 1]),
+        _node("Resize", ["h", "", "scales"], "scores", mode="nearest"),
+    ]
+    return _model(nodes, tensors, (1, 3, *size), (1, 1, *size))
+
+
+def _node(kind: str, inputs: list[str], output: str, **attributes: int | str | list[int]) -> bytes:
+    node = b"".join(_field(1, name) for name in inputs) + _field(2, output) + _field(4, kind)
+    for name, value in attributes.items():
+        if isinstance(value, list):
+            content = b"".join(_field(8, number) for number in value) + _field(20, 7)
+        else:
+            content = _field(3, value) + _field(20, 2) if isinstance(value, int) else _field(4, value) + _field(20, 3)
+        node += _field(5, _field(1, name) + content)
+    return node
+
+
+def _model(
+    nodes: list[bytes], tensors: dict[str, np.ndarray], input_shape: tuple[int, ...], output_shape: tuple[int, ...]
+) -> bytes:
+    graph = b"".join(_field(1, node) for node in nodes) + _field(2, "tiny")
+    graph += b"".join(_field(5, _tensor(name, values)) for name, values in tensors.items())
+    graph += _field(11, _value("image", input_shape)) + _field(12, _value("scores", output_shape))
     return _field(1, 8) + _field(7, graph) + _field(8, _field(1, "") + _field(2, 13))

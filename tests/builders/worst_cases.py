@@ -84,6 +84,73 @@ def checkerboard(size: Size, cell: int) -> Bools:
     return np.asarray((u + v) % 2 == 0)
 
 
+def pinholes(size: Size, share: float) -> Bools:
+    """Return the whole image but a margin, with single pixels missing at random."""
+    mask = ~salt_and_pepper(size, share)
+    mask[:4] = mask[-4:] = mask[:, :4] = mask[:, -4:] = False
+    return mask
+
+
+def cables_with_pinholes(size: Size, count: int, width: int, share: float) -> Bools:
+    """Return wavy cables side by side with single pixels missing at random."""
+    return cables(size, count, width) & ~salt_and_pepper(size, share)
+
+
+def cables(size: Size, count: int, width: int) -> Bools:
+    """Return wavy cables from left to right, one below the other."""
+    x = np.arange(10, size[0] - 10, 4)
+    rows = np.linspace(10, size[1] - 10, count)
+    return _strands(size, [np.column_stack((x, y + 3 * np.sin(x / 60 + y))) for y in rows], width)
+
+
+def lines(size: Size, spacing: int, width: int) -> Bools:
+    """Return horizontal lines, one every `spacing` px, up to a margin at both sides."""
+    mask = np.zeros(size[::-1], dtype=bool)
+    mask[:, 4:-4] = ((np.arange(size[1]) % spacing) < width)[:, None]
+    return mask
+
+
+def zigzag(size: Size, turns: int, width: int) -> Bools:
+    """Return one strand that goes up and down from left to right."""
+    x = np.linspace(10, size[0] - 10, turns + 1)
+    y = np.where(np.arange(turns + 1) % 2, size[1] - 10, 10)
+    return _strands(size, [np.column_stack((x, y))], width)
+
+
+def spiral(size: Size, pitch: float, width: int) -> Bools:
+    """Return a strand wound from the middle to the edge."""
+    largest = min(size) / 2 - 10
+    angle = np.linspace(0, 2 * np.pi * largest / pitch, int(largest**2 / pitch) + 2)
+    radius = pitch * angle / (2 * np.pi)
+    line = np.column_stack((size[0] / 2 + radius * np.cos(angle), size[1] / 2 + radius * np.sin(angle)))
+    return _strands(size, [line], width)
+
+
+def rings(size: Size, count: int, width: int) -> Bools:
+    """Return circles around one middle."""
+    angle = np.linspace(0, 2 * np.pi, 200)
+    circle = np.column_stack((np.cos(angle), np.sin(angle)))
+    middle = np.array(size) / 2
+    return _strands(size, [middle + r * circle for r in np.linspace(6, min(size) / 2 - 6, count)], width)
+
+
+def dots(size: Size, spacing: int, width: int) -> Bools:
+    """Return squares on a grid."""
+    v, u = np.mgrid[: size[1], : size[0]] % spacing
+    return np.asarray((u < width) & (v < width))
+
+
+def maze(size: Size, cell: int) -> Bools:
+    """Return the walls of a maze, one pixel wide: from each place one wall to the right or down, at random."""
+    mask = np.zeros(size[::-1], dtype=bool)
+    down = np.random.default_rng(SEED).random((size[1] // cell, size[0] // cell)) < 0.5
+    for v, u in np.ndindex(down.shape):
+        y, x = v * cell, u * cell
+        mask[y : y + cell + 1, x] |= down[v, u]
+        mask[y, x : x + cell + 1] |= not down[v, u]
+    return mask
+
+
 MASKS: dict[str, Callable[[Size], Bools]] = {
     "salt and pepper, 35 %": lambda size: salt_and_pepper(size, 0.35),
     "salt and pepper, 5 %": lambda size: salt_and_pepper(size, 0.05),
@@ -101,8 +168,43 @@ MASKS: dict[str, Callable[[Size], Bools]] = {
     "checkerboard of 1 px": lambda size: checkerboard(size, 1),
     "checkerboard of 8 px": lambda size: checkerboard(size, 8),
     "comb": lambda size: comb(size, 16, 5),
+    "comb of 1 px": lambda size: comb(size, 3, 1),
+    "comb of 400 teeth": lambda size: comb(size, size[0] // 400 + 1, 2),
+    "salt and pepper, 65 %": lambda size: salt_and_pepper(size, 0.65),
+    "salt and pepper, 80 %": lambda size: salt_and_pepper(size, 0.8),
+    "salt and pepper, 95 %": lambda size: salt_and_pepper(size, 0.95),
+    "pinholes, 1 %": lambda size: pinholes(size, 0.01),
+    "pinholes, 10 %": lambda size: pinholes(size, 0.1),
+    "20 cables with pinholes": lambda size: cables_with_pinholes(size, 20, 21, 0.05),
+    "200 thin cables": lambda size: cables(size, 200, 2),
+    "60 cables": lambda size: cables(size, 60, 7),
+    "lines of 1 px": lambda size: lines(size, 2, 1),
+    "lines of 2 px": lambda size: lines(size, 3, 2),
+    "lines of 3 px": lambda size: lines(size, 4, 3),
+    "lines of 5 px": lambda size: lines(size, 7, 5),
+    "zigzag of 400 turns": lambda size: zigzag(size, 400, 1),
+    "zigzag of 100 turns": lambda size: zigzag(size, 100, 3),
+    "spiral": lambda size: spiral(size, 9, 5),
+    "spiral of 1 px": lambda size: spiral(size, 3, 1),
+    "60 rings": lambda size: rings(size, 60, 3),
+    "dots of 2 px": lambda size: dots(size, 4, 2),
+    "dots of 8 px": lambda size: dots(size, 12, 8),
+    "maze of 2 px": lambda size: maze(size, 2),
+    "maze of 6 px": lambda size: maze(size, 6),
 }
 """Name -> mask for an image of some size; made for 1280x720."""
+
+
+LARGE: dict[str, tuple[Callable[[Size], Bools], Size]] = {
+    "salt and pepper, 20 %, 4096x4096": (lambda size: salt_and_pepper(size, 0.2), (4096, 4096)),
+    "salt and pepper, 60 %, 4096x4096": (lambda size: salt_and_pepper(size, 0.6), (4096, 4096)),
+    "salt and pepper, 60 %, 8192x8192": (lambda size: salt_and_pepper(size, 0.6), (8192, 8192)),
+    "pinholes, 1 %, 4096x4096": (lambda size: pinholes(size, 0.01), (4096, 4096)),
+    "200 cables, 4096x4096": (lambda size: cables(size, 200, 9), (4096, 4096)),
+    "salt and pepper, 50 %, 100000x16": (lambda size: salt_and_pepper(size, 0.5), (100_000, 16)),
+    "line, 100000x16": (lambda size: lines(size, 16, 5), (100_000, 16)),
+}
+"""Name -> mask, and the size that it is made for: frames larger than cameras give."""
 
 
 def image_of(mask: Bools) -> Image:

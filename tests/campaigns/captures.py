@@ -24,7 +24,7 @@ def write_capture(folder: Path, frames: int) -> list[str]:
 
 
 def result_of(out: Path) -> tuple[dict[str, bytes], list[str]]:
-    """Every file of a run but the journal, and the names of the frames in that."""
-    files = {file.name: file.read_bytes() for file in out.iterdir()}
-    journal = files.pop("progress.jsonl", b"").splitlines()
-    return files, [json.loads(line)["name"] for line in journal]
+    """Every file of a run but its journals, and the names of the frames in them."""
+    files = {file.relative_to(out).as_posix(): file.read_bytes() for file in sorted(out.rglob("*")) if file.is_file()}
+    journals = [files.pop(name) for name in list(files) if name.endswith("progress.jsonl")]
+    return files, [json.loads(line)["name"] for journal in journals for line in journal.splitlines()]

@@ -185,7 +185,8 @@ def _odd(array: np.ndarray, random: Random, rng: np.random.Generator) -> np.ndar
     if change == 1:
         return array[..., None]
     if change == 2:
-        return array.astype(random.choice(("i4", "u1", "f8", "c16", "O", "?", "S3")))
+        with np.errstate(invalid="ignore"):
+            return array.astype(random.choice(("i4", "u1", "f8", "c16", "O", "?", "S3")))
     if change == 3:
         return np.asfortranarray(array)[::-1]
     if change in (4, 5, 6) and array.dtype.kind == "f":
@@ -229,7 +230,7 @@ def one(number: int, seed: int, seeds: dict[str, Path], work: Path) -> tuple[str
 
 def judged(number: int, what: str, action: Callable[[], Any]) -> Outcome:
     """Use one input and return how it ended."""
-    from doo3d.errors import DooError
+    from doo3d.errors import DooError, DooWarning
 
     _forget_peak()
     start = _cpu_seconds()
@@ -243,6 +244,7 @@ def judged(number: int, what: str, action: Callable[[], Any]) -> Outcome:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("error")
+            warnings.filterwarnings("ignore", category=DooWarning)  # a sentence to the user is no fault
             warnings.filterwarnings("default", category=DeprecationWarning)
             warnings.filterwarnings("default", category=ResourceWarning)
             action()

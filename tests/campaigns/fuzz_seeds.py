@@ -86,7 +86,31 @@ def _folders(folder: Path) -> dict[str, Path]:
         f"camera: {list(PINHOLE)}\ndepth_scale: 1000\ncolor: a_color.png\ntimestamp: 1.5\n"
         "pose: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     )
-    return {name: folder / name for name in both}
+    return {**{name: folder / name for name in both}, "scannet": _scannet(folder / "scannet"), "stray": _stray(folder / "stray")}
+
+
+def _scannet(folder: Path) -> Path:
+    color, depth, _ = scene()
+    _save(folder / "depth" / "0.png", depth)
+    _save(folder / "color" / "0.jpg", cv2.resize(color, (2 * WIDTH, 2 * HEIGHT)))
+    large = np.diag([2.0, 2.0, 1.0]) @ np.array(MATRIX)
+    texts = {"intrinsic/intrinsic_depth": np.array(MATRIX), "intrinsic/intrinsic_color": large, "pose/0": np.eye(4)}
+    texts |= {"intrinsic/extrinsic_depth": np.eye(4), "intrinsic/extrinsic_color": np.eye(4)}
+    for name, matrix in texts.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        np.savetxt(folder / f"{name}.txt", matrix, fmt="%f")
+    return folder
+
+
+def _stray(folder: Path) -> Path:
+    color, depth, _ = scene()
+    _save(folder / "depth" / "000000.png", depth)
+    video = cv2.VideoWriter(str(folder / "rgb.mp4"), cv2.VideoWriter_fourcc(*"mp4v"), 30, (2 * WIDTH, 2 * HEIGHT))
+    video.write(cv2.resize(color, (2 * WIDTH, 2 * HEIGHT)))
+    video.release()
+    (folder / "camera_matrix.csv").write_text("120.0, 0.0, 63.5\n0.0, 120.0, 47.5\n0.0, 0.0, 1.0\n")
+    (folder / "odometry.csv").write_text("timestamp, frame, x, y, z, qx, qy, qz, qw\n1.5, 000000, 0.1, 0.2, 0.3, 0, 0, 0, 1\n")
+    return folder
 
 
 def _files(folder: Path) -> dict[str, Path]:

@@ -1,10 +1,11 @@
 """Kill runs, refuse them the disk, and repeat the command: the results are those of an undisturbed run, byte for byte.
 
-    python tests/campaigns/kills.py --random 100 --operations --errors [--workers 0 1 2] [--seed 0]
+    python tests/campaigns/kills.py --random 100 --operations --errors [--workers 0 1 2] [--seed 0] [--sequence]
 
 `--random N` kills N runs at random moments. `--operations` kills at each file operation: before it, after it, and with half of it
 done. `--errors` has each file operation fail with ENOSPC, EACCES and EIO: once, and from then on. `--most N` takes N of these
-cases. Prints a line for each case that went wrong and the counts; exit code 1 if any did. Linux and macOS.
+cases. `--sequence` takes runs of two passes, which find objects in all frames together. Prints a line for each case that
+went wrong and the counts; exit code 1 if any did. Linux and macOS.
 """
 
 from __future__ import annotations
@@ -33,10 +34,12 @@ FINE = (0, 1)  # exit codes of runs that went through, the damaged frame failed
 class Campaign:
     """Runs of one capture, some of them disturbed.
 
-    folder: for the capture and results. frames: of the capture. report: called with the sentence of each case that went wrong.
+    folder: for the capture and results. sequence: whether the runs look at all frames together, in two passes. frames: of the
+    capture. wrong: a sentence about each case that went wrong.
     """
 
     folder: Path
+    sequence: bool = False
     frames: int = 4
     wrong: list[str] = field(default_factory=list)
 
@@ -47,7 +50,7 @@ class Campaign:
         self.seconds = {0: time.monotonic() - start}
         self.expected = result_of(self.out)
         assert ended.code == 1, ended.output
-        assert self.expected[1] == self.names
+        assert self.expected[1] == self.names * (1 + self.sequence)
 
     @property
     def out(self) -> Path:
@@ -57,6 +60,7 @@ class Campaign:
     def start(self, workers: int, fault: Fault | None = None, *options: str) -> Forked:
         """Start a run."""
         arguments = [str(self.folder / "capture"), "-o", str(self.out), "--workers", str(workers), "--quiet", *options]
+        arguments += ["--sequence"] * self.sequence
         return Forked(arguments, self.out, self.folder / "log", fault)
 
     def run(self, workers: int, fault: Fault | None = None, *options: str) -> Ended:
@@ -133,7 +137,7 @@ def preload() -> None:
     single_thread()
     import scipy.optimize  # noqa: F401
 
-    import doo3d.runs.run  # noqa: F401
+    import doo3d.runs.sequence_run  # noqa: F401
 
 
 def main() -> None:
@@ -144,11 +148,12 @@ def main() -> None:
     parser.add_argument("--errors", action="store_true", help="let each file operation fail")
     parser.add_argument("--workers", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--most", type=int, help="cases of operations and of errors, for each number of workers")
+    parser.add_argument("--sequence", action="store_true", help="find the objects of all frames together, in two passes")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     preload()
     with tempfile.TemporaryDirectory() as folder:
-        campaign, rng = Campaign(Path(folder)), random.Random(options.seed)
+        campaign, rng = Campaign(Path(folder), options.sequence), random.Random(options.seed)
         for workers in options.workers:
             if options.random:
                 right = campaign.random_kills(workers, options.random, rng)

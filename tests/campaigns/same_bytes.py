@@ -1,4 +1,4 @@
-"""Run under many surroundings: the results are the same bytes whatever hash seed, threads, workers, language and time zone.
+"""Run under many surroundings: the same bytes whatever hash seed, threads, workers, language, time zone and processor.
 
     python tests/campaigns/same_bytes.py [--all]
 
@@ -27,6 +27,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "workers": ("0", "1", "2"),
     "language": ("C.UTF-8", "C", "tr_TR.UTF-8", "de_DE.UTF-8"),
     "zone": ("UTC", "Asia/Kathmandu"),
+    "kernel": ("", "Prescott", "Haswell", "SkylakeX"),
 }
 """What surrounds a run -> the values tried; the first is the usual one."""
 
@@ -37,7 +38,7 @@ def surroundings(every: bool) -> Iterator[dict[str, str]]:
     if not every:
         yield from (usual | {key: value} for key, values in CHOICES.items() for value in values[1:])
         return
-    keys = [key for key in CHOICES if key != "zone"]
+    keys = [key for key in CHOICES if key not in ("zone", "kernel")]
     for values in itertools.product(*(CHOICES[key] for key in keys)):
         if (one := usual | dict(zip(keys, values, strict=True))) != usual:
             yield one
@@ -46,6 +47,8 @@ def surroundings(every: bool) -> Iterator[dict[str, str]]:
 def run(capture: Path, out: Path, around: dict[str, str]) -> tuple[dict[str, bytes], list[str]]:
     """Run under these surroundings and return the results, which are removed."""
     own = {"PYTHONHASHSEED": around["hash seed"], "LC_ALL": around["language"], "LANG": around["language"], "TZ": around["zone"]}
+    if around["kernel"]:
+        own["OPENBLAS_CORETYPE"] = around["kernel"]  # as on another processor; one that this has not got is not taken
     env = dict(os.environ) | own | dict.fromkeys(THREADS, around["threads"])
     command = [sys.executable, "-m", "doo3d", "detect", str(capture), "-o", str(out), "--workers", around["workers"], "--quiet"]
     done = subprocess.run(command, env=env, cwd=capture.parent, capture_output=True)  # not where the sources lie

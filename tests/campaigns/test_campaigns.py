@@ -20,9 +20,10 @@ def campaign(script: str, *arguments: object) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("workers", [0, 2])
-def test_kills_and_errors(workers):
-    text = campaign("kills.py", "--random", 1, "--operations", "--errors", "--most", 2, "--workers", workers, "--seed", workers)
+@pytest.mark.parametrize(("workers", "options"), [(0, ()), (2, ()), (0, ("--sequence",))])
+def test_kills_and_errors(workers, options):
+    cases = ("--random", 1, "--operations", "--errors", "--most", 2)
+    text = campaign("kills.py", *cases, "--workers", workers, "--seed", workers, *options)
     assert "random moments: 1 of 1" in text
     assert text.count("2 of 2") == 2
 

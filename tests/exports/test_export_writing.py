@@ -132,7 +132,7 @@ def test_existing_files_are_replaced_with_force_only(tmp_path, name):
     doo3d.export(capture()[2], name, path)
     before = digests(tmp_path)
     other = doo3d.Detection((helix(3),), frame="other")
-    with refuses("out-exists", "--force"):
+    with refuses("out-exists", "force=True"):
         doo3d.export(other, name, path)
     assert digests(tmp_path) == before
     doo3d.export(other, name, path, force=True)
@@ -211,7 +211,7 @@ def test_frames_of_one_name_do_not_overwrite_each_other(tmp_path):
 
 
 def test_only_detections_are_exported(tmp_path):
-    with refuses("data-type", "Chain"):
+    with refuses("argument-type", "Chain"):
         doo3d.export([helix()], "npz", tmp_path / "a.npz")
 
 

@@ -97,7 +97,8 @@ def test_without_branches_arrays_have_no_graph(harness, tmp_path):
 
 
 def test_urdf_is_one_tree(harness, tmp_path):
-    doo3d.export([harness], "urdf", tmp_path / "a.urdf")
+    with pytest.warns(doo3d.errors.DooWarning, match="75 segments would make 227 joints"):
+        doo3d.export([harness], "urdf", tmp_path / "a.urdf")
     root = ElementTree.parse(tmp_path / "a.urdf").getroot()
     links = {link.get("name") for link in root.findall("link")}
     children = [joint.find("child").get("link") for joint in root.findall("joint")]
@@ -123,7 +124,7 @@ def test_mujoco_bodies_branch(harness, tmp_path, fixed):
 @pytest.mark.parametrize("fixed", ["none", "first", "last", "both"])
 def test_mujoco_trees_simulate_without_gaining_energy(harness, tmp_path, fixed):
     mujoco = pytest.importorskip("mujoco")
-    doo3d.export([harness], "mjcf", tmp_path / "a.xml", fixed=fixed, gravity=(0, 0, -9.81))
+    doo3d.export([harness], "mjcf", tmp_path / "a.xml", fixed=fixed, gravity=(0, 0, -9.81), ground=False)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
     volume = sum(np.pi * each.radius**2 * each.length for each in harness.chains)
     assert model.body_mass.sum() == pytest.approx(1100 * volume)
@@ -171,11 +172,11 @@ def test_a_branch_at_an_acute_angle_does_not_collide_with_its_trunk(acute, tmp_p
     pairs = overlapping_bodies(tree.detection.chains, [each.radius for each in acute.chains], tree.junctions)
     assert max(body.segment for pair in pairs for body in pair if tree.detection.chains[body.chain].length < 0.25) >= 3
     # MuJoCo reads 500 nested elements: the trunk after the junction is a tree of its own, tied to the one before
-    doo3d.export([acute], "mjcf", tmp_path / "a.xml", gravity=(0, 0, -9.81))
+    doo3d.export([acute], "mjcf", tmp_path / "a.xml", gravity=(0, 0, -9.81), ground=False)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
     energies, _ = stepped(mujoco, model, 0.05)
     assert max(energies) <= energies[0] + 1e-6
-    doo3d.export([acute], "urdf", tmp_path / "a.urdf")
+    doo3d.export([acute], "urdf", tmp_path / "a.urdf", max_joints=None)
     shapes = ElementTree.parse(tmp_path / "a.urdf").getroot().findall("link/collision")
     segments = sum(len(each.occluded) for each in acute.chains)
     assert segments - 30 < len(shapes) < segments

@@ -65,7 +65,7 @@ def test_the_runner_up_shares_an_end_and_is_another_pair(explained):
 def test_every_stage_has_an_account(explained):
     found, _ = explained
     names = [account.stage for account in found.accounts]
-    assert names == ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine"]
+    assert names == ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill", "refine", "confidence"]
     assert all(account.made for account in found.accounts)
 
 

@@ -16,6 +16,11 @@ from builders.runs import files_of, read_manifest
 YELLOW = "segment.ranges=[{low: [15, 90, 60], high: [32, 255, 255]}]"
 
 
+def checks(notes: list[str]) -> list[str]:
+    """The notes without those on the method of segmentation."""
+    return [note for note in notes if not note.startswith("segment: method")]
+
+
 def altered(folder: Path, change: Callable[[np.ndarray], np.ndarray], times: int = 1) -> Path:
     """Write the sample capture, `times` times over, with its color images changed."""
     (folder / "color").mkdir(parents=True)
@@ -46,7 +51,7 @@ def test_wrong_numbers(doo3d, option, topic, words):
     code, out, _ = doo3d("detect", sample, "-o", "out", "--input-option", option, "--frames", "0,1")
     assert code == 0
     assert out.count(f"note: check the {topic}: ") == 1, "once, not for every frame"
-    (note,) = read_manifest(Path("out"))["notes"]
+    (note,) = checks(read_manifest(Path("out"))["notes"])
     assert note.startswith(f"check the {topic}: ")
     assert words in note
     assert "(frame 00000" in note
@@ -61,7 +66,7 @@ def test_right_numbers(doo3d):
     code, out, err = doo3d("detect", SAMPLES / "crossing", "-o", "out", "--set", YELLOW)
     assert (code, err) == (0, "")
     assert "note" not in out
-    assert read_manifest(Path("out"))["notes"] == []
+    assert checks(read_manifest(Path("out"))["notes"]) == []
 
 
 @pytest.mark.slow
@@ -85,7 +90,7 @@ def test_color_beside_the_depth(doo3d, tmp_path):
     code, out, err = doo3d("detect", folder, "-o", "out")
     assert code == 0
     assert err.startswith("note: check the registration: the color lies 40 px to the left of where the depth has its edges (3.")
-    assert read_manifest(Path("out"))["notes"] == [err.strip().removeprefix("note: ")]
+    assert checks(read_manifest(Path("out"))["notes"]) == [err.strip().removeprefix("note: ")]
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from doo3d.config import Config, load_config
 from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
+from doo3d.sequence.given_length import length_notes
 from doo3d.sequence.objects import find_objects, vote_length
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, Strand
 from doo3d.sequence.registration import exact_lengths
@@ -115,6 +116,31 @@ def test_a_fragment_is_not_an_object():
     plan = [seen_in(time, [(0, 60)]) if k < 12 or k > 28 else both(time) for k, time in enumerate(times())]
     (item,) = find_objects(plan, Config())
     assert item.length == pytest.approx(0.6, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("given", "is_noted"), [(None, False), (0.6, False), (0.609, False), (0.58, True), (0.63, True), (1.0, True)]
+)
+def test_a_given_length_that_the_frames_do_not_show_is_noted(given, is_noted):
+    observations = [seen_in(time, [(0, 60)]) for time in times(8)]
+    notes = length_notes(observations, load_config("default", {} if given is None else {"sequence.length": given}))
+    assert len(notes) == is_noted
+    assert not notes or (f"sequence.length is {given:.3f} m" in notes[0] and "show 0.600 m" in notes[0])
+
+
+@pytest.mark.parametrize("divided", [(12,), (12, 20), (12, 13, 24)])
+@pytest.mark.parametrize("parts", [(35, 42), (24, 30), (20, 42)])
+def test_a_cable_that_a_hand_divides_now_and_then_is_one_object(divided, parts):
+    """Whichever of the two parts tracking takes for the whole cable afterwards."""
+
+    def both(time):
+        one = seen_in(time, [(0, parts[0])])
+        rest = Chain(shape(time)[parts[1] :], SEGMENT, RADIUS)
+        return replace(one, detection=replace(one.detection, chains=(*one.detection.chains, rest)))
+
+    plan = [both(time) if k in divided else seen_in(time, [(0, 60)]) for k, time in enumerate(times())]
+    (item,) = find_objects(plan, Config())
+    assert [anchor.frame for anchor in item.anchors] == [k for k in range(40) if k not in divided]
 
 
 def test_two_objects_keep_their_ids():

@@ -174,7 +174,7 @@ def test_the_objects_are_read_as_they_were_written(tmp_path):
     objects = find_objects([seen_in(time, parts) for time, parts in zip(times(8), [WHOLE] * 6 + [HALF] * 2, strict=True)], config)
     assert [item.is_trunk for item in objects] == [True, True, False]
     assert len(objects[2].parts) == 2
-    known = SequenceFile(("a",), 3, tuple(objects))
+    known = SequenceFile(("a",), 3, 0.05, tuple(objects))
     write_objects(tmp_path, known)
     assert read_objects(tmp_path) == known
     assert [each["junctions"] for each in summary(objects, 8)] == [[0, None]] * 3

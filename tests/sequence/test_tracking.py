@@ -217,9 +217,9 @@ def test_ids_of_long_ago_are_not_used_again(monkeypatch):
 
 
 def test_results_that_are_broken():
-    with refuses("results-damaged", "--restart"):
+    with refuses("results-damaged", "restart=True"):
         Tracker.resumed([{"chains": [{"id": 0, "joints": []}]}])
-    with refuses("results-damaged", "--restart"):
+    with refuses("results-damaged", "restart=True"):
         Tracker.resumed([{"schema": "doo3d/detection/2"}])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -173,9 +174,16 @@ def test_from_the_shell(doo3d, capture, tmp_path):
     code, out, err = doo3d("detect", folder, "-c", "mine.yaml")
     assert code == 0, err
     assert out.startswith("000000   1 chain")
-    code, _, err = doo3d("tune", folder, "-o", "mine.yaml")
-    assert (code, code_in(err), "mine.yaml" in err) == (2, "out-exists", True)
-    assert doo3d("tune", folder, "-o", "mine.yaml", "--force", "--frame", "-1")[0] == 0
+    assert doo3d("tune", folder, "-o", "mine.yaml", "--frame", "-1")[0] == 0  # nobody has changed what it wrote
+    made = (tmp_path / "mine.yaml").read_text()
+    shutil.copytree(folder, "other")
+    for path, change in (("mine.yaml", made.replace("hsv", "plane")), ("mine.png", "a picture of mine"), (None, None)):
+        if path:
+            (tmp_path / path).write_text(change)
+        code, _, err = doo3d("tune", folder if path else "other", "-o", "mine.yaml")
+        assert (code, code_in(err)) == (2, "out-exists")
+        assert path is None or (tmp_path / path).read_text() == change
+        assert doo3d("tune", folder, "-o", "mine.yaml", "--force")[0] == 0
 
 
 @pytest.mark.parametrize(

@@ -51,8 +51,10 @@ def test_lines_and_words(y):
     assert objects_text(y.objects[:1] * 5) == (
         "5 objects: " + ", ".join(["one with 3 chains and 1 junction"] * 3) + ", 2 more with junctions"
     )
-    assert frame_line("f", [0.3], [0.005], 0.0, "m", 0.1, trees=(1, 2)).startswith("f   1 object, 1 chain, 2 junctions   0.300 m")
-    assert frame_line("f", [0.3], [0.005], 0.0, "m", 0.1).startswith("f   1 chain   0.300 m")
+    assert frame_line("f", [0.3], [0.005], [0.9], 0.0, "m", 0.1, trees=(1, 2)).startswith(
+        "f   1 object, 1 chain, 2 junctions   0.300 m"
+    )
+    assert frame_line("f", [0.3], [0.005], [0.9], 0.0, "m", 0.1).startswith("f   1 chain   0.300 m")
 
 
 def test_the_manifest_counts_junctions_only_where_they_were_looked_for():

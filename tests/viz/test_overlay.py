@@ -10,10 +10,12 @@ import pytest
 
 import doo3d
 from doo3d.types import Camera, Chain, Cloud, Crossing, Detection, Frame, SegmentRef
+from doo3d.types.display import doubt_text
 from doo3d.viz import draw, palette
 from doo3d.viz.backdrop import SIZE, backdrop_of, depth_picture
 from doo3d.viz.overlay import caption_lines
 from doo3d.viz.palette import chain_color
+from doo3d.viz.report.packing import pack_chain
 
 CAMERA = Camera(600, 600, 320, 240, 640, 480)
 
@@ -175,6 +177,35 @@ def test_caption():
         "0.400 m   r 6.0 mm   12% occluded",
         "0.400 m   r 6.0 mm",
     ]
+
+
+def test_a_doubtful_chain_is_thin_and_gray_and_the_caption_says_so():
+    sure, unsure = (replace(straight(radius=0.02), confidence=value) for value in (0.5, 0.128))
+    assert (sure.doubtful, unsure.doubtful) == (False, True)
+    clear, doubtful = draw(frame(), Detection((sure,))), draw(frame(), Detection((unsure,)))
+    assert changed(clear)[:, 320].sum() > 40
+    assert 1 <= changed(doubtful)[:, 320].sum() <= 5
+    assert np.ptp(doubtful[200:280, 125:515].astype(int), axis=2).max() <= 10  # gray; the dark rim is a little blue
+    assert caption_lines(Detection((unsure,))) == ["0.400 m   r 20.0 mm   doubtful (confidence 0.12)"]
+    hidden = replace(unsure, occluded=np.arange(40) < 10)
+    assert caption_lines(Detection((hidden,))) == ["0.400 m   r 20.0 mm   25% occluded   doubtful (confidence 0.12)"]
+    assert caption_lines(Detection((sure,))) == ["0.400 m   r 20.0 mm"]
+    assert doubt_text(0.4999) == "doubtful (confidence 0.49)"
+
+
+def test_a_doubtful_chain_looks_alike_in_notebook_figure_and_report():
+    pytest.importorskip("plotly")
+    gray, detection = (
+        "#{:02x}{:02x}{:02x}".format(*palette.DOUBTFUL),
+        Detection((straight(), replace(straight(y=0.1), confidence=0.12))),
+    )
+    page = detection._repr_html_()
+    assert f'stroke="{gray}"' in page
+    assert "doubtful (confidence 0.12)" in page
+    names = {trace.name for trace in detection.plot().data}
+    assert {"chain 0", "chain 1, doubtful (confidence 0.12)"} <= names
+    packed = [pack_chain(k, chain) for k, chain in enumerate(detection.chains)]
+    assert ("doubt" in packed[0], packed[1]["doubt"], packed[1]["color"]) == (False, "doubtful (confidence 0.12)", gray)
 
 
 def test_many_chains_and_a_small_image():

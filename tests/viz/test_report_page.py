@@ -65,6 +65,9 @@ def copied(run: Path, folder: Path, times: int = 1, **change) -> Path:
         for frame in manifest["frames"]:
             name = f"{HOSTILE_NAME.replace('/', '')}{i}-{frame['name']}" if i == 0 else f"{i:04d}-{frame['name']}"
             values = json.loads((run / f"{frame['name']}.json").read_text()) | {"frame": name}
+            values["chains"] = (
+                [*values["chains"], values["chains"][0] | {"confidence": 0.128, "id": 7}] if i == 0 else values["chains"]
+            )
             (folder / f"{name}.json").write_text(json.dumps(values))
             os.link(run / f"{frame['name']}.png", folder / f"{name}.png")
             frames.append(frame | {"name": name})
@@ -166,6 +169,8 @@ def test_the_command(doo3d, run):
     assert re.fullmatch(r"2 frames, \d+\.\d MB -> page\.html\n", out)
     page = Path("page.html").read_text(encoding="utf-8")
     assert (Path.cwd() / data_of(page)["pictures"]).resolve() == run.resolve()
+    assert doo3d("report", run, "-o", "page.html")[0] == 0  # its own page, as it was written
+    Path("page.html").write_text("edited")
     assert doo3d("report", run, "-o", "page.html")[0] == 2
     assert doo3d("report", run, "-o", "page.html", "--force")[0] == 0
     for wrong, code in (
@@ -187,6 +192,9 @@ def page(run, tmp_path_factory) -> Path:
 
 READY = "window.Plotly && document.querySelectorAll('#plots .js-plotly-plot .main-svg').length >= 3"
 IN_SPACE = "document.querySelector('#view')._fullLayout?.scene?._scene?.glplot"
+TRACES = "document.querySelector('#view').data"
+TWO_POINTS = """{center: [0, 0, 0], step: 1, levels: btoa("\\0".repeat(12)), rgb: btoa("\\0".repeat(4)), on_object: 1}"""
+POINT_MARKS = f"cloudTraces({TWO_POINTS}).map((each) => [each.marker.size, each.marker.opacity])"
 EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.getCamera().eye)"
 
 
@@ -194,7 +202,7 @@ EYE = "JSON.stringify(document.querySelector('#view')._fullLayout.scene._scene.g
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("size", [(640, 480), (1920, 1080)])
+@pytest.mark.parametrize("size", [(390, 844), (1280, 800)])
 def test_it_opens_without_a_network_and_turns(page, size, dark):
     with browser.Browser(size, dark) as page_view:
         page_view.open(page)
@@ -209,6 +217,15 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
         kinds = page_view.run("document.querySelector('#view').data.map(trace => trace.type).join()")
         assert kinds.count("mesh3d") >= 3, "seen, hidden, seen, and where the depth was filled in"
         assert page_view.run("document.querySelector('#picture').naturalWidth") > 100
+        sizes = json.loads(page_view.run(f"JSON.stringify({POINT_MARKS})"))
+        assert len(sizes) == 2
+        assert all(size <= 1.5 and 0.2 < opacity < 0.8 for size, opacity in sizes), "points hide the chain"
+        assert page_view.run("document.querySelector('#chains .doubtful').textContent").startswith("70.12, doubtful")
+        assert page_view.run(f"{TRACES}.some((trace) => trace.name === 'chain 7, doubtful (confidence 0.12)')")
+        if size[0] > 860:
+            assert page_view.run(
+                "document.querySelector('#chains').scrollWidth <= document.querySelector('#chains').parentElement.clientWidth"
+            )
         box = page_view.run("JSON.stringify(document.querySelector('#view').getBoundingClientRect())")
         box, before = json.loads(box), page_view.run(EYE)
         at = box["left"] + box["width"] / 2, box["top"] + box["height"] / 2

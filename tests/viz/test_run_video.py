@@ -127,6 +127,7 @@ def test_a_card_fits_any_size(size):
 def test_the_command(doo3d, tmp_path):
     place = results(tmp_path / "out", [(64, 48)] * 3, failed=[1])
     assert doo3d("video", place) == (0, f"3 frames (1 failed, shown as such), 10 per second, 64x48 -> {place}.webm\n", "")
+    place.with_suffix(".webm").write_bytes(b"edited")
     code, _, err = doo3d("video", place)
     assert code == 2
     assert code_in(err) == "out-exists"

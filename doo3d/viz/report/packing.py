@@ -10,7 +10,7 @@ import numpy as np
 
 from ...inputs import FrameData
 from ...types import Array, Chain, Detection, Floats
-from ..palette import chain_color
+from ..palette import chain_style
 from ..surroundings import sample_surroundings
 
 THUMBNAIL_WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, tried in turn
@@ -62,13 +62,15 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" and "filled" (the
         depth was filled in) each as a text such as "0110" with a digit for each segment, "from_time" likewise for chains of which
         other frames filled in segments, "color" as "#rrggbb", the same as in the
-        pictures, and "id", "closed", "length", "radius", "confidence" of the chain.
+        pictures, for doubtful chains "doubt" (words for the legend) and "width" (factor of widths), and "id", "closed",
+        "length", "radius", "confidence" of the chain.
     """
-    number = index if chain.id is None else chain.id
+    style = chain_style(chain, index if chain.id is None else chain.id)
     radii = chain.radii[:, None]
     return {
         "id": chain.id,
-        "color": "#{:02x}{:02x}{:02x}".format(*chain_color(number)),
+        "color": style.css,
+        **({"doubt": style.doubt, "width": style.width} if style.doubt else {}),
         "joints": pack_points(chain.joints),
         "radii": pack_points(radii) if np.isfinite(radii).all() else None,
         "occluded": "".join("01"[int(each)] for each in chain.occluded),

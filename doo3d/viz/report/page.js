@@ -37,6 +37,8 @@ function heading() {
   const chains = succeeded.flatMap((frame) => frame.chains), times = succeeded.map((frame) => frame.seconds).filter((each) => each !== null);
   const shares = succeeded.map((frame) => frame.occluded).filter((each) => each !== null);
   const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ...cableFigures(chains)];
+  const doubtful = chains.filter((chain) => chain.doubt).length;
+  if (doubtful) figures.push(["Doubtful chains", `${doubtful} of ${chains.length}`, true]);
   const branched = succeeded.filter((frame) => frame.objects);
   if (branched.length) {
     figures.push(["Objects, median", median(branched.map((frame) => frame.objects.length))], ["Junctions, median", median(branched.map((frame) => frame.junctions.length))]);
@@ -95,6 +97,8 @@ function card(frame, number) {
   make("span", frame.name, button);
   const summary = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];
   if (frame.chains?.length > 2) summary.push("…");
+  const doubtful = frame.chains?.filter((chain) => chain.doubt).length;
+  if (doubtful) summary.push(`${doubtful} doubtful`);
   make("small", summary.join(", "), button);
   return item;
 }

@@ -17,7 +17,7 @@ from ...errors import DooError, InputError, require
 from ...inputs import FrameRef, ReadOptions, open_capture
 from ...outputs.detection_json import finite
 from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
-from ...outputs.run_reader import Results, read_detection
+from ...outputs.run_reader import Results
 from ...types import Detection
 from ...types.display import objects_text
 from .packing import pack_chain, pack_cloud, pack_picture
@@ -116,7 +116,7 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
     }
     if frame.error is not None:
         return values
-    detection = read_detection(results.path / f"{frame.name}.json")
+    detection = results.detection(frame.name)
     segments = sum(len(chain.occluded) for chain in detection.chains)
     occluded = sum(int(chain.occluded.sum()) for chain in detection.chains)
     values |= {

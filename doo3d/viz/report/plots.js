@@ -3,6 +3,9 @@
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const safe = (text) => String(text).replace(/[&<>"']/g, (letter) => `&#${letter.charCodeAt(0)};`);  // Plotly interprets tags in texts
+const POINTS = { size: 1, opacity: 0.55 };  // small and half transparent, so that the chains show through
+const NARROW_PX = 600;  // of a view whose legend would hide the chains if there are more than three
+const MARK_SIZE = 5;  // of ends and junctions, about twice the width of a tube
 const shaded = (color) => `rgb(${[1, 3, 5].map((i) => Math.round(parseInt(color.slice(i, i + 2), 16) * css("--shade"))).join(",")})`;
 const settings = { displaylogo: false, responsive: true };
 const buttons = (...names) => ({ ...settings, modeBarButtons: [["toImage", ...names]] });
@@ -67,13 +70,13 @@ const firstNote = frames.length && frames[0].error === null && frames[0].seconds
 function shares() {
   const values = (key, label) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
     [number, 100 * frame[key], `${percent(frame[key])} ${label}`]]);
-  return [line(values("confidence", "confidence of the weakest connection"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
+  return [line(values("confidence", "confidence of the least certain chain"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
 }
 
 const plots = [
   [`Length of each chain, ${metric ? "m" : "px"}`, lengths, "", false],
   [`Time, ms${firstNote}`, times, "", false],
-  ["Confidence of the weakest connection (blue) and occluded share (orange)", shares, " %", true],
+  ["Least confidence of a chain (blue) and occluded share (orange)", shares, " %", true],
 ].filter(([, values]) => values().some((trace) => trace.x.length));
 
 function drawPlots() {
@@ -100,25 +103,27 @@ function chainTraces(frame, chain, number) {
   const at = labelJoint(frame, number);
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
-  const traces = [], color = shaded(chain.color), name = `chain ${chain.id ?? number}`;
+  const traces = [], color = shaded(chain.color), width = chain.width ?? 1, name = chainName(chain, number);
   kindRuns(kindsOf(chain)).forEach(([first, last, kind], piece) => {
-    const mesh = tube(joints, radii, first, last), part = (column) => Array.from(column.slice(first, last + 1));
+    const mesh = tube(joints, radii.map((radius) => width * radius), first, last), part = (column) => Array.from(column.slice(first, last + 1));
     const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${kinds[kind].text}`);
     const { joint, ...shape } = mesh;
     const shared = { name, legendgroup: name, showlegend: false };
     traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: kinds[kind].opacity, hoverinfo: "text", hovertext: text,
       lighting: { ambient: 0.72, diffuse: 0.5, specular: 0.12 }, lightposition: { x: -2000, y: -10000, z: -10000 } });
     traces.push({ ...shared, type: "scatter3d", mode: "lines", x: part(columns[0]), y: part(columns[1]), z: part(columns[2]), hoverinfo: "skip",
-      line: { color, width: 4, dash: kinds[kind].dash }, showlegend: piece === 0 });
+      line: { color, width: 4 * width, dash: kinds[kind].dash }, showlegend: piece === 0 });
   });
   const sides = (chain.closed ? [0] : [0, 1]).filter((side) => !isJoined(frame, number, side)), ends = sides.map((side) => side * (joints.length - 1));
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
     x: ends.map((n) => joints[n][0]), y: ends.map((n) => joints[n][1]), z: ends.map((n) => joints[n][2]), hovertext: sides.map((side) => `${name}, ${["first", "last"][side]} joint`),
-    marker: { size: 9, color, symbol: sides.map((side) => ["circle", "circle-open"][side]), line: { color: css("--text"), width: 2 } } });
+    marker: { size: MARK_SIZE * width, color, symbol: sides.map((side) => ["circle", "circle-open"][side]), line: { color: css("--text"), width: 1 } } });
   traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [String(chain.id ?? number)],
-    x: [joints[at][0]], y: [joints[at][1]], z: [joints[at][2]], textposition: "top center", textfont: { size: 16, color: css("--text") } });
+    x: [joints[at][0]], y: [joints[at][1]], z: [joints[at][2]], textposition: "top center", textfont: { size: 14, color: css("--text") } });
   return traces;
 }
+
+const chainName = (chain, number) => `chain ${chain.id ?? number}${chain.doubt ? `, ${chain.doubt}` : ""}`;
 
 /** Draw where both ends and the middle of a tracked chain were in the last second, as thin lines. */
 function trailTraces(frame, chain) {
@@ -137,20 +142,20 @@ function trailTraces(frame, chain) {
 /** Return the positions of the junctions of a frame as a trace of white diamonds, with `axes` such as "xyz". */
 function junctionTraces(frame, axes, type) {
   if (!frame.junctions?.length) return [];
-  const chainName = (number) => frame.chains[number].id ?? number;
+  const numberOf = (number) => frame.chains[number].id ?? number;
   return [{ type, mode: "markers", name: "junctions", showlegend: true, hoverinfo: "text",
-    hovertext: frame.junctions.map((junction, number) => `junction ${number} of chains ${junction.ends.map(([chain]) => chainName(chain)).join(", ")}<br>confidence ${percent(junction.confidence)}`),
+    hovertext: frame.junctions.map((junction, number) => `junction ${number} of chains ${junction.ends.map(([chain]) => numberOf(chain)).join(", ")}<br>confidence ${percent(junction.confidence)}`),
     ...Object.fromEntries([...axes].map((axis, k) => [axis, frame.junctions.map((junction) => junction.position[k])])),
-    marker: { size: 9, color: "#ffffff", symbol: "diamond", line: { color: "#202020", width: 2 } } }];
+    marker: { size: axes.length === 3 ? MARK_SIZE : 9, color: "#ffffff", symbol: "diamond", line: { color: "#202020", width: 2 } } }];
 }
 
 function cloudTraces(cloud) {
   const columns = unpack(cloud), shades = colors(cloud.rgb), count = shades.length;
-  return [["object's points", 0, cloud.on_object, 2], ["surroundings", cloud.on_object, count, 2]].filter(([, from, to]) => to > from).map(([name, from, to, size]) => ({
+  return [["object's points", 0, cloud.on_object], ["surroundings", cloud.on_object, count]].filter(([, from, to]) => to > from).map(([name, from, to]) => ({
     type: "scatter3d", mode: "markers", name, hoverinfo: "skip", x: Array.from(columns[0].slice(from, to)),
     y: Array.from(columns[1].slice(from, to)), z: Array.from(columns[2].slice(from, to)),
     // points of the object are gray, to be told from its chain, whatever the color of both
-    marker: { size, color: cloud.has_color && from > 0 ? shades.slice(from, to) : css("--quiet"), opacity: 1 } }));
+    marker: { ...POINTS, color: cloud.has_color && from > 0 ? shades.slice(from, to) : css("--quiet"), line: { width: 0 } } }));
 }
 
 /** Return the sides of the bounding box of all traces; the longest is 1. */
@@ -173,11 +178,13 @@ function drawSpace(frame) {
     camera.eye = Object.fromEntries(["x", "y", "z"].map((key, k) => [key, 1.35 * direction[k]]));
     if (Math.abs(direction[2]) > 0.7) camera.up = { x: 0, y: -1, z: 0 };
   }
+  const box = by("view"), tall = Math.min(Math.max(box.clientHeight / box.clientWidth, 1), 1.6);  // a narrow view shows less from the same distance
+  camera.eye = Object.fromEntries(Object.entries(camera.eye).map(([key, value]) => [key, tall * value]));
   const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap((chain, number) => chainTraces(frame, chain, number)), ...frame.chains.flatMap((chain) => trailTraces(frame, chain)), ...junctionTraces(frame, "xyz", "scatter3d")];
   const sides = boxSides(traces), axisOf = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
-    legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: frame.chains.length <= 12,
+    legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: frame.chains.length <= (box.clientWidth < NARROW_PX ? 3 : 12),
     modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--quiet"), activecolor: css("--strong") },
     scene: { aspectmode: "manual", aspectratio: sides, dragmode: "orbit", camera, xaxis: axisOf("x"), yaxis: axisOf("y"), zaxis: axisOf("z") },
   }, buttons("resetCameraDefault3d"));
@@ -187,8 +194,8 @@ function drawImage(frame) {
   const inImage = (chain) => kindsOf(chain).map((kind) => kind === 1 ? 0 : kind);
   const traces = frame.chains.flatMap((chain, number) => kindRuns(inImage(chain)).map(([first, last, kind]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
-    return { type: "scatter", mode: "lines+markers", x, y, name: `chain ${chain.id ?? number}`, marker: { size: 4, color: chain.color },
-      line: { color: chain.color, width: 3, dash: ["solid", "solid", "dot", "dashdot"][kind] }, showlegend: false };
+    return { type: "scatter", mode: "lines+markers", x, y, name: chainName(chain, number), marker: { size: 4 * (chain.width ?? 1), color: chain.color },
+      line: { color: chain.color, width: 3 * (chain.width ?? 1), dash: ["solid", "solid", "dot", "dashdot"][kind] }, showlegend: false };
   }));
   traces.push(...junctionTraces(frame, "xy", "scatter").map((trace) => ({ ...trace, showlegend: false })));
   const { width, height } = frame, size = frame.picture ? { x: [0, width], y: [height, 0] } : null;
@@ -202,19 +209,30 @@ function drawImage(frame) {
   }, { ...buttons("zoomIn2d", "zoomOut2d", "resetScale2d"), scrollZoom: true });
 }
 
+/** Return the columns of the table of a frame, [title, text of a chain]; those without anything to say are left out. */
+function chainColumns(frame) {
+  const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length, has = (key) => frame.chains.some((chain) => chain[key]?.includes("1"));
+  return [
+    ["Confidence", (chain) => chain.doubt ? `${(Math.floor(100 * chain.confidence) / 100).toFixed(2)}, doubtful` : chain.confidence.toFixed(2)],
+    ["Length", (chain) => lengthText(chain.length)],
+    ["Radius", (chain) => radiusText(chain.radius)],
+    ...(frame.objects ? [["Object", (_, number) => String(frame.objects.findIndex((members) => members.includes(number)))]] : []),
+    ["Occluded", (chain) => percent(share(chain.occluded))],
+    ...(has("from_time") ? [["From other frames", (chain) => percent(share(chain.from_time ?? "0"))]] : []),
+    ...(has("filled") && frame.mode === "3d" ? [["Depth filled", (chain) => percent(share(chain.filled))]] : []),
+  ];
+}
+
 function chainTable(frame) {
   by("chains").replaceChildren();
   if (!frame.chains?.length) return;
-  const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains"));
-  const inTime = frame.chains.some((chain) => chain.from_time) ? ["From other frames"] : [];
-  const inObject = frame.objects ? ["Object"] : [];
-  for (const title of ["Chain", ...inObject, "Length", "Radius", "Occluded", ...inTime, "Depth filled", "Confidence"]) make("th", title, head).scope = "col";
+  const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains")), columns = chainColumns(frame);
+  for (const title of ["Chain", ...columns.map(([title]) => title)]) make("th", title, head).scope = "col";
   frame.chains.forEach((chain, number) => {
-    const row = make("tr", undefined, body), first = make("td", undefined, row);
+    const row = make("tr", undefined, body, chain.doubt ? "doubtful" : ""), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
     first.append(`${chain.id ?? number}${chain.closed ? ", a ring" : ""}`);
-    const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length;
-    for (const text of [...inObject.map(() => String(frame.objects.findIndex((members) => members.includes(number)))), lengthText(chain.length), radiusText(chain.radius), percent(share(chain.occluded)), ...inTime.map(() => percent(share(chain.from_time ?? "0"))), percent(share(chain.filled)), percent(chain.confidence)]) make("td", text, row);
+    for (const [, text] of columns) make("td", text(chain, number), row);
   });
 }
 

@@ -1,0 +1,41 @@
+"""What speaks against the chains of a frame, in words."""
+
+from __future__ import annotations
+
+from ..pipeline import Stages
+from ..types.display import length_text
+
+WORDS = {
+    "joins": "doubtful joins",
+    "unsupported": "depth missing, torn or hidden",
+    "residual": "readings beside the chain",
+    "bend": "a sharp bend",
+    "undecided": "crossings whose order is open",
+    "beside": "another strand close beside it",
+    "unclaimed": "parts of the mask in no chain",
+    "dropped": "pieces dropped for merge.chains",
+    "stubby": "short for its width",
+    "uneven": "its width changes",
+    "flat": "not raised on both sides",
+    "edge": "other colors on its two sides",
+    "stray": "short beside the longest object",
+    "odd": "of another width than the longest object",
+}
+"""Kind of evidence -> what it says against a chain."""
+
+MIN_LOSS = 0.5
+"""Logarithm of the odds that a kind of evidence takes from which on it is named: 0.92 instead of 0.95 at the most."""
+
+
+def doubts(stages: Stages) -> tuple[str, ...]:
+    """Return a sentence for each chain that something speaks against: its confidence, and the reasons, the strongest first."""
+    sentences = []
+    for number, (chain, evidence) in enumerate(zip(stages.chains, stages.evidence, strict=True)):
+        losses = sorted(evidence.losses().items(), key=lambda item: -item[1])
+        reasons = [f"{WORDS[name]} (-{loss:.1f})" for name, loss in losses if loss >= MIN_LOSS]
+        if evidence.is_wide:
+            reasons = ["wider than segment.max_width"]
+        if reasons:
+            length = length_text(chain.length, chain.joints.shape[1] == 2)
+            sentences.append(f"chain {number}, {length}: confidence {chain.confidence:.2f}: {', '.join(reasons)}")
+    return tuple(sentences)

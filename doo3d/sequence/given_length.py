@@ -1,0 +1,41 @@
+"""Compare the length that a user gives of the objects of a sequence with what the frames show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..config import Config
+from .objects import MIN_FRAMES, find_objects
+from .observations import Observation
+
+MAX_DIFFERENCE = 0.02
+"""Relative difference between a given and a measured length without a note: the spread of lengths of one object over frames, as
+in `objects`. Chains have whole segments, so a segment always is within it."""
+
+
+def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
+    """Return a note if `sequence.length` is given and the frames show objects of another length; else nothing.
+
+    Parameters
+    ----------
+    observations
+        all frames, in order.
+    config
+        the settings, as for `find_objects`.
+    """
+    given = config.sequence.length
+    if given is None or len(observations) < MIN_FRAMES:
+        return ()
+    measured = find_objects(
+        observations, config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
+    )
+    segment = config.fit.segment_length
+    lengths = [item.length for item in measured if item.nodes == (None, None)]
+    other = [length for length in lengths if abs(length - given) > max(segment, MAX_DIFFERENCE * given)]
+    if not other:
+        return ()
+    found = " and ".join(f"{length:.3f} m" for length in other)
+    return (
+        f"sequence: sequence.length is {given:.3f} m, and the frames that show an object whole show {found}: leave "
+        "sequence.length out to use what they show",
+    )

@@ -1,0 +1,3 @@
+"""Stand-in for rclpy.qos."""
+
+qos_profile_sensor_data = object()
