@@ -10,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
+from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .evaluate_sequences import sequences
@@ -26,8 +27,6 @@ app = typer.Typer(no_args_is_help=True, help="Measure the detection against know
 MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
 MIN_RELIABILITY_FRAMES = 20
 """Frames from which on a table of the reliability of the confidence says something."""
-
-ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[
     str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
@@ -176,35 +175,7 @@ def results(
     _report(result_rows(folder, truth), {"results": str(folder), "truth": str(truth)}, table, document)
 
 
-@app.command()
-def ablations(
-    families: Families = ABLATION_FAMILIES,
-    seeds: Seeds = 10,
-    start: Start = 0,
-    sensor: Sensor = "d435",
-    size: Size = "1280x720",
-    config: Preset = "default",
-    overrides: Overrides = None,
-) -> None:
-    """Detect in hard rendered scenes with one part of the method turned off at a time, and compare with the truth.
-
-    Prints a table with a line of scores per part that was turned off.
-
-    \b
-    Example:
-      doo3d evaluate ablations --families knots --seeds 5
-    """
-    use_single_thread()
-    from ..config import parse_overrides
-    from ..evaluation.benchmark.ablations import format_ablations, run_ablations
-    from ..evaluation.benchmark.cases import scene_cases
-
-    chosen = scene_cases(_families(families), range(start, start + seeds), parse_sensor(sensor), parse_size(size))
-    with counting(len(chosen)) as report:
-        rows = run_ablations(chosen, config, parse_overrides(overrides or []), report)
-    typer.echo(format_ablations(rows))
-
-
+app.command()(ablations)
 app.command()(sequences)
 app.command()(dataset)
 app.command()(trees)
