@@ -34,7 +34,7 @@ Nodes = tuple[Node | None, Node | None]
 """The junctions at the first and the last end of an object; None for a tip."""
 
 
-class TrackedChain(NamedTuple):
+class ChainInFrame(NamedTuple):
     """A chain of one frame that tracking took for an object.
 
     Attributes
@@ -74,7 +74,7 @@ def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
     return max(supported, key=lambda pattern: (sum(pattern), counts[pattern], pattern), default=OPEN)
 
 
-def vote_nodes(tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[Detection], least: int) -> list[Nodes]:
+def vote_nodes(tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection], least: int) -> list[Nodes]:
     """Return for each object the junctions at its ends, those that most frames agree on first; an end is at one junction.
 
     Parameters
@@ -101,7 +101,7 @@ def vote_nodes(tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[D
 
 
 def _junctions(
-    tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[Detection]
+    tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection]
 ) -> Iterator[tuple[float, list[tuple[int, int]]]]:
     """Yield the confidence of each junction of each frame, and the ends (object, side) that meet there, if all are known."""
     places = {(each.frame, each.chain): (item, each.backwards) for item, chains in enumerate(tracked) for each in chains}
@@ -132,7 +132,7 @@ def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
 def vote_trunk(
     tree: Sequence[int],
     lengths: Mapping[int, float],
-    tracked: Sequence[Sequence[TrackedChain]],
+    tracked: Sequence[Sequence[ChainInFrame]],
     detections: Sequence[Detection],
 ) -> list[int]:
     """Return the objects along the trunk of a tree that most frames agree on; the longest object if none has them all.

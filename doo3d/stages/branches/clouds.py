@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from .. import FrameContext
-from .strands import FreeEnds, Strand
+from .strands import FreeEnds, SampledChain
 
 GAP_COST = 0.3
 """Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
@@ -77,7 +77,9 @@ class Surface:
         return bool(np.isfinite(distance).mean() >= COVERED_SHARE)
 
 
-def bridged_place(point: Floats, tangent: Floats, radius: float, strand: Strand, surface: Surface) -> tuple[int, float] | None:
+def bridged_place(
+    point: Floats, tangent: Floats, radius: float, strand: SampledChain, surface: Surface
+) -> tuple[int, float] | None:
     """Return the sample of a strand to which points lead from an end, and its cost; None without any.
 
     Parameters
@@ -102,7 +104,7 @@ def bridged_place(point: Floats, tangent: Floats, radius: float, strand: Strand,
     return (best, float(cost[best])) if surface.covers(point, strand.points[best]) else None
 
 
-def hidden_place(point: Floats, tangent: Floats, strand: Strand, max_gap: float) -> tuple[int, float] | None:
+def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: float) -> tuple[int, float] | None:
     """Return the sample of a strand that an end points at across a gap, and its cost; None if all are farther than `max_gap`.
 
     Parameters

@@ -12,7 +12,7 @@ from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
 from ...types import Chain, Floats
 from .clouds import GAP_COST, TURN_COST, hidden_place
-from .strands import ARM_RADII, Strand
+from .strands import ARM_RADII, SampledChain
 
 MIN_TURN = 0.9
 """Radians by which a strand turns at an elbow at least: cables do not, branches of one trunk that were joined do."""
@@ -36,7 +36,7 @@ class Elbow:
     direction: Floats
 
 
-def bridges(strands: Sequence[Strand], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
+def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
     """Return hidden chains between elbows that point at each other, so that parts that nothing else connects become one object.
 
     Parameters
@@ -73,7 +73,7 @@ def bridges(strands: Sequence[Strand], group: Sequence[int], max_gap: float, len
     return result
 
 
-def _elbows(number: int, strand: Strand) -> Iterator[Elbow]:
+def _elbows(number: int, strand: SampledChain) -> Iterator[Elbow]:
     """Yield the elbows of a strand: where it turns sharply across a gap, or from one place to the next."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], strand.occluded, [False])).astype(int)))
     gaps = [(low, high - 1) for low, high in zip(edges[::2], edges[1::2], strict=True)]
