@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from .. import FrameContext
@@ -154,17 +155,14 @@ def gap_links(ends: FreeEnds, is_free: Bools, group: Sequence[int], max_gap: flo
     bend = angle(np.broadcast_to(tangents[:, None], offset.shape), offset)
     cost = 1000 * GAP_COST * distance + TURN_COST * (turn + np.maximum(bend, bend.T))
     cost[distance > max_gap] = np.inf
-    own = np.asarray(group)
+    objects = DisjointSet(group)
     links, used = [], np.zeros(len(rows), dtype=bool)
     first, second = np.triu_indices(len(rows), 1)
     order = np.argsort(cost[first, second], kind="stable")
     for a, b in zip(first[order].tolist(), second[order].tolist(), strict=True):
-        one, other = own[ends.strand[rows[a]]], own[ends.strand[rows[b]]]
         if cost[a, b] > JOIN_COST:
             break
-        if one == other or used[a] or used[b]:
-            continue
-        used[[a, b]] = True
-        own = np.where(own == one, other, own)
-        links.append((int(rows[a]), int(rows[b]), float(cost[a, b])))
+        if not (used[a] or used[b]) and objects.join(ends.strand[rows[a]], ends.strand[rows[b]]):
+            used[[a, b]] = True
+            links.append((int(rows[a]), int(rows[b]), float(cost[a, b])))
     return links

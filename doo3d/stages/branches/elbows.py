@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
 from ...types import Chain, Floats
@@ -62,11 +63,10 @@ def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: floa
         place = hidden_place(one.point, one.direction, strand, max_gap) if group[one.strand] != group[number] else None
         if place is not None and np.linalg.norm(strand.points[place[0]] - one.point) > length:
             found.append((BODY_COST + place[1], one, Elbow(number, strand.points[place[0]], -one.direction)))
-    own = np.asarray(group)
+    objects = DisjointSet(group)
     result = []
     for cost, one, other in sorted(found, key=lambda item: item[0]):
-        if cost < ELBOW_COST and own[one.strand] != own[other.strand]:
-            own = np.where(own == own[one.strand], own[other.strand], own)
+        if cost < ELBOW_COST and objects.join(one.strand, other.strand):
             joints = equal_segments(np.stack((one.point, other.point)), length)
             radius = max(strands[one.strand].radius, strands[other.strand].radius)
             result.append(Chain(joints, length, radius, occluded=np.ones(len(joints) - 1, dtype=bool)))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, resample
 from ...kernels import nearest
@@ -31,17 +32,17 @@ def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: F
     An end meets one strand at most, and no meeting closes a ring of strands. So the meetings chosen are a spanning forest of
     the greatest gain.
     """
-    group = np.arange(len(strands))
+    objects = DisjointSet(range(len(strands)))
     used: set[int] = set()
     chosen: list[Meeting] = []
     for meeting in sorted(meetings, key=lambda item: -item.gain):
         if meeting.gain <= 0 or meeting.end in used:
             continue
         members = [strand for strand, _ in meeting.bodies] + ([] if meeting.end is None else [int(ends.strand[meeting.end])])
-        if len({int(group[member]) for member in members}) < len(members):
+        if len({int(objects.group[member]) for member in members}) < len(members):
             continue
         for member in members[1:]:
-            group[group == group[member]] = group[members[0]]
+            objects.join(members[0], member)
         if meeting.end is not None:
             used.add(meeting.end)
         chosen.append(meeting)
@@ -50,15 +51,15 @@ def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: F
 
 def connected(chosen: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> tuple[Bools, list[int]]:
     """Return which of the E ends are free, (E,) bool, and the number of the object of each strand."""
-    group, is_free = np.arange(len(strands)), np.ones(len(ends.strand), dtype=bool)
+    objects, is_free = DisjointSet(range(len(strands))), np.ones(len(ends.strand), dtype=bool)
     for meeting in chosen:
         members = [strand for strand, _ in meeting.bodies]
         if meeting.end is not None:
             is_free[meeting.end] = False
             members.append(int(ends.strand[meeting.end]))
         for member in members[1:]:
-            group[group == group[member]] = group[members[0]]
-    return is_free, group.tolist()
+            objects.join(members[0], member)
+    return is_free, objects.group.tolist()
 
 
 def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list[Node]:
