@@ -125,7 +125,7 @@ def _object(values: dict[str, Any]) -> SequenceObject:
 
 def _damaged(path: Path, error: Exception) -> InputError:
     return InputError(
-        f"{path}: a value is missing or invalid ({error!r})", code="results-damaged", remedy="start over with {restart}"
+        f"{path}: a value is missing or invalid ({error!r})", code="results-damaged", remedy="start over with --restart"
     )
 
 

@@ -151,7 +151,7 @@ def run(
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json",
             code="mode-needs-depth",
-            remedy="use a 2-D config, the preset image or paper_2d{preset}",
+            remedy="use a 2-D config, the preset image or paper_2d (-c image)",
         )
     names = [frame.name for frame in capture.frames]
     with open_folder(capture, Path(out), config, options, extra) as folder:
