@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.disjoint_set import DisjointSet
 from ..types import ChainEnd, Detection
 
 MIN_PATTERN_SHARE = 1 / 3
@@ -115,16 +116,14 @@ def _junctions(
 
 def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
     """Return the objects that junctions connect: indices, in ascending order, of each connected tree."""
-    group = list(range(len(nodes)))
+    objects = DisjointSet(range(len(nodes)))
     owners: dict[int, int] = {}
     for item, pair in enumerate(nodes):
         for node in pair:
             if node is not None:
-                first = owners.setdefault(node.junction, item)
-                former, own = group[first], group[item]
-                group = [min(former, own) if each in (former, own) else each for each in group]
+                objects.join(owners.setdefault(node.junction, item), item)
     trees: dict[int, list[int]] = {}
-    for item, number in enumerate(group):
+    for item, number in enumerate(objects.group.tolist()):
         trees.setdefault(number, []).append(item)
     return list(trees.values())
 
