@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -128,16 +128,18 @@ def detect(
         debugged = debug_frames(opened, debug_frame)
         names = [entry.name for entry in opened.frames]
         width = max(map(len, names), default=0)
-        options: dict[str, Any] = {
-            "options": read_options,
-            "workers": workers,
-            "scheduler": scheduler,
-            "executor": executor,
-            "restart": restart,
-            "force": force,
-            "retry_failed": retry_failed,
-            "time_limit": time_limit,
-        }
+        from ..runs.run_options import RunOptions
+
+        options = RunOptions(
+            reading=read_options,
+            workers=workers,
+            scheduler=scheduler,
+            executor=executor,
+            restart=restart,
+            force=force,
+            retry_failed=retry_failed,
+            time_limit=time_limit,
+        )
         if sequence:
             from ..runs.sequence_run import run_sequence
 
@@ -147,14 +149,13 @@ def detect(
                     interruption.reporter = reporter
                     yield reporter
 
-            summary = run_sequence(opened, out, effective, passes, **options)
+            summary = run_sequence(opened, out, effective, passes, options)
         else:
             from ..runs.run import run
 
             with reporting(len(names), width, quiet, time_limit=time_limit) as reporter:
                 interruption.reporter = reporter
-                functions: dict[str, Any] = {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}
-                summary = run(opened, out, effective, **options, **functions)
+                summary = run(opened, out, effective, options.with_progress(reporter))
     if not summary.succeeded:
         if len(names) > 1:
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)

@@ -20,6 +20,7 @@ from .base_pose import check_pose_use
 from .frame_record import FrameRecord
 from .run import RunSummary
 from .run import run as run_capture
+from .run_options import RunOptions
 from .sequence_run import run_sequence
 from .time_limit import DEFAULT_SECONDS
 
@@ -138,19 +139,19 @@ def run(
         remarks = _Remarks(notes_of(chosen), progress)
         if fuse_views:
             chosen = FusedCapture(chosen, settings)
-        options: dict[str, Any] = {
-            "options": opened.options,
-            "workers": workers,
-            "scheduler": scheduler,
-            "restart": flag(restart, "restart"),
-            "force": flag(force, "force"),
-            "retry_failed": flag(retry_failed, "retry_failed"),
-            "time_limit": time_limit,
-        }
+        options = RunOptions(
+            reading=opened.options,
+            workers=workers,
+            scheduler=scheduler,
+            restart=restart,
+            force=force,
+            retry_failed=retry_failed,
+            time_limit=time_limit,
+        )
         if sequence:
-            summary = run_sequence(chosen, folder, settings, remarks.of_pass, **options)
+            summary = run_sequence(chosen, folder, settings, remarks.of_pass, options)
         else:
-            summary = run_capture(chosen, folder, settings, **options, report=remarks, note=remarks.note)
+            summary = run_capture(chosen, folder, settings, options.with_progress(remarks))
         return replace(summary, remarks=tuple(remarks.notes))
 
 
