@@ -17,7 +17,7 @@ from ..support.camera_choice import REMEDY
 from ..support.camera_search import find_camera
 from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
 from ._npz_arrays import SMALL, STACKS, ArrayHeader, ArrayStack, find_arrays, has_depth
-from .open3d_folder import DEFAULT_DEPTH_SCALE
+from .image_folder import DEFAULT_DEPTH_SCALE
 
 
 class ArraysCapture:

@@ -147,6 +147,33 @@ def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[s
     return times, [rows[i] for i in first.tolist()], notes
 
 
+def associate(one: Floats, other: Floats, tolerance: float) -> list[tuple[int, int]]:
+    """Pair the times of two lists that are nearest to each other, each time in one pair at most.
+
+    Of all pairs within the tolerance, that with the least difference is taken first, as by the benchmark's associate.py.
+
+    Parameters
+    ----------
+    one, other
+        times in s, increasing: (N,) and (M,).
+    tolerance
+        largest time difference within a pair, s.
+
+    Returns
+    -------
+    The index into `one` and the index into `other` of each pair; the indices into `one` increase.
+    """
+    low, high = np.searchsorted(other, one - tolerance), np.searchsorted(other, one + tolerance, side="right")
+    near = [(abs(one[i] - other[j]), i, j) for i in range(len(one)) for j in range(low[i], high[i])]
+    pairs: dict[int, int] = {}
+    used: set[int] = set()
+    for _, i, j in sorted(near):
+        if i not in pairs and j not in used:
+            pairs[i] = j
+            used.add(j)
+    return sorted(pairs.items())
+
+
 def read_trajectory(path: Path) -> Trajectory:
     """Read a trajectory file in the format of the TUM benchmark, with lines `time tx ty tz qx qy qz qw`.
 
