@@ -22,7 +22,7 @@ from .messages import cloud_of, color_of, depth_of
 from .pairing import color_geometry, pair_by_time, transforms_of
 from .records import MessageLocation, Topic
 from .tf import Transforms
-from .topics import Stream, Streams
+from .topics import Streams
 from .undistortion import Lens
 
 _CLOUD = "/PointCloud2"  # end of the type of a message
