@@ -241,10 +241,10 @@ def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None
 
 def _families(names: str) -> list[str]:
     """Return the families of a comma-separated list."""
-    from ..evaluation.scenes.registry import FAMILIES, GROUPS, WITHOUT
+    from ..evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT
 
     chosen: list[str] = []
     for name in split(names) or []:
-        check_choice("--families", name, [*FAMILIES, *WITHOUT, *GROUPS])
+        check_choice("--families", name, [*FAMILIES, *WITHOUT, *TOUGH, *GROUPS])
         chosen += GROUPS.get(name, (name,))
     return list(dict.fromkeys(chosen))
