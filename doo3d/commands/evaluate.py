@@ -11,7 +11,7 @@ import typer
 from ..errors import InputError
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .evaluate_dataset import dataset
-from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .evaluate_options import DEPTHS, SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
 from .progress_bars import counting
@@ -96,7 +96,16 @@ def samples(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Captures and clouds with truth files beside them, such as sample_clouds.")
     ],
+    sensor: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(DEPTHS), help="Depth of captures with truth.npz: their own (stereo), or other/depth_simple.png."
+        ),
+    ] = "own",
     count: Count = "given",
+    mask: Annotated[
+        str, typer.Option(metavar="given|ragged|auto", help="Give the true mask or a spoiled one, or use the config.")
+    ] = "given",
     config: Preset = "default",
     overrides: Overrides = None,
     table: Csv = None,
@@ -109,14 +118,17 @@ def samples(
     Prints a table of scores.
 
     \b
-    Example:
+    Examples:
       doo3d evaluate samples sample_clouds
+      doo3d evaluate samples FOLDER --sensor simple --mask ragged
     """
     use_single_thread()
     from ..evaluation.benchmark import cases
 
-    chosen = cases.folder_cases(folder)
-    _run(chosen, {"folder": str(folder)}, (config, overrides), (count, "given"), (table, document, pictures, worst))
+    chosen = cases.folder_cases(folder, DEPTHS[check_choice("--sensor", sensor, DEPTHS)])
+    check_choice("--mask", mask, ("given", "ragged", "auto"))
+    settings = {"folder": str(folder), "sensor": sensor}
+    _run(chosen, settings, (config, overrides), (count, mask), (table, document, pictures, worst))
 
 
 @app.command()

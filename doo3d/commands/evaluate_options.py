@@ -10,6 +10,10 @@ SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "stereo": "stereo",
 """Name of a depth camera in the shell -> its key in the renderer's SENSORS."""
 
 
+DEPTHS = {"own": None, "stereo": None, "simple": "other/depth_simple.png", "d435": "other/depth_simple.png"}
+"""Name of the depth of a capture with truth.npz -> its image in the capture's folder; None for the capture's own."""
+
+
 def check_choice(option: str, value: str, choices: Collection[str]) -> str:
     """Return the value of an option unchanged if it is one of the choices.
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,11 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ...inputs.capture import FrameRef
 from ...inputs.read_options import DEFAULT, ReadOptions
 from ...types import Bools, Camera, Cloud, Frame, Image
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Truth
 from ..scenes.registry import make_scene
+from ..truth_arrays import FILE, ragged_mask_of, read_truth_arrays, with_depth, with_seen
 from ..truth_file import read_truth
 
 TRUTH = "truth.json"
@@ -34,11 +37,14 @@ class KnownFrame:
         the true cables in it.
     mask
         (H, W) bool, the pixels of the cables; None if unknown.
+    ragged
+        (H, W) bool, the mask spoiled by another hand; None if there is none.
     """
 
     data: Frame | Cloud | Image
     truths: tuple[Truth, ...]
     mask: Bools | None = None
+    ragged: Bools | None = None
 
 
 @dataclass(frozen=True)
@@ -135,6 +141,7 @@ def capture_cases(
     family: str | None = None,
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
+    depth: str | None = None,
 ) -> list[Case]:
     """Return a case for each frame of a capture that the truth file names, in the capture's order.
 
@@ -143,13 +150,16 @@ def capture_cases(
     capture
         path of a capture or cloud of any format that is read in 3-D.
     truth
-        the truth file (schema doo3d/truth/1); None for truth.json in the capture's folder, or <name>.truth.json beside a cloud.
+        the truth file (schema doo3d/truth/1), or arrays as `read_truth_arrays` reads them; None for truth.json or truth.npz in
+        the capture's folder, or <name>.truth.json beside a cloud.
     family
         name of the group that the cases are counted in; None for the name of `capture`'s file or folder.
     masks
         an image, or a folder of images, used instead of the capture's own masks.
     options
         values that the capture lacks, such as its intrinsics.
+    depth
+        depth image to use instead of that of a capture with truth.npz: a path in its folder; None for its own.
 
     Raises
     ------
@@ -160,6 +170,8 @@ def capture_cases(
     capture = Path(capture)
     refs = {ref.name: ref for ref in open_capture(capture, masks=masks, options=options).frames}
     path = Path(truth) if truth is not None else _truth_path(capture)
+    if path.suffix == ".npz":
+        return _array_cases(capture, path, family or capture.name, refs, depth)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in refs]:
         raise InputError(f"{path}: names the frame {unknown[0]}, which {capture} does not have", code="frame-unknown")
@@ -171,27 +183,53 @@ def capture_cases(
     return [Case(name, family or capture.name, partial(load, name), frames[name]) for name in refs if name in frames]
 
 
-def folder_cases(folder: str | Path) -> list[Case]:
+def _array_cases(capture: Path, truth: Path, family: str, refs: Mapping[str, FrameRef], depth: str | None) -> list[Case]:
+    """Return a case for each frame of a capture with truth in arrays, of its family without the number at its end."""
+    arrays = read_truth_arrays(truth, list(refs))
+
+    def load(name: str) -> KnownFrame:
+        loaded = refs[name].load()
+        data, mask = loaded.data, loaded.mask
+        if not isinstance(data, Frame):
+            raise InputError(f"{capture}: has no depth, which {truth.name} is about", code="depth-missing")
+        data = data if depth is None else with_depth(data, capture, depth)
+        seen = with_seen(arrays.frames[name], data.camera, arrays.labels, mask)
+        pieces = tuple(piece for cable in seen for piece in pieces_in_view(cable, data.camera))
+        return KnownFrame(data, pieces, mask, ragged_mask_of(capture, data.depth.shape) if len(refs) == 1 else None)
+
+    return [
+        Case(
+            capture.name if len(refs) == 1 else f"{capture.name}/{name}", re.sub(r"_\d+$", "", family), partial(load, name), known
+        )
+        for name, known in arrays.frames.items()
+    ]
+
+
+def folder_cases(folder: str | Path, depth: str | None = None) -> list[Case]:
     """Return a case for each frame with known truth, of all captures and clouds at any depth below a folder.
 
-    A capture has known truth if its folder holds truth.json; a cloud has, if <name>.truth.json is beside it. The family of a case
-    is the path of its capture or cloud, relative to the folder.
+    A capture has known truth if its folder holds truth.json or truth.npz; a cloud has, if <name>.truth.json is beside it. The
+    family of a case is the path of its capture or cloud, relative to the folder; with truth.npz, without the number at its end.
+    `depth` is as for `capture_cases`.
 
     Raises
     ------
     InputError : there is no truth file below the folder, or a capture, cloud or truth file cannot be read.
     """
     folder, cases = Path(folder), list[Case]()
-    for path in sorted(folder.rglob(f"*{TRUTH}")):
-        data = path.parent if path.name == TRUTH else _cloud_path(path)
-        cases += capture_cases(data, path, data.relative_to(folder).as_posix() if data != folder else folder.name)
+    for path in sorted([*folder.rglob(f"*{TRUTH}"), *folder.rglob(FILE)]):
+        data = path.parent if path.name in (TRUTH, FILE) else _cloud_path(path)
+        family = data.relative_to(folder).as_posix() if data != folder else folder.name
+        cases += capture_cases(data, path, family, depth=depth)
     if not cases:
-        raise InputError(f"{folder}: nothing below it has a {TRUTH} or <name>.{TRUTH} beside it", code="truth-missing")
+        raise InputError(f"{folder}: nothing below it has a {TRUTH}, {FILE} or <name>.{TRUTH} beside it", code="truth-missing")
     return cases
 
 
 def _truth_path(capture: Path) -> Path:
-    return capture / TRUTH if capture.is_dir() else capture.with_suffix(f".{TRUTH}")
+    if capture.is_dir():
+        return capture / (TRUTH if (capture / TRUTH).exists() or not (capture / FILE).exists() else FILE)
+    return capture.with_suffix(f".{TRUTH}")
 
 
 def _cloud_path(truth: Path) -> Path:

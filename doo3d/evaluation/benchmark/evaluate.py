@@ -126,7 +126,7 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
     used = case_config(config, known.truths, known_count, method)
     mask = known.mask if method in ("mask", "ragged") and used.segment.method in ("auto", "mask") else None
     if method == "ragged" and mask is not None:
-        mask = ragged_mask(mask, family_rng(f"{case.name}/ragged", 0))
+        mask = ragged_mask(mask, family_rng(f"{case.name}/ragged", 0)) if known.ragged is None else known.ragged
     run: Callable[..., Detection] = detect
     error = code = None
     start = time.perf_counter()
