@@ -125,4 +125,4 @@ def _image(path: Path, shape: tuple[int, ...], instead: str) -> Array:
     if image is None or image.shape != shape:
         found = "is missing or no image" if image is None else f"has shape {image.shape}, expected {shape}"
         raise InputError(f"{path}: {found}: use {instead}, or add the file", code="image-unreadable")
-    return image
+    return np.asarray(image)
