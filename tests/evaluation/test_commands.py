@@ -50,7 +50,7 @@ def test_the_stereo_sensor_and_a_ragged_mask_are_chosen_by_name(doo3d):
     assert "right in" in out
     written = json.loads(Path("a.json").read_text())
     assert (written["settings"]["sensor"], written["settings"]["mask"]) == ("stereo", "ragged")
-    assert written["summary"]["straight"]["image_frames"] == 1
+    assert written["summary"]["straight"]["image"] == 1
     assert written["frames"][0]["image_correct"] in (True, False)
     assert doo3d("evaluate", "scenes", *options, "--json", "b.json")[0] == 0
     again = json.loads(Path("b.json").read_text())
@@ -178,13 +178,13 @@ def test_trees_are_scored_drawn_and_written(doo3d):
     code, out, err = doo3d("evaluate", "trees", *options, "--json", "a.json", "--pictures", "worst")
     assert code == 0, err
     assert err == ""
-    assert [line.split()[0] for line in out.splitlines()[:4]] == ["family", "tree", "tree_two", "all"]
-    assert sorted(path.name for path in Path("worst").iterdir()) == ["tree_000.png", "tree_two_000.png"]
+    assert [line.split()[0] for line in out.splitlines()[:4]] == ["objects", "right", "tree", "tree_two"]
+    assert {path.name for path in Path("worst").iterdir()} - {"failures.png"} == {"tree_000.png", "tree_two_000.png"}
     written = json.loads(Path("a.json").read_text())
     assert (written["settings"]["mask"], written["settings"]["seeds"]) == ("ragged", 1)
-    assert written["families"]["tree_two"]["objects"] == 2
-    assert written["all"]["objects"] == 3
-    assert [frame["name"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
+    assert written["summary"]["tree_two"]["objects"] == 2
+    assert written["summary"]["all"]["objects"] == 3
+    assert [frame["frame"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...config import Config, load_config
+from ..metrics.record import Record, Records
+from ..metrics.score import COLUMNS
 from .cases import Case
 from .evaluate import detect_case
-from .rows import Row, by_family, summary
+from .tables import grouped
 
 
 @dataclass(frozen=True)
@@ -102,8 +104,8 @@ def run_ablations(
     cases: Sequence[Case],
     preset: str = "default",
     overrides: Mapping[str, Any] | None = None,
-    report: Callable[[Row], None] = lambda row: None,
-) -> dict[str, list[Row]]:
+    report: Callable[[Record], None] = lambda row: None,
+) -> dict[str, list[Record]]:
     """Score the detection on the same cases with one part of the method turned off at a time.
 
     The detection is given the true mask and the true number of cables.
@@ -128,7 +130,7 @@ def run_ablations(
     ConfigError : there is no such preset, or a key or value is invalid.
     """
     configs = {name: ablated_config(preset, overrides or {}, ablation) for name, ablation in ABLATIONS.items()}
-    rows: dict[str, list[Row]] = {name: [] for name in ABLATIONS}
+    rows: dict[str, list[Record]] = {name: [] for name in ABLATIONS}
     for case in cases:
         known = case.load()
         for name, ablation in ABLATIONS.items():
@@ -138,7 +140,7 @@ def run_ablations(
     return rows
 
 
-def format_ablations(rows: Mapping[str, Sequence[Row]]) -> str:
+def format_ablations(rows: Mapping[str, Records]) -> str:
     """Return a text table with a line for each ablation.
 
     The columns are, for each ablation:
@@ -153,16 +155,16 @@ def format_ablations(rows: Mapping[str, Sequence[Row]]) -> str:
     rows
         name of the ablation -> its rows, as returned by `run_ablations`.
     """
-    families = list(by_family(next(iter(rows.values()))))
+    families = list(grouped(next(iter(rows.values()))))
     name_width = max(map(len, rows))
     columns = [(name, max(7, len(name))) for name in (*families, "all")]
     columns += [("occlusions", 10), ("wrong", 6), ("RMS seen", 9), ("hidden", 7)]
     lines = [" ".join([" " * name_width, *(f"{name:>{width}s}" for name, width in columns)])]
     for name, group in rows.items():
-        total = summary(group)
-        cells = [_share([row.score.correct for row in part]) for part in (*by_family(group).values(), group)]
-        cells += [f"{total.occlusions_correct}/{total.occlusions}", f"{total.connections - total.connections_correct}"]
-        cells += [f"{total.rms_seen:.2f}", f"{total.rms_hidden:.2f}"]
+        total = {key: value for column in COLUMNS for key, value in column.summarize(group).items()}
+        cells = [_share([row.correct for row in part]) for part in (*grouped(group).values(), group)]
+        cells += [f"{total['occlusions_correct']}/{total['occlusions']}", f"{total['connections_wrong']}"]
+        cells += [f"{total['rms_seen']:.2f}", f"{total['rms_hidden']:.2f}"]
         values = zip(cells, columns, strict=True)
         lines.append(" ".join([f"{name:{name_width}s}", *(f"{cell:>{width}s}" for cell, (_, width) in values)]))
     return "\n".join(lines)

@@ -56,9 +56,12 @@ def test_the_truth_and_what_is_seen_of_it_are_those_of_the_renderer(rendered, tm
 def test_another_depth_is_chosen_by_its_file(rendered, tmp_path):
     (case,) = folder_cases(tmp_path, SIMPLE)
     assert np.unique(case.load().data.depth).tolist() == [pytest.approx(0.7)]
-    (rendered[1] / SIMPLE).unlink()
+    (rendered[1] / SIMPLE).write_bytes(b"no image")
     with refuses("image-unreadable", "depth_simple.png"):
         case.load()
+    (rendered[1] / SIMPLE).unlink()
+    with refuses("truth-missing"):
+        folder_cases(tmp_path, SIMPLE)
 
 
 def test_a_cable_in_motion_has_a_case_for_each_frame(rendered, tmp_path):
