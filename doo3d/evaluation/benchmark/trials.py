@@ -160,9 +160,9 @@ def _harness(family: str, seed: int, size: tuple[int, int]) -> Run:
     def run(settings: dict[str, object]) -> Outcome:
         detection, seconds = _timed(rendered.frame, load_config("harness", settings), rendered.mask)
         found = score_trees(detection, scene)
-        junctions_right = found.taken == found.false == 0
-        crossings = found.crossings, found.crossed
-        return Outcome(found.correct, junctions_right, *crossings, detection.confidence, seconds, _digest(detection))
+        junctions_right = found["taken"] == found["false"] == 0
+        crossings = found["crossings"], found["crossed"]
+        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence, seconds, _digest(detection))
 
     return run
 
@@ -205,7 +205,7 @@ def _outcome(
     """Detect, and score in space and in the image; chains of an image are laid into a plane at a depth in m, and scored there."""
     detection, seconds = _timed(data, config, mask)
     chains = detection.chains if depth is None else tuple(_lifted(chain, camera, depth) for chain in detection.chains)
-    found = score(chains, truths, detection.crossings, camera)
+    found = score(chains, truths, detection.crossings if depth is None else None, camera)
     in_image = bool(found.image_correct)
     right = in_image if depth is not None else found.correct
     crossings = found.crossings, found.crossings_correct

@@ -72,8 +72,19 @@ MOTION = "tree_motion"
 TUBES = "tubes"
 """The family whose scenes are read from a file."""
 
+COUNTED_FAMILIES: frozenset[str] = frozenset()
+"""Families whose results are only counted: nobody looks at their scenes, so that nothing is tuned to them."""
+
+FIRST_COUNTED_SEED = 1000
+"""Seeds of all families from which on results are only counted."""
+
 MAX_ATTEMPTS = 400
 """Draws of a scene before a family is given up."""
+
+
+def is_only_counted(family: str, seed: int | None) -> bool:
+    """Tell whether a scene is only counted, and never looked at: by its family, or by its seed."""
+    return family in COUNTED_FAMILIES or (seed is not None and seed >= FIRST_COUNTED_SEED)
 
 
 def family_rng(family: str, seed: int) -> Generator:
