@@ -17,7 +17,7 @@ from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
-from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
+from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
 
 WALL_LATERAL_RADII = 0.9
@@ -31,9 +31,7 @@ OCCLUSION_REACH_RADII = 1.5
 
 
 def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
-    """Extend the free ends of paths to where the object's surface ends, and to visible fragments beyond an occluder.
-
-    A fragment is a piece of the object's surface too short for a chain of its own. Rings are not changed.
+    """Extend the free ends of paths to where the object's surface ends. Rings are not changed.
 
     Parameters
     ----------
@@ -50,9 +48,7 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
         return []
     points = context.foreground.points
     samples = sample_paths(paths, context.radius, context.segment_length)
-    extended = extend_to_surface(paths, samples, points, context.point_gap)
-    samples = sample_paths(extended, context.radius, context.segment_length)
-    return attach_fragments(extended, samples, points, context.visibility)
+    return extend_to_surface(paths, samples, points, context.point_gap)
 
 
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
