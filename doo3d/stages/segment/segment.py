@@ -131,15 +131,14 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))
-    distance = 0.0
     if pixels:
-        distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
+        _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     split = SplitMask(cleaned.mask, 0, None)
     if method != "everything":
         split = split_strands(cleaned.mask, selected, frame.color, frame.depth, config.equal_widths)
         cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
-    readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
+    readings, slope, outliers = filter_readings(frame, cleaned.mask, config)
     measured = len(readings.pixels)
     bridges, smoothed = None, 0
     if method != "everything":
@@ -294,8 +293,8 @@ def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
     _check_distance(readings[:: max(1, readings.size // DEPTH_CHECK_READINGS)], frame, frame.depth.size, "frame", config)
 
 
-def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> float:
-    """Return the median in m of the readings (K,) at so many pixels of a part of the frame; refuse none, and a wrong unit."""
+def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
+    """Refuse a part of the frame of so many pixels without readings (K,) m, and one whose median tells of a wrong unit."""
     if not len(readings):
         raise InputError(
             f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
@@ -308,7 +307,6 @@ def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, confi
             "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
             code="depth-unit",
         )
-    return median
 
 
 def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:
