@@ -279,17 +279,13 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
     left_out = (
         (stages.traversal.spur_length, "in spurs (traverse.min_branch)"),
         (stages.traversal.loop_length, "in loops round holes in the surface"),
-        (stages.traversal.trimmed_length, "cut off at tips, where strands touch at junctions, and at corners"),
+        (stages.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
     )
     return Account(
         "traverse",
         f"{_counted(len(lengths), 'path')}: {listed}{more}",
         (
             *(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
-            *(
-                ("paths cut at corners beyond which a strand goes on straight: " + str(stages.traversal.corners),)
-                * (stages.traversal.corners > 0)
-            ),
             *stages.traversal.notes,
         ),
     )

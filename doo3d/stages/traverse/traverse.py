@@ -16,7 +16,6 @@ from ...types import Floats, Path, Skeleton
 from .. import FrameContext
 from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
 from .contours import trace_contours
-from .corners import cut_corners
 from .traversal import Traversal
 
 SMOOTHING_RADII = 1.0
@@ -93,8 +92,7 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
         trimmed_length += cut
         if len(trimmed) > 1:
             paths.append(Path(moving_mean(trimmed, window_half)))
-    parted = cut_corners(paths, context)
-    return Traversal(parted.paths, spur_length, loop_length, trimmed_length + parted.length, notes, parted.corners)
+    return Traversal(paths, spur_length, loop_length, trimmed_length, notes)
 
 
 def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:
