@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import InputError
+from ..outputs.atomic import writing
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
 from .evaluate_dataset import dataset
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
@@ -248,10 +248,8 @@ def _run(
         from ..evaluation.benchmark.pictures import write_pictures
 
         families = by_family([row for row in rows if row.case is not None])
-        try:
+        with writing(pictures):
             paths = write_pictures(pictures, [row for family in families.values() for row in worst(family, drawn)])
-        except OSError as error:
-            raise InputError(f"{pictures}: cannot be written to ({error.strerror})", code="out-unwritable") from None
         typer.echo("\n".join(map(str, paths)))
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError, InputError
+from ..outputs.atomic import writing
 from .arguments import Overrides, Preset, config_of, save, split
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .progress_bars import counting
@@ -86,11 +87,9 @@ def sequences(
     if pictures:
         from ..evaluation.sequences.pictures import write_pictures
 
-        try:
+        with writing(pictures):
             for sequence, result in zip(chosen, results, strict=True):
                 typer.echo(write_pictures(pictures, sequence, result, depth_camera, worst))
-        except OSError as error:
-            raise InputError(f"{pictures}: cannot be written to ({error.strerror})", code="out-unwritable") from None
 
 
 def _motions(paths: list[Path], own: str) -> list[str | Path]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import ConfigError, InputError
+from ..errors import ConfigError
+from ..outputs.atomic import writing
 from .arguments import Overrides, config_of, save, split
 from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
 from .progress_bars import counting
@@ -85,8 +86,6 @@ def trees(
     if pictures:
         from ..evaluation.benchmark.tree_pictures import write_tree_pictures
 
-        try:
+        with writing(pictures):
             paths = write_tree_pictures(pictures, worst_trees(rows, worst))
-        except OSError as error:
-            raise InputError(f"{pictures}: cannot be written to ({error.strerror})", code="out-unwritable") from None
         typer.echo("\n".join(map(str, paths)))
