@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from doo3d.evaluation.benchmark.rows import RELIABILITY_BINS
+from doo3d.evaluation.metrics.confidence import RELIABILITY_BINS
 
 HERE = Path(__file__).resolve().parent
 ROWS, PICTURE = HERE / "reliability.csv", HERE.parent / "pages" / "images" / "reliability.png"

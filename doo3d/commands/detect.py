@@ -105,26 +105,25 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..inputs import Capture, ReadOptions, open_capture
-        from ..inputs.capture import notes_of
+        from ..inputs import ReadOptions, open_capture
         from ..inputs.frame_selection import Selection, select_frames
 
         effective = config_of(config, overrides)
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
         read_options = ReadOptions.from_pairs(given, camera)
         check_pose_use(read_options, effective, fuse_views)
-        opened: Capture = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
+        opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
         opened = select_frames(opened, Selection(every, start, end, frames))
-        for note in () if quiet else notes_of(opened):
+        for note in () if quiet else opened.notes:
             typer.echo(f"note: {note}", err=True)
         if fuse_views and sequence:
             raise InputError(
                 "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
             )
         if fuse_views:
-            from ..sequence.fused_capture import FusedCapture
+            from ..sequence.fused_capture import fused_capture
 
-            opened = FusedCapture(opened, effective)
+            opened = fused_capture(opened, effective)
         debugged = debug_frames(opened, debug_frame)
         names = [entry.name for entry in opened.frames]
         width = max(map(len, names), default=0)

@@ -8,50 +8,50 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..outputs.atomic import writing
-from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, save, split
+from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, split
+from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
-from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
+from .evaluate_options import (
+    DEPTHS,
+    FEW_MASKS,
+    MASKS,
+    Count,
+    Csv,
+    FewMasks,
+    Json,
+    Mask,
+    Out,
+    Outputs,
+    Pictures,
+    Seeds,
+    Sensor,
+    Size,
+    Start,
+    Workers,
+    Worst,
+    check_choice,
+    measure,
+    parse_sensor,
+    parse_size,
+    show,
+    use_single_thread,
+)
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
-from .progress_bars import counting
 
 if TYPE_CHECKING:
     from ..evaluation.benchmark.cases import Case
-    from ..evaluation.benchmark.evaluate import Masking
-    from ..evaluation.benchmark.rows import Row
 
 app = typer.Typer(no_args_is_help=True, help="Measure the detection against known truth.", rich_markup_mode=None)
 
-MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
-MIN_RELIABILITY_FRAMES = 20
-"""Frames from which on a table of the reliability of the confidence says something."""
-
-ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[
     str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
-]
-Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
-Start = Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family.")]
-Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")]
-Size = Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")]
-Count = Annotated[str, typer.Option(metavar="given|auto", help="Give the number of cables, or decide it from the data.")]
-Mask = Annotated[
-    str,
-    typer.Option(
-        metavar="|".join(MASKS),
-        help="Give the true mask, a spoiled one, or boxes round the cables' colors; or use the config.",
-    ),
 ]
 Truth = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Truth file; by default truth.json in INPUT, or beside a cloud."),
 ]
-Csv = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per frame to FILE.")]
-Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the summary and every frame to FILE.")]
-Pictures = Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the worst frames of each family into DIR.")]
-Worst = Annotated[int, typer.Option(min=1, help="Number of frames of each family that are drawn.")]
 
 
 @app.command()
@@ -69,6 +69,8 @@ def scenes(
     document: Json = None,
     pictures: Pictures = None,
     worst: Worst = 1,
+    out: Out = None,
+    workers: Workers = 1,
 ) -> None:
     """Render scenes with known cables, detect in them, and compare the chains with the truth.
 
@@ -88,7 +90,7 @@ def scenes(
 
     chosen = cases.scene_cases(_families(families), range(start, start + seeds), parse_sensor(sensor), parse_size(size))
     settings = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
-    _run(chosen, settings, (config, overrides), (count, mask), (table, document, pictures, worst))
+    _run(chosen, settings, (config, overrides), (count, mask), Outputs(table, document, pictures, worst, out, workers))
 
 
 @app.command()
@@ -96,27 +98,39 @@ def samples(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Captures and clouds with truth files beside them, such as sample_clouds.")
     ],
+    sensor: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(DEPTHS), help="Depth of captures with truth.npz: their own (stereo), or other/depth_simple.png."
+        ),
+    ] = "own",
     count: Count = "given",
+    mask: FewMasks = "given",
     config: Preset = "default",
     overrides: Overrides = None,
     table: Csv = None,
     document: Json = None,
     pictures: Pictures = None,
     worst: Worst = 1,
+    out: Out = None,
+    workers: Workers = 1,
 ) -> None:
     """Detect in all captures and clouds below FOLDER that have a truth file, and compare the chains with the truth.
 
     Prints a table of scores.
 
     \b
-    Example:
+    Examples:
       doo3d evaluate samples sample_clouds
+      doo3d evaluate samples FOLDER --sensor simple --mask ragged
     """
     use_single_thread()
     from ..evaluation.benchmark import cases
 
-    chosen = cases.folder_cases(folder)
-    _run(chosen, {"folder": str(folder)}, (config, overrides), (count, "given"), (table, document, pictures, worst))
+    chosen = cases.folder_cases(folder, DEPTHS[check_choice("--sensor", sensor, DEPTHS)])
+    check_choice("--mask", mask, FEW_MASKS)
+    settings = {"folder": str(folder), "sensor": sensor}
+    _run(chosen, settings, (config, overrides), (count, mask), Outputs(table, document, pictures, worst, out, workers))
 
 
 @app.command()
@@ -133,6 +147,8 @@ def capture(
     document: Json = None,
     pictures: Pictures = None,
     worst: Worst = 1,
+    out: Out = None,
+    workers: Workers = 1,
 ) -> None:
     """Detect in the frames of INPUT that the truth file names, and compare the chains with the truth.
 
@@ -153,7 +169,7 @@ def capture(
         "masks": mask and str(mask),
         "input_options": [*(input_options or []), *([f"camera_file={camera}"] if camera else [])],
     }
-    _run(chosen, settings, (config, overrides), (count, "given"), (table, document, pictures, worst))
+    _run(chosen, settings, (config, overrides), (count, "given"), Outputs(table, document, pictures, worst, out, workers))
 
 
 @app.command()
@@ -171,40 +187,15 @@ def results(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d evaluate results out --truth sample_clouds/crossing/truth.json
     """
+    from ..config import Config
+    from ..evaluation.benchmark.evaluate import frame_benchmark
     from ..evaluation.benchmark.stored_results import result_rows
 
-    _report(result_rows(folder, truth), {"results": str(folder), "truth": str(truth)}, table, document)
+    settings = {"results": str(folder), "truth": str(truth)}
+    show(result_rows(folder, truth), frame_benchmark(Config()), settings, Outputs(table, document))
 
 
-@app.command()
-def ablations(
-    families: Families = ABLATION_FAMILIES,
-    seeds: Seeds = 10,
-    start: Start = 0,
-    sensor: Sensor = "d435",
-    size: Size = "1280x720",
-    config: Preset = "default",
-    overrides: Overrides = None,
-) -> None:
-    """Detect in hard rendered scenes with one part of the method turned off at a time, and compare with the truth.
-
-    Prints a table with a line of scores per part that was turned off.
-
-    \b
-    Example:
-      doo3d evaluate ablations --families knots --seeds 5
-    """
-    use_single_thread()
-    from ..config import parse_overrides
-    from ..evaluation.benchmark.ablations import format_ablations, run_ablations
-    from ..evaluation.benchmark.cases import scene_cases
-
-    chosen = scene_cases(_families(families), range(start, start + seeds), parse_sensor(sensor), parse_size(size))
-    with counting(len(chosen)) as report:
-        rows = run_ablations(chosen, config, parse_overrides(overrides or []), report)
-    typer.echo(format_ablations(rows))
-
-
+app.command()(ablations)
 app.command()(sequences)
 app.command()(dataset)
 app.command()(trees)
@@ -215,9 +206,9 @@ def _run(
     settings: Mapping[str, Any],
     preset_and_overrides: tuple[str, list[str] | None],
     count_and_mask: tuple[str, str],
-    outputs: tuple[Path | None, Path | None, Path | None, int],
+    outputs: Outputs,
 ) -> None:
-    """Detect and score; print and write the result.
+    """Detect in frames and score them; print and write the result.
 
     Parameters
     ----------
@@ -228,50 +219,23 @@ def _run(
     preset_and_overrides, count_and_mask
         as given to the command.
     outputs
-        CSV file, JSON file, folder of pictures, and their number per family.
+        files and folders that are written.
     """
-    from ..evaluation.benchmark.evaluate import evaluate
-    from ..evaluation.benchmark.rows import by_family, worst
+    from ..evaluation.benchmark.evaluate import frame_benchmark
 
     count, mask = check_choice("--count", count_and_mask[0], ("given", "auto")), check_choice("--mask", count_and_mask[1], MASKS)
-    table, document, pictures, drawn = outputs
     preset, overrides = preset_and_overrides
     config = config_of(preset, overrides)
-    with counting(len(cases)) as report:
-        rows = evaluate(cases, config, count == "given", MASKS[mask], report)
-    for row in rows:
-        if row.case is None:
-            typer.echo(f"{row.name}   cannot be read: {row.error} [{row.code}]", err=True)
     effective = {**settings, "count": count, "mask": mask, "config": preset, "set": overrides or []}
-    _report(rows, effective, table, document)
-    if pictures:
-        from ..evaluation.benchmark.pictures import write_pictures
-
-        families = by_family([row for row in rows if row.case is not None])
-        with writing(pictures):
-            paths = write_pictures(pictures, [row for family in families.values() for row in worst(family, drawn)])
-        typer.echo("\n".join(map(str, paths)))
-
-
-def _report(rows: Sequence[Row], settings: Mapping[str, Any], table: Path | None, document: Path | None) -> None:
-    """Print the tables of scores and of the reliability of the confidence, and write the CSV and the JSON file."""
-    from ..evaluation.benchmark.tables import csv_text, format_reliability, format_table, json_text
-
-    typer.echo(format_table(rows))
-    if len(rows) >= MIN_RELIABILITY_FRAMES:
-        typer.echo("\n" + format_reliability(rows))
-    if table:
-        save(table, csv_text(rows))
-    if document:
-        save(document, json_text(rows, settings))
+    measure(frame_benchmark(config, count == "given", MASKS[mask]), cases, effective, outputs, config)
 
 
 def _families(names: str) -> list[str]:
     """Return the families of a comma-separated list."""
-    from ..evaluation.scenes.registry import FAMILIES, GROUPS, WITHOUT
+    from ..evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT
 
     chosen: list[str] = []
     for name in split(names) or []:
-        check_choice("--families", name, [*FAMILIES, *WITHOUT, *GROUPS])
+        check_choice("--families", name, [*FAMILIES, *WITHOUT, *TOUGH, *GROUPS])
         chosen += GROUPS.get(name, (name,))
     return list(dict.fromkeys(chosen))

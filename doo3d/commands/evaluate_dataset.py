@@ -10,13 +10,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConfigError
-from .arguments import Overrides, config_of, save, split
-from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress_bars import with_progress
+from .arguments import Overrides, config_of, split
+from .evaluate_options import (
+    SENSORS,
+    Csv,
+    Json,
+    Out,
+    Outputs,
+    check_choice,
+    measure,
+    parse_sensor,
+    parse_size,
+    use_single_thread,
+)
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..evaluation.photos.evaluate import Row
+    from ..evaluation.benchmark.cases import Case
+    from ..evaluation.benchmark.run import Benchmark
 
 DEFAULT_WORST = 5
 """Images that are drawn by --pictures without --worst."""
@@ -29,6 +40,19 @@ class _Request:
     folder: Path
     config: Config
     options: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The options that the JSON file repeats."""
+        given = {option: value for option, value in self.options.items() if not isinstance(value, Path)}
+        return {"folder": str(self.folder)} | {option.strip("-"): value for option, value in given.items()}
+
+    @property
+    def outputs(self) -> Outputs:
+        """The files and folders that are written."""
+        worst = self.get("--worst", 0) or DEFAULT_WORST
+        table, document, pictures = (self.get(option) for option in ("--csv", "--json", "--pictures"))
+        return Outputs(table, document, pictures, worst, self.get("--out"), self.get("--workers", 1))
 
     def get(self, option: str, default: Any = None) -> Any:
         """Return the value of an option such as "--masks"; `default` if the user did not give the option."""
@@ -61,15 +85,18 @@ def dataset(
         ),
     ] = None,
     single: Annotated[bool | None, typer.Option("--single", help="mbest: detect and trace each cable alone.")] = None,
-    table: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="mbest, cset: write a line per image.")] = None,
+    table: Csv = None,
+    document: Json = None,
     worst: Annotated[int | None, typer.Option(min=0, help="mbest, cset: name this many of the worst images. Default: 0.")] = None,
     pictures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="mbest, cset: draw the worst images (5 without --worst) into DIR.")
+        Path | None, typer.Option(metavar="DIR", help="Draw the worst images of each subset (5 without --worst) into DIR.")
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="tubes: views of each configuration. Default: 3.")] = None,
     start: Annotated[int | None, typer.Option(min=0, metavar="SEED", help="tubes: seed of the first view. Default: 0.")] = None,
     sensor: Annotated[str | None, typer.Option(metavar="|".join(SENSORS), help="tubes: depth camera. Default: d435.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="tubes: size of the image, px. Default: 1280x720.")] = None,
+    out: Out = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: 1.")] = None,
 ) -> None:
     """Detect in a public data set and score against its labels.
 
@@ -97,6 +124,9 @@ def dataset(
         "--known-count": known_count,
         "--single": single,
         "--csv": table,
+        "--json": document,
+        "--out": out,
+        "--workers": workers,
         "--worst": worst,
         "--pictures": pictures,
         "--seeds": seeds,
@@ -117,30 +147,23 @@ def dataset(
 
 def _mbest(request: _Request) -> None:
     from ..evaluation.photos import datasets
-    from ..evaluation.photos.evaluate import evaluate_cables, evaluate_photos
+    from ..evaluation.photos.evaluate import cable_benchmark
 
-    masks, known_count, single = request.get("--masks", "labels"), request.get("--known-count", False), request.get("--single")
-    if single and (masks != "labels" or known_count):
+    masks, single = request.get("--masks", "labels"), request.get("--single")
+    if single and (masks != "labels" or request.get("--known-count")):
         raise ConfigError(
             "--single takes each cable's label as the mask and wants one chain: leave --masks and --known-count out",
             code="options-conflict",
         )
     refs = datasets.mbest(request.folder, _given(masks), split(request.get("--subset")))
-    rows = (
-        evaluate_cables(with_progress(refs), request.config)
-        if single
-        else evaluate_photos(with_progress(refs), request.config, known_count, give_mask=masks != "auto")
-    )
-    _print_photos(rows, request)
+    _photos(refs, request, cable_benchmark(request.config) if single else None)
 
 
 def _cset(request: _Request) -> None:
     from ..evaluation.photos import datasets
-    from ..evaluation.photos.evaluate import evaluate_photos
 
-    masks, known_count = request.get("--masks", "labels"), request.get("--known-count", False)
-    refs = datasets.cset(request.folder, _given(masks), split(request.get("--subset")))
-    _print_photos(evaluate_photos(with_progress(refs), request.config, known_count, give_mask=masks != "auto"), request)
+    masks = request.get("--masks", "labels")
+    _photos(datasets.cset(request.folder, _given(masks), split(request.get("--subset"))), request)
 
 
 def _given(masks: str) -> str:
@@ -149,37 +172,33 @@ def _given(masks: str) -> str:
 
 
 def _tubes(request: _Request) -> None:
-    from ..evaluation.metrics.tubes import evaluate_tubes, format_tubes, tube_cases
+    from ..evaluation.benchmark.tubes import tube_benchmark, tube_cases
 
     start = request.get("--start", 0)
     seeds = range(start, start + request.get("--seeds", 3))
     sensor, size = parse_sensor(request.get("--sensor", "d435")), parse_size(request.get("--size", "1280x720"))
     cases = tube_cases(request.folder, seeds, sensor, size)
-    typer.echo(format_tubes(evaluate_tubes(with_progress(cases), request.config)))
+    measure(tube_benchmark(request.config), cases, request.settings, request.outputs, request.config)
 
 
-def _print_photos(rows: list[Row], request: _Request) -> None:
-    """Print the table and the worst rows, and write the CSV file and the pictures."""
-    from ..evaluation.photos.evaluate import worst
-    from ..evaluation.photos.pictures import write_pictures
-    from ..evaluation.photos.tables import caption, csv_text, format_rows
+def _photos(cases: list[Case], request: _Request, benchmark: Benchmark | None = None) -> None:
+    """Measure photographs, and print the table and the worst records; `benchmark` is None for that of whole photographs."""
+    from ..evaluation.benchmark.pictures import worst
+    from ..evaluation.photos.evaluate import photo_benchmark, remarks
 
-    table, pictures = request.get("--csv"), request.get("--pictures")
-    typer.echo(format_rows(rows))
-    chosen = worst(rows, request.get("--worst", 0) or (DEFAULT_WORST if pictures else 0))
-    for row in chosen:
-        typer.echo(f"worst: {caption(row)}")
-    if table:
-        save(table, csv_text(rows))
-    if pictures:
-        for path in write_pictures(pictures, chosen):
-            typer.echo(path)
+    known_count, give_mask = request.get("--known-count", False), request.get("--masks", "labels") != "auto"
+    benchmark = benchmark or photo_benchmark(request.config, known_count, give_mask)
+    rows = measure(benchmark, cases, request.settings, request.outputs, request.config)
+    chosen = worst(rows, request.get("--worst", 0) or (DEFAULT_WORST if request.outputs.pictures else 0), benchmark.badness)
+    for line in [*remarks(rows), *(f"worst: {benchmark.caption(row)}" for row in chosen)]:
+        typer.echo(line)
 
 
-_PHOTO_OPTIONS = ("--subset", "--masks", "--known-count", "--csv", "--worst", "--pictures")
+_OUTPUTS = ("--csv", "--json", "--pictures", "--worst", "--out", "--workers")
+_PHOTO_OPTIONS = ("--subset", "--masks", "--known-count", *_OUTPUTS)
 DATASETS: dict[str, tuple[Callable[[_Request], None], tuple[str, ...]]] = {
     "mbest": (_mbest, (*_PHOTO_OPTIONS, "--single")),
     "cset": (_cset, _PHOTO_OPTIONS),
-    "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size")),
+    "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size", *_OUTPUTS)),
 }
 """Name -> function that evaluates it, and the options that apply to it."""

@@ -2,12 +2,146 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from ..errors import ConfigError
+import typer
+
+from ..errors import ConfigError, InputError
+from .arguments import save
+from .progress_bars import counting
+
+if TYPE_CHECKING:
+    from ..config import Config
+    from ..evaluation.benchmark.cases import Case
+    from ..evaluation.benchmark.evaluate import Masking
+    from ..evaluation.benchmark.run import Benchmark
+    from ..evaluation.metrics.record import Record
 
 SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "stereo": "stereo", "perfect": "none"}
 """Name of a depth camera in the shell -> its key in the renderer's SENSORS."""
+
+
+MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
+"""Choices of --mask, and the harness's name of each."""
+
+FEW_MASKS = ("given", "ragged", "auto")
+"""Choices of --mask where the colors of the cables are not known."""
+
+DEPTHS = {"own": None, "stereo": None, "simple": "other/depth_simple.png", "d435": "other/depth_simple.png"}
+"""Name of the depth of a capture with truth.npz -> its image in the capture's folder; None for the capture's own."""
+
+
+SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "subset")
+"""Options that select cases, and leave each case as it is."""
+
+MIN_RELIABILITY_FRAMES = 20
+"""Frames from which on a table of the reliability of the confidence says something."""
+
+Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
+Start = Annotated[
+    int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family; from 1000 on they are only counted.")
+]
+Sensor = Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")]
+Size = Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")]
+Count = Annotated[str, typer.Option(metavar="given|auto", help="Give the number of cables, or decide it from the data.")]
+Mask = Annotated[
+    str,
+    typer.Option(
+        metavar="|".join(MASKS),
+        help="Give the true mask, a spoiled one, or boxes round the cables' colors; or use the config.",
+    ),
+]
+FewMasks = Annotated[
+    str, typer.Option("--mask", metavar="|".join(FEW_MASKS), help="Give the true mask or a spoiled one, or use the config.")
+]
+Csv = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per frame to FILE.")]
+Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the summary and every frame to FILE.")]
+Pictures = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Draw the worst frames of each family, and a sheet of the wrong ones, into DIR."),
+]
+Worst = Annotated[int, typer.Option(min=1, help="Number of frames of each family that are drawn.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", "-o", metavar="DIR", help="Write table, CSV, JSON and pictures to DIR; frames it has already are kept."
+    ),
+]
+Workers = Annotated[int, typer.Option(min=1, help="Number of processes.")]
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where the results of an evaluation are written, and by how many processes they are measured."""
+
+    table: Path | None = None
+    document: Path | None = None
+    pictures: Path | None = None
+    worst: int = 1
+    out: Path | None = None
+    workers: int = 1
+
+
+def measure(
+    benchmark: Benchmark, cases: Sequence[Case], settings: Mapping[str, Any], outputs: Outputs, config: Config
+) -> list[Record]:
+    """Measure cases with a progress bar, print the table, and write all that the outputs name; return the records.
+
+    Parameters
+    ----------
+    benchmark
+        the way of measuring.
+    cases
+        the frames or sequences.
+    settings
+        options that the JSON file repeats.
+    outputs
+        the files and folders.
+    config
+        the settings of the detection, all of them; they and `settings` must be the same for records in the output folder to be
+        kept, except for SELECTING.
+    """
+    from ..evaluation.benchmark.pictures import UNREADABLE
+    from ..evaluation.benchmark.run import run_cases
+
+    identity = {name: value for name, value in settings.items() if name not in SELECTING}
+    identity["config"] = config.model_dump(mode="json")
+    journal = None if outputs.out is None else (outputs.out, identity)
+    with counting(sum(case.records for case in cases)) as report:
+        rows = run_cases(benchmark.measure, cases, report, outputs.workers, journal)
+    for row in rows:
+        if UNREADABLE in row.get("reasons", ()):
+            typer.echo(f"{row.frame}   cannot be read: {row.error} [{row.code}]", err=True)
+    show(rows, benchmark, settings, outputs)
+    return rows
+
+
+def show(rows: Sequence[Record], benchmark: Benchmark, settings: Mapping[str, Any], outputs: Outputs) -> None:
+    """Print the table of records, and write all that the outputs name; the parameters are those of `measure`."""
+    from ..evaluation.benchmark.pictures import write_pictures
+    from ..evaluation.benchmark.tables import csv_text, format_table, has_confidence, json_text
+    from ..evaluation.metrics.confidence import format_reliability
+
+    text = format_table(rows, benchmark.columns)
+    if len(rows) >= MIN_RELIABILITY_FRAMES and has_confidence(rows):
+        text += "\n\n" + format_reliability(rows)
+    typer.echo(text)
+    out = outputs.out
+    for path in filter(None, (outputs.table, out and out / "rows.csv")):
+        save(path, csv_text(rows))
+    for path in filter(None, (outputs.document, out and out / "rows.json")):
+        save(path, json_text(rows, benchmark.columns, settings))
+    if out is not None:
+        save(out / "table.txt", text + "\n")
+    if folder := outputs.pictures or (None if out is None else out / "pictures"):
+        try:
+            paths = write_pictures(folder, rows, benchmark, outputs.worst)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written to ({error.strerror})", code="out-unwritable") from None
+        typer.echo("\n".join(map(str, paths)))
 
 
 def check_choice(option: str, value: str, choices: Collection[str]) -> str:

@@ -9,10 +9,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError, InputError
-from ..outputs.atomic import writing
-from .arguments import Overrides, Preset, config_of, save, split
-from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress_bars import counting
+from .arguments import Overrides, Preset, config_of, split
+from .evaluate_options import (
+    Count,
+    Csv,
+    Json,
+    Out,
+    Outputs,
+    Pictures,
+    Sensor,
+    Size,
+    Start,
+    Workers,
+    Worst,
+    check_choice,
+    measure,
+    parse_sensor,
+    parse_size,
+    use_single_thread,
+)
 
 if TYPE_CHECKING:
     from ..evaluation.sequences.scenes import Sequence
@@ -31,24 +46,22 @@ def sequences(
         str, typer.Option(metavar="NAMES", help="Comma-separated motions that need no file: dragged, knot; all; or none.")
     ] = "all",
     seeds: Annotated[int, typer.Option(min=1, help="Sequences of each motion.")] = 1,
-    start: Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first sequence of each motion.")] = 0,
+    start: Start = 0,
     frames: Annotated[int, typer.Option(min=3, help="Frames of a sequence, 30 a second.")] = 120,
     level: Annotated[
         str, typer.Option(metavar="hard|easy", help="hard: hands pass before the cable, and depth is lost; easy: neither.")
     ] = "hard",
-    sensor: Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")] = "d435",
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")] = "640x480",
-    count: Annotated[
-        str, typer.Option(metavar="given|auto", help="Give the number of cables, or decide it from the data.")
-    ] = "given",
+    sensor: Sensor = "d435",
+    size: Size = "640x480",
+    count: Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write a line per frame to FILE.")] = None,
-    document: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the summary and every frame to FILE.")
-    ] = None,
-    pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="Draw hard frames of each sequence into DIR.")] = None,
-    worst: Annotated[int, typer.Option(min=1, help="Number of frames of each sequence that are drawn.")] = 6,
+    table: Csv = None,
+    document: Json = None,
+    pictures: Pictures = None,
+    worst: Worst = 6,
+    out: Out = None,
+    workers: Workers = 1,
 ) -> None:
     """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
 
@@ -62,8 +75,7 @@ def sequences(
       doo3d evaluate sequences --motions motion/DLO1_101.npy --own none --level easy
     """
     use_single_thread()
-    from ..evaluation.sequences.evaluate import evaluate_sequence
-    from ..evaluation.sequences.tables import csv_text, format_table, json_text
+    from ..evaluation.sequences.evaluate import sequence_benchmark, sequence_case
 
     check_choice("--level", level, ("hard", "easy"))
     check_choice("--count", count, ("given", "auto"))
@@ -73,23 +85,11 @@ def sequences(
 
         check_mode(settings)
     chosen = _sequences(effective, range(start, start + seeds), parse_size(size), frames, level, motions or [])
-    results = []
-    with counting(sum(map(len, chosen))) as report:
-        for sequence in chosen:
-            results.append(evaluate_sequence(sequence, settings, count == "given", depth_camera, report))
-    typer.echo(format_table(results))
-    if table:
-        save(table, csv_text(results))
-    if document:
-        stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
-        stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
-        save(document, json_text(results, stored))
-    if pictures:
-        from ..evaluation.sequences.pictures import write_pictures
-
-        with writing(pictures):
-            for sequence, result in zip(chosen, results, strict=True):
-                typer.echo(write_pictures(pictures, sequence, result, depth_camera, worst))
+    stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
+    stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
+    cases = [sequence_case(sequence, depth_camera) for sequence in chosen]
+    outputs = Outputs(table, document, pictures, worst, out, workers)
+    measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
 
 
 def _motions(paths: list[Path], own: str) -> list[str | Path]:

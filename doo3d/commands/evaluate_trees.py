@@ -3,43 +3,54 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from ..errors import ConfigError
-from ..outputs.atomic import writing
-from .arguments import Overrides, config_of, save, split
-from .evaluate_options import SENSORS, check_choice, parse_sensor, parse_size, use_single_thread
-from .progress_bars import counting
-
-if TYPE_CHECKING:
-    from ..evaluation.benchmark.trees import Masking
-
-MASKS: dict[str, Masking] = {"given": "given", "ragged": "ragged", "auto": "auto"}
-"""Choices of --mask, as for `doo3d evaluate scenes`."""
+from .arguments import Overrides, config_of, split
+from .evaluate_options import (
+    FEW_MASKS,
+    MASKS,
+    Csv,
+    FewMasks,
+    Json,
+    Out,
+    Outputs,
+    Pictures,
+    Seeds,
+    Sensor,
+    Size,
+    Start,
+    Workers,
+    Worst,
+    check_choice,
+    measure,
+    parse_sensor,
+    parse_size,
+    use_single_thread,
+)
 
 
 def trees(
     families: Annotated[str, typer.Option(help="Comma-separated families of branched objects, or all.")] = "all",
-    seeds: Annotated[int, typer.Option(min=1, help="Scenes of each family.")] = 40,
-    start: Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family.")] = 0,
+    seeds: Seeds = 40,
+    start: Start = 0,
     motion: Annotated[
         list[Path] | None,
         typer.Option(metavar="FILE", help="Motion capture of a branched cable (.npy) to render, too; may be repeated."),
     ] = None,
-    sensor: Annotated[str, typer.Option(metavar="|".join(SENSORS), help="Simulated depth camera.")] = "d435",
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the image, px.")] = "1280x720",
-    mask: Annotated[
-        str, typer.Option(metavar="|".join(MASKS), help="Give the true mask or a spoiled one, or use the config.")
-    ] = "given",
+    sensor: Sensor = "d435",
+    size: Size = "1280x720",
+    mask: FewMasks = "given",
     config: Annotated[str, typer.Option("--config", "-c", help="A preset or a YAML file.")] = "harness",
     overrides: Overrides = None,
-    document: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the sums and the counts of every frame to FILE.")
-    ] = None,
-    pictures: Annotated[Path | None, typer.Option(metavar="DIR", help="Draw the worst scenes of each family into DIR.")] = None,
-    worst: Annotated[int, typer.Option(min=1, help="Number of scenes of each family that are drawn.")] = 1,
+    table: Csv = None,
+    document: Json = None,
+    pictures: Pictures = None,
+    worst: Worst = 1,
+    out: Out = None,
+    workers: Workers = 1,
 ) -> None:
     """Render harnesses with known junctions, detect in them, and compare the trees with the truth.
 
@@ -53,39 +64,28 @@ def trees(
       doo3d evaluate trees --families tree_hidden,tree_touch --motion BDLO1_0.npy --json trees.json
     """
     use_single_thread()
-    from ..evaluation.benchmark.trees import evaluate_trees, tree_document, tree_families, tree_table, worst_trees
+    from ..evaluation.benchmark.trees import tree_benchmark, tree_cases
+    from ..evaluation.metrics.record import failures
     from ..evaluation.scenes.harnesses import read_markers
-    from ..evaluation.scenes.registry import TREES
-    from ..outputs.detection_json import dumps
+    from ..evaluation.scenes.registry import MOTION, TREES
 
-    check_choice("--mask", mask, MASKS)
+    check_choice("--mask", mask, FEW_MASKS)
     for path in motion or []:
         read_markers(path)
-    chosen = tree_families(motion or [])
-    if families != "all":
-        for name in split(families) or []:
-            check_choice("--families", name, [*TREES])
-        chosen = [*(split(families) or []), *chosen[len(TREES) :]]
+    names = list(TREES) if families == "all" else split(families) or []
+    for name in names:
+        check_choice("--families", name, [*TREES])
     settings = config_of(config, overrides)
     if not settings.merge.branches:
         raise ConfigError("merge.branches is not set, so no junctions are found: use -c harness", code="options-conflict")
-    drawn = evaluate_trees(chosen, range(start, start + seeds), settings, parse_sensor(sensor), parse_size(size), MASKS[mask])
-    rows = []
+    chosen = [*names, *(f"{MOTION}:{path}" for path in motion or [])]
+    cases = tree_cases(chosen, range(start, start + seeds), parse_sensor(sensor), parse_size(size))
+    effective = {"families": families, "motion": [str(path) for path in motion or []], "seeds": seeds, "start": start}
+    effective |= {"sensor": sensor, "size": size, "mask": mask, "config": config, "set": overrides or []}
+    outputs = Outputs(table, document, pictures, worst, out, workers)
     try:
-        with counting(len(chosen) * seeds) as report:
-            for row in drawn:
-                rows.append(row)
-                report(row)
+        rows = measure(tree_benchmark(settings, MASKS[mask]), cases, effective, outputs, settings)
     except RuntimeError as error:
         raise ConfigError(f"--size {size}: {error}", code="value-invalid") from None
-    typer.echo(tree_table(rows))
-    if document is not None:
-        effective = {"families": families, "motion": [str(path) for path in motion or []], "seeds": seeds, "start": start}
-        effective |= {"sensor": sensor, "size": size, "mask": mask, "config": config, "set": overrides or []}
-        save(document, dumps(tree_document(rows, effective)))
-    if pictures:
-        from ..evaluation.benchmark.tree_pictures import write_tree_pictures
-
-        with writing(pictures):
-            paths = write_tree_pictures(pictures, worst_trees(rows, worst))
-        typer.echo("\n".join(map(str, paths)))
+    if failed := failures(rows):
+        typer.echo(f"{failed} of {len(rows)} scenes failed")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -79,15 +79,21 @@ def remove_bars() -> None:
         progress.stop()
 
 
-def with_progress(items: Sequence[T]) -> Iterable[T]:
-    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are."""
-    return _stepping(items) if has_bar(len(items)) else items
+def with_progress(items: Iterable[T], total: int | None = None) -> Iterable[T]:
+    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are.
+
+    `total` is their number; None for that of a sequence.
+    """
+    if total is None:
+        assert isinstance(items, Sized)
+        total = len(items)
+    return _stepping(items, total) if has_bar(total) else items
 
 
-def _stepping(items: Sequence[T]) -> Iterator[T]:
+def _stepping(items: Iterable[T], total: int) -> Iterator[T]:
     with progress_display() as progress:
         with uninterrupted():
-            task = progress.add_task("", total=len(items))
+            task = progress.add_task("", total=total)
             progress.refresh()
         for item in items:
             yield item
@@ -95,31 +101,11 @@ def _stepping(items: Sequence[T]) -> Iterator[T]:
                 progress.update(task, advance=1, refresh=True)
 
 
-class FrameResult(Protocol):
-    """What a score says of a frame."""
-
-    @property
-    def correct(self) -> bool:
-        """Whether the frame is correct."""
-
-
-class Scored(Protocol):
-    """The result of one frame of an evaluation."""
-
-    @property
-    def name(self) -> str:
-        """Name of the frame."""
-
-    @property
-    def score(self) -> FrameResult:
-        """Its score."""
-
-
 @contextmanager
-def counting(total: int) -> Iterator[Callable[[Scored], None]]:
+def counting(total: int) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Yield a function that advances a progress bar by one frame of an evaluation, for the duration of a `with` block.
 
-    Call the function with the result of each finished frame. The bar is on stderr and shows the number of correct frames
+    Call the function with the record of each finished frame. The bar is on stderr and shows the number of correct frames
     so far. `total` is the number of frames. Without a terminal, or if `total` is below 2, the function does nothing.
     """
     if not has_bar(total):
@@ -130,10 +116,10 @@ def counting(total: int) -> Iterator[Callable[[Scored], None]]:
             task, correct = progress.add_task("", total=total, status=""), 0
             progress.refresh()
 
-        def advance(result: Scored) -> None:
+        def advance(result: Mapping[str, Any]) -> None:
             nonlocal correct
-            correct += result.score.correct
+            correct += result["correct"]
             with uninterrupted():
-                progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {result.name}")
+                progress.update(task, advance=1, refresh=True, status=f"{correct} correct   {result['frame']}")
 
         yield advance

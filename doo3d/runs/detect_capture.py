@@ -10,11 +10,10 @@ from typing import Any
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, InputError, options_of_python
-from ..inputs import Capture, OpenedCapture, ReadOptions, open_capture
-from ..inputs.capture import notes_of
+from ..inputs import Capture, ReadOptions, open_capture
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
-from ..sequence.fused_capture import FusedCapture
+from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, whole
 from .base_pose import check_pose_use
 from .frame_record import FrameRecord
@@ -136,9 +135,9 @@ def run(
             raise InputError(
                 "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
             )
-        remarks = _Remarks(notes_of(chosen), progress)
+        remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:
-            chosen = FusedCapture(chosen, settings)
+            chosen = fused_capture(chosen, settings)
         options = RunOptions(
             reading=opened.options,
             workers=workers,
@@ -206,7 +205,7 @@ def _read_options(
 
 def _opened(
     capture: Capture | str | PathLike[str], config: Config, mask: str | PathLike[str] | None, options: ReadOptions | None
-) -> OpenedCapture:
+) -> Capture:
     if isinstance(capture, str | PathLike):
         masks = None if mask is None else file_path(mask, "mask")
         return open_capture(
@@ -222,4 +221,4 @@ def _opened(
         raise ConfigError(
             "mask, input_options, pose and camera are for a path: give them to doo3d.open_capture", code="options-conflict"
         )
-    return capture if isinstance(capture, OpenedCapture) else OpenedCapture(capture)
+    return Capture.of(capture)

@@ -209,9 +209,7 @@ def _executor(options: RunOptions) -> AbstractContextManager[Executor]:
 def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> InputState:
     """Return the state of all files of the input; `out` is the folder of the results, which may lie inside."""
     paths = [capture.path, *(frame.source for frame in capture.frames)]
-    if (masks := getattr(capture, "masks", None)) is not None:
-        paths.append(masks)
-    paths += getattr(capture, "extra_files", [])
+    paths += [*([] if capture.masks is None else [capture.masks]), *capture.extra_files]
     if options is not None:
         paths += [file for file in (options.trajectory, options.camera_file, options.color) if file]
     return InputState(file_states(paths, out), FramePaths(capture.frames))
@@ -220,14 +218,14 @@ def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> In
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:
     """Return what distinguishes the input of this run from another's, but for the state of its files, for the manifest."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
-    if (masks := getattr(capture, "masks", None)) is not None:
-        source["masks"] = str(masks.resolve())
+    if capture.masks is not None:
+        source["masks"] = str(capture.masks.resolve())
     if options is not None and (changed := options.model_dump(mode="json", exclude_defaults=True)):
         source["reading"] = changed
-    if (base_pose := getattr(capture, "base_pose", None)) is not None:
-        source["pose"] = base_pose
-    if (selection := getattr(capture, "selection", None)) is not None:
-        source["selection"] = selection
+    if capture.base_pose is not None:
+        source["pose"] = capture.base_pose
+    if capture.selection is not None:
+        source["selection"] = capture.selection
     return source
 
 

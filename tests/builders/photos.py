@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from doo3d.evaluation.photos.datasets import Photo, PhotoRef
+from doo3d.evaluation.benchmark.cases import Case
+from doo3d.evaluation.photos.datasets import Photo
 from doo3d.evaluation.photos.score import drawn_pixels
 from doo3d.kernels import lay_equal_chords
 from doo3d.types import Chain
@@ -39,7 +40,7 @@ def painted(labels):
 
 def photo_ref(chains, subset="S1", name="img0"):
     labels = labelled(chains)
-    return PhotoRef(subset, name, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
+    return Case(name, subset, lambda: Photo(subset, name, painted(labels), labels, labels > 0))
 
 
 def save(path, image):

@@ -50,7 +50,7 @@ def test_the_stereo_sensor_and_a_ragged_mask_are_chosen_by_name(doo3d):
     assert "right in" in out
     written = json.loads(Path("a.json").read_text())
     assert (written["settings"]["sensor"], written["settings"]["mask"]) == ("stereo", "ragged")
-    assert written["summary"]["straight"]["image_frames"] == 1
+    assert written["summary"]["straight"]["image"] == 1
     assert written["frames"][0]["image_correct"] in (True, False)
     assert doo3d("evaluate", "scenes", *options, "--json", "b.json")[0] == 0
     again = json.loads(Path("b.json").read_text())
@@ -137,15 +137,21 @@ def test_how_a_capture_is_to_be_read_is_lines_to_evaluate(doo3d):
 
 
 @pytest.mark.slow
-def test_ablations_are_a_line_each(doo3d):
-    code, out, _ = doo3d("evaluate", "ablations", *SMALL, "--seeds", 1)
+def test_ablations_are_two_lines_each_and_rows_of_csv_and_json(doo3d):
+    options = ("--data", "frames,images", "--families", "straight", "--seeds", 1, "--size", "320x240")
+    steps = ("--steps", "smoothing of the axis,corners", "--csv", "bill.csv", "--json", "bill.json")
+    code, out, _ = doo3d("evaluate", "ablations", *options, *steps)
     assert code == 0
     lines = out.splitlines()
-    assert lines[1].startswith("everything on")
-    assert "1/1" in lines[1]
-    surface = next(line for line in lines if line.startswith("no refinement"))
-    seen = [float(line.split()[-2]) for line in (lines[1], surface)]
-    assert seen[1] > 2 + seen[0]  # mm: a radius or so beside the axis
+    assert len(lines) == 1 + 2 * 2
+    rows = json.loads(Path("bill.json").read_text())["rows"]
+    assert [(row["step"], row["data"], row["frames"]) for row in rows] == [
+        ("smoothing of the axis", "own", 1),
+        ("smoothing of the axis", "all", 2),
+        ("corners", "own", 1),
+        ("corners", "all", 2),
+    ]
+    assert len(Path("bill.csv").read_text().splitlines()) == 5
 
 
 @pytest.mark.slow
@@ -178,13 +184,13 @@ def test_trees_are_scored_drawn_and_written(doo3d):
     code, out, err = doo3d("evaluate", "trees", *options, "--json", "a.json", "--pictures", "worst")
     assert code == 0, err
     assert err == ""
-    assert [line.split()[0] for line in out.splitlines()[:4]] == ["family", "tree", "tree_two", "all"]
-    assert sorted(path.name for path in Path("worst").iterdir()) == ["tree_000.png", "tree_two_000.png"]
+    assert [line.split()[0] for line in out.splitlines()[:4]] == ["objects", "right", "tree", "tree_two"]
+    assert {path.name for path in Path("worst").iterdir()} - {"failures.png"} == {"tree_000.png", "tree_two_000.png"}
     written = json.loads(Path("a.json").read_text())
     assert (written["settings"]["mask"], written["settings"]["seeds"]) == ("ragged", 1)
-    assert written["families"]["tree_two"]["objects"] == 2
-    assert written["all"]["objects"] == 3
-    assert [frame["name"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
+    assert written["summary"]["tree_two"]["objects"] == 2
+    assert written["summary"]["all"]["objects"] == 3
+    assert [frame["frame"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
 
 
 @pytest.mark.parametrize(

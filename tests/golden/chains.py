@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 
 from doo3d import Detection, detect, load_config
-from doo3d.evaluation.benchmark.evaluate import render_scenes
 from doo3d.evaluation.photos.datasets import cset, mbest
-from doo3d.evaluation.scenes.registry import GROUPS
+from doo3d.evaluation.rendering.renderer import render
+from doo3d.evaluation.scenes.registry import GROUPS, make_scene
 from doo3d.inputs import open_capture
 
 HERE = Path(__file__).parent
@@ -80,7 +80,7 @@ def _rendered(family: str, seed: int, cache: Path | None) -> tuple[Any, Any, int
 
     path = cache / f"{family}_{seed}.pkl" if cache else None
     if path is None or not path.exists():
-        _, scene = next(iter(render_scenes([family], [seed])))
+        scene = render(make_scene(family, seed))
         frame, mask, count = scene.frame, scene.mask, max(1, len(scene.truths))
         if path is None:
             return frame, mask, count
@@ -97,7 +97,7 @@ def photos(folder: Path) -> Iterator[Case]:
         for masks in kinds:
             for entry in read(folder / name, masks):
                 for preset in PHOTO_PRESETS:
-                    yield f"{name}/{masks}/{entry.subset}/{entry.name}/{preset}", partial(_photo, entry, preset)
+                    yield f"{name}/{masks}/{entry.family}/{entry.name}/{preset}", partial(_photo, entry, preset)
 
 
 def _photo(entry: Any, preset: str) -> Detection:

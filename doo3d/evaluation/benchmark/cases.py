@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
+from ...inputs.capture import FrameRef
 from ...inputs.read_options import DEFAULT, ReadOptions
-from ...types import Bools, Camera, Cloud, Frame, Image
+from ...types import Array, Bools, Camera, Cloud, Frame, Image
+from ..metrics.record import Record
 from ..rendering.renderer import Rendered, render
-from ..scenes.model import Truth
-from ..scenes.registry import make_scene
+from ..scenes.model import Scene, Truth
+from ..scenes.registry import is_only_counted, make_scene
+from ..truth_arrays import FILE, ragged_mask_of, read_truth_arrays, with_depth, with_seen
 from ..truth_file import read_truth
 
 TRUTH = "truth.json"
@@ -34,33 +39,54 @@ class KnownFrame:
         the true cables in it.
     mask
         (H, W) bool, the pixels of the cables; None if unknown.
+    ragged
+        (H, W) bool, the mask spoiled by another hand; None if there is none.
+    scene
+        the scene that was rendered; None if the frame was not.
     """
 
     data: Frame | Cloud | Image
     truths: tuple[Truth, ...]
     mask: Bools | None = None
+    ragged: Bools | None = None
+    scene: Scene | None = None
 
 
 @dataclass(frozen=True)
 class Case:
-    """One frame with known truth that is to be scored. Its images are rendered or read only when `load` is called.
+    """One frame, or one sequence of frames, with known truth that is to be scored. It is rendered or read by `load` only.
 
     Attributes
     ----------
     name
-        name of the frame.
+        name of the frame or sequence.
     family
-        name of the group that the frame is counted in.
+        name of the group that it is counted in.
     load
-        called without arguments, returns the frame with its truth.
+        called without arguments, returns it with its truth; can be pickled if other processes have to measure the case.
     truths
         the true cables of a frame on disk, which count as missed if the frame cannot be read; empty for a rendered frame.
+    seed, sensor
+        the seed that a scene is made from, and its simulated depth camera; None and "" for what is read from disk.
+    records
+        number of records that the case gives.
     """
 
     name: str
     family: str
-    load: Callable[[], KnownFrame]
+    load: Callable[[], Any]
     truths: tuple[Truth, ...] = ()
+    seed: int | None = None
+    sensor: str = ""
+    records: int = 1
+
+    def record(self, values: Mapping[str, Any]) -> Record:
+        """Return the record of the case with its values."""
+        counted = is_only_counted(self.family, self.seed)
+        names = {"family": self.family, "frame": self.name, "seed": self.seed, "sensor": self.sensor, "counted": counted}
+        result = Record(names | dict(values))
+        result.case = self
+        return result
 
 
 def scene_cases(
@@ -71,8 +97,8 @@ def scene_cases(
     Parameters
     ----------
     families
-        names such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes; in the latter case, the
-        file's name becomes the family of the case.
+        names as `make_scene` takes them; of "tubes:" and the path of a text file of tubes, the file's name becomes the family of
+        the case.
     seeds
         integers, 0 or more; one scene of each family is made for each seed.
     sensor
@@ -82,25 +108,26 @@ def scene_cases(
     """
     seeds = list(seeds)
     return [
-        Case(f"{name}_{seed:03d}", name, partial(_render_scene, family, seed, sensor, size))
+        Case(f"{name}_{seed:03d}", name, partial(_render_scene, family, seed, sensor, size), (), seed, sensor)
         for family, name in ((family, family.rpartition("/")[2]) for family in families)
         for seed in seeds
     ]
 
 
 def _render_scene(family: str, seed: int, sensor: str, size: tuple[int, int]) -> KnownFrame:
-    return known_frame(render(make_scene(family, seed, size), sensor))
+    scene = make_scene(family, seed, size)
+    return known_frame(render(scene, sensor), scene)
 
 
-def known_frame(rendered: Rendered) -> KnownFrame:
+def known_frame(rendered: Rendered, scene: Scene | None = None) -> KnownFrame:
     """Return a rendered scene as a frame with known truth: its image data, its true cables and its true mask.
 
     A cable that leaves the image becomes one cable for each of its pieces inside, since nothing in the image tells that they
-    belong together.
+    belong together. `scene` is the scene that was rendered.
     """
     camera = rendered.frame.camera
     pieces = [piece for truth in rendered.truths for piece in pieces_in_view(truth, camera)]
-    return KnownFrame(rendered.frame, tuple(pieces), rendered.mask)
+    return KnownFrame(rendered.frame, tuple(pieces), rendered.mask, scene=scene)
 
 
 def pieces_in_view(truth: Truth, camera: Camera) -> list[Truth]:
@@ -135,6 +162,7 @@ def capture_cases(
     family: str | None = None,
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
+    depth: str | None = None,
 ) -> list[Case]:
     """Return a case for each frame of a capture that the truth file names, in the capture's order.
 
@@ -143,13 +171,16 @@ def capture_cases(
     capture
         path of a capture or cloud of any format that is read in 3-D.
     truth
-        the truth file (schema doo3d/truth/1); None for truth.json in the capture's folder, or <name>.truth.json beside a cloud.
+        the truth file (schema doo3d/truth/1), or arrays as `read_truth_arrays` reads them; None for truth.json or truth.npz in
+        the capture's folder, or <name>.truth.json beside a cloud.
     family
         name of the group that the cases are counted in; None for the name of `capture`'s file or folder.
     masks
         an image, or a folder of images, used instead of the capture's own masks.
     options
         values that the capture lacks, such as its intrinsics.
+    depth
+        depth image to use instead of that of a capture with truth.npz: a path in its folder; None for its own.
 
     Raises
     ------
@@ -160,38 +191,73 @@ def capture_cases(
     capture = Path(capture)
     refs = {ref.name: ref for ref in open_capture(capture, masks=masks, options=options).frames}
     path = Path(truth) if truth is not None else _truth_path(capture)
+    if path.suffix == ".npz":
+        return _array_cases(capture, path, family or capture.name, refs, depth)
     frames = read_truth(path)
     if unknown := [name for name in frames if name not in refs]:
         raise InputError(f"{path}: names the frame {unknown[0]}, which {capture} does not have", code="frame-unknown")
 
-    def load(name: str) -> KnownFrame:
-        frame = refs[name].load()
-        return KnownFrame(frame.data, frames[name], frame.mask)
-
-    return [Case(name, family or capture.name, partial(load, name), frames[name]) for name in refs if name in frames]
+    found = [(name, ref, frames[name]) for name, ref in refs.items() if name in frames]
+    return [Case(name, family or capture.name, partial(_read, ref, truths), truths) for name, ref, truths in found]
 
 
-def folder_cases(folder: str | Path) -> list[Case]:
+def _read(ref: FrameRef, truths: tuple[Truth, ...]) -> KnownFrame:
+    frame = ref.load()
+    return KnownFrame(frame.data, truths, frame.mask)
+
+
+def _array_cases(capture: Path, truth: Path, family: str, refs: Mapping[str, FrameRef], depth: str | None) -> list[Case]:
+    """Return a case for each frame of a capture with truth in arrays, of its family without the number at its end."""
+    arrays, family, single = read_truth_arrays(truth, list(refs)), re.sub(r"_\d+$", "", family), len(refs) == 1
+    names = [capture.name if single else f"{capture.name}/{name}" for name in refs]
+    frames = zip(names, refs.values(), arrays.frames.values(), strict=True)
+    return [
+        Case(name, family, partial(_read_with_arrays, ref, known, arrays.labels, capture, depth), known)
+        for name, ref, known in frames
+    ]
+
+
+def _read_with_arrays(
+    ref: FrameRef, truths: tuple[Truth, ...], labels: Array | None, folder: Path, depth: str | None
+) -> KnownFrame:
+    """Read a frame, and find what is seen of its cables; `folder` may hold a spoiled mask and other depth of the frame."""
+    loaded = ref.load()
+    data, mask = loaded.data, loaded.mask
+    if not isinstance(data, Frame):
+        raise InputError(f"{folder}: has no depth, which {FILE} is about", code="depth-missing")
+    if depth is not None:
+        data = with_depth(data, folder, depth)
+    seen = with_seen(truths, data.camera, labels, mask)
+    pieces = tuple(piece for cable in seen for piece in pieces_in_view(cable, data.camera))
+    return KnownFrame(data, pieces, mask, ragged_mask_of(folder, data.depth.shape))
+
+
+def folder_cases(folder: str | Path, depth: str | None = None) -> list[Case]:
     """Return a case for each frame with known truth, of all captures and clouds at any depth below a folder.
 
-    A capture has known truth if its folder holds truth.json; a cloud has, if <name>.truth.json is beside it. The family of a case
-    is the path of its capture or cloud, relative to the folder.
+    A capture has known truth if its folder holds truth.json or truth.npz; a cloud has, if <name>.truth.json is beside it. The
+    family of a case is the path of its capture or cloud, relative to the folder; with truth.npz, without the number at its end.
+    `depth` is as for `capture_cases`; of captures with truth.npz, those without such an image are left out.
 
     Raises
     ------
     InputError : there is no truth file below the folder, or a capture, cloud or truth file cannot be read.
     """
     folder, cases = Path(folder), list[Case]()
-    for path in sorted(folder.rglob(f"*{TRUTH}")):
-        data = path.parent if path.name == TRUTH else _cloud_path(path)
-        cases += capture_cases(data, path, data.relative_to(folder).as_posix() if data != folder else folder.name)
+    arrays = [path for path in folder.rglob(FILE) if depth is None or (path.parent / depth).exists()]
+    for path in sorted([*folder.rglob(f"*{TRUTH}"), *arrays]):
+        data = path.parent if path.name in (TRUTH, FILE) else _cloud_path(path)
+        family = data.relative_to(folder).as_posix() if data != folder else folder.name
+        cases += capture_cases(data, path, family, depth=depth)
     if not cases:
-        raise InputError(f"{folder}: nothing below it has a {TRUTH} or <name>.{TRUTH} beside it", code="truth-missing")
+        raise InputError(f"{folder}: nothing below it has a {TRUTH}, {FILE} or <name>.{TRUTH} beside it", code="truth-missing")
     return cases
 
 
 def _truth_path(capture: Path) -> Path:
-    return capture / TRUTH if capture.is_dir() else capture.with_suffix(f".{TRUTH}")
+    if capture.is_dir():
+        return capture / (TRUTH if (capture / TRUTH).exists() or not (capture / FILE).exists() else FILE)
+    return capture.with_suffix(f".{TRUTH}")
 
 
 def _cloud_path(truth: Path) -> Path:

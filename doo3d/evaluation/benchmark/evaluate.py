@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import Literal
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Literal
 
 import cv2
 import numpy as np
 
 from ...config import Config, HsvRange
-from ...errors import ConfigError, DooError, InputError
-from ...types import Detection, Frame
-from ..metrics.score import score
+from ...errors import ConfigError, DooError, InputError, error_code
+from ...types import Bools, Detection, Frame
+from ..metrics.record import Record
+from ..metrics.score import COLUMNS, score
 from ..rendering.ragged_mask import ragged_mask
-from ..rendering.renderer import Rendered, render
 from ..scenes.model import Color, Truth
-from ..scenes.registry import family_rng, make_scene
-from .cases import Case, KnownFrame, folder_cases, known_frame, scene_cases
-from .rows import Row
+from ..scenes.registry import family_rng
+from .cases import Case, KnownFrame
+from .pictures import UNREADABLE, frame_caption, frame_panels
+from .run import Benchmark, run_cases
 
 Masking = Literal["mask", "ragged", "hsv", "auto"]
 
@@ -28,17 +29,22 @@ HUE_HALF_WIDTH, MIN_SATURATION, MIN_VALUE = 10, 90, 25
 """The box of a cable's color, in OpenCV's 8-bit HSV."""
 
 
+def frame_benchmark(config: Config, known_count: bool = True, method: Masking = "mask") -> Benchmark:
+    """Return the benchmark of single frames; the parameters are those of `evaluate`."""
+    measure = partial(measure_frame, config=config, known_count=known_count, method=method)
+    return Benchmark(measure, COLUMNS, frame_panels, frame_caption, frame_badness)
+
+
 def evaluate(
     cases: Sequence[Case],
     config: Config,
     known_count: bool = True,
     method: Masking = "mask",
-    report: Callable[[Row], None] = lambda row: None,
-) -> list[Row]:
+    report: Callable[[Record], None] = lambda row: None,
+) -> list[Record]:
     """Detect in every case and score the result.
 
-    The first readable case is run twice and counted once, so that compilation is not timed. If a frame cannot be read, or the
-    detection fails in it, the frame counts as wrong and its row holds the error.
+    If a frame cannot be read, or the detection fails in it, the frame counts as wrong and its record holds the error.
 
     Parameters
     ----------
@@ -53,51 +59,73 @@ def evaluate(
         "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
     report
-        called with each row as soon as its case is done.
+        called with each record as soon as its case is done.
 
     Returns
     -------
-    A row for each case, in the order of `cases`.
+    A record for each case, in the order of `cases`.
 
     Raises
     ------
     ConfigError : the config is for 2-D, and a frame has cables.
     """
-    rows: list[Row] = []
-    compiled = False
-    for case in cases:
-        try:
-            known = case.load()
-        except InputError as error:
-            rows.append(unreadable(case, error))
-        else:
-            if not compiled:
-                detect_case(case, known, config, known_count, method)
-            compiled = True
-            rows.append(detect_case(case, known, config, known_count, method))
-        report(rows[-1])
-    return rows
+    return run_cases(frame_benchmark(config, known_count, method).measure, cases, report)
 
 
-def unreadable(case: Case, error: DooError) -> Row:
-    """Return the row of a case whose frame cannot be read: scored without chains, and wrong even if the frame holds no cable.
+def measure_frame(case: Case, config: Config, known_count: bool, method: Masking) -> list[Record]:
+    """Read a case, and detect in it; see `evaluate`."""
+    try:
+        known = case.load()
+    except InputError as error:
+        return [unreadable(case, error)]
+    return [detect_case(case, known, config, known_count, method)]
+
+
+def unreadable(case: Case, error: DooError) -> Record:
+    """Return the record of a case whose frame cannot be read: scored without chains, and wrong even if the frame holds no cable.
 
     Parameters
     ----------
     case
         the case; its `truths` count as missed.
     error
-        the reason; its message and its code are stored in the row.
+        the reason; its message and its code are stored in the record.
     """
-    empty_score = replace(score((), case.truths, ()), correct=False, reasons=("cannot be read",))
-    return Row(case.name, case.family, empty_score, float("nan"), str(error), error.code)
+    wrong = {"correct": False, "reasons": (UNREADABLE,)}
+    end = {"confidence": 1.0, "ms": math.nan, "error": str(error), "code": error.code}
+    return case.record(score((), case.truths, ()) | wrong | end)
 
 
-def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Row:
-    """Detect in one frame with known truth, and return the row with its score.
+def detect_safely(
+    data: Any, config: Config, mask: Bools | None, failures: type[Exception] = DooError
+) -> tuple[Detection, dict[str, Any]]:
+    """Detect in one frame, and return the detection with the last values of its record: confidence, ms, error and code.
 
-    If the detection fails, the row is scored without chains and holds the error. Of a frame without cables, neither the number
-    nor a mask is given, and the config may be for 2-D.
+    Parameters
+    ----------
+    data, config, mask
+        as for `doo3d.detect`.
+    failures
+        errors after which the detection is one without chains.
+    """
+    from ...pipeline import detect
+
+    error = code = None
+    start = time.perf_counter()
+    try:
+        detection = detect(data, config, mask=mask)
+    except failures as failure:
+        detection, code = Detection(()), error_code(failure)
+        error = str(failure) if isinstance(failure, DooError) else f"{type(failure).__name__}: {failure}"
+    seconds = time.perf_counter() - start
+    return detection, {"confidence": detection.confidence, "ms": 1e3 * seconds, "error": error, "code": code}
+
+
+def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Record:
+    """Detect in one frame with known truth, and return its record.
+
+    If the detection fails, the frame is scored without chains and the record holds the error. Of a frame without cables, neither
+    the number nor a mask is given, and the config may be for 2-D.
 
     Parameters
     ----------
@@ -105,17 +133,9 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
         the case, for its name and its family.
     known
         the frame, its cables and its mask, as returned by `case.load()`.
-    config
-        the configuration of the detection, of a 3-D mode.
-    known_count
-        True gives the detection the true number of cables; False lets it decide from the data.
-    method
-        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
-        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
-        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
+    config, known_count, method
+        as for `evaluate`.
     """
-    from ...pipeline import detect
-
     if config.mode == "2d" and known.truths:
         raise ConfigError(
             "the truth is in 3-D and the config is for 2-D: use a 3-D config, or evaluate dataset mbest or cset",
@@ -124,146 +144,35 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
     if not known.truths:
         known_count, method = False, "auto"
     used = case_config(config, known.truths, known_count, method)
-    mask = known.mask if method in ("mask", "ragged") and used.segment.method in ("auto", "mask") else None
-    if method == "ragged" and mask is not None:
-        mask = ragged_mask(mask, family_rng(f"{case.name}/ragged", 0))
-    run: Callable[..., Detection] = detect
-    error = code = None
-    start = time.perf_counter()
-    try:
-        detection = run(known.data, used, mask=mask)
-    except DooError as failure:
-        detection, error, code = Detection(()), str(failure), failure.code
-    seconds = time.perf_counter() - start
-    crossings = detection.crossings if isinstance(known.data, Frame) else None
-    camera = known.data.camera if isinstance(known.data, Frame) else None
-    frame_score = score(detection.chains, known.truths, crossings, camera)
-    return Row(case.name, case.family, frame_score, seconds, error, code, detection.confidence, detection, case)
+    mask = given_mask(case.name, known, method) if used.segment.method in ("auto", "mask") else None
+    detection, end = detect_safely(known.data, used, mask)
+    is_frame = isinstance(known.data, Frame)
+    camera, crossings = (known.data.camera, detection.crossings) if is_frame else (None, None)  # type: ignore[union-attr]
+    record = case.record(score(detection.chains, known.truths, crossings, camera) | end)
+    record.detection = detection
+    return record
 
 
-def evaluate_scenes(
-    families: Iterable[str],
-    seeds: Iterable[int],
-    config: Config,
-    sensor: str = "d435",
-    known_count: bool = True,
-    method: Masking = "mask",
-    size: tuple[int, int] = (1280, 720),
-) -> list[Row]:
-    """Render a scene for every family and seed, detect in it, and score the result.
+def given_mask(name: str, known: KnownFrame, method: Masking) -> Bools | None:
+    """Return the mask that the detection is given in a frame of this name: the true one, the spoiled one, or none."""
+    if method == "mask":
+        return known.mask
+    if method != "ragged" or known.mask is None:
+        return None
+    return ragged_mask(known.mask, family_rng(f"{name}/ragged", 0)) if known.ragged is None else known.ragged
 
-    Parameters
-    ----------
-    families
-        names of kinds of scenes such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes.
-    seeds
-        integers, 0 or more; one scene of each family is made for each seed.
-    config
-        the configuration of the detection, of a 3-D mode.
-    sensor
-        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth.
-    known_count
-        True gives the detection the true number of cables; False lets it decide from the data.
-    method
-        how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
-        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
-        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
-    size
-        (width, height) px of the image.
 
-    Returns
-    -------
-    A row for each scene, family by family.
+def frame_badness(row: Record) -> tuple[bool, int, float, float]:
+    """Return a value by which frames are ordered, greatest for the worst.
 
-    Raises
-    ------
-    ConfigError : the config is for 2-D.
-    ValueError : there is no such family or sensor.
+    Wrong frames come before correct ones; then frames with more faults (wrong connections, occlusions, crossings, number of
+    chains), then those with less of the cables covered and more of the chains off the cables, then those with the greater RMS
+    distance from the true axis.
     """
-    return evaluate(scene_cases(families, seeds, sensor, size), config, known_count, method)
-
-
-def render_scenes(
-    families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
-) -> Iterator[tuple[str, Rendered]]:
-    """Render a scene for every family and seed, and yield (name of the family, rendered scene), family by family.
-
-    Make a list of the result to score several configs on the same scenes.
-
-    Parameters
-    ----------
-    families
-        names of kinds of scenes such as "crossing" (the keys of FAMILIES), or "tubes:" and the path of a text file of tubes; in
-        the latter case, the file's name is yielded as the name of the family.
-    seeds
-        integers, 0 or more; one scene of each family is made for each seed.
-    sensor
-        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth.
-    size
-        (width, height) px of the image.
-
-    Raises
-    ------
-    ValueError : there is no such family or sensor.
-    """
-    seeds = list(seeds)
-    for family in families:
-        for seed in seeds:
-            yield family.rpartition("/")[2], render(make_scene(family, seed, size), sensor)
-
-
-def evaluate_rendered(
-    scenes: Iterable[tuple[str, Rendered]], config: Config, known_count: bool = True, method: Masking = "mask"
-) -> list[Row]:
-    """Detect in scenes that are rendered already, and score the results.
-
-    Parameters
-    ----------
-    scenes
-        (family, rendered scene) each, as yielded by `render_scenes`.
-    config
-        the configuration of the detection, of a 3-D mode.
-    known_count
-        True gives the detection the true number of cables; False lets it decide from the data.
-    method
-        how the cables are segmented. "mask": by the true mask, unless the config names another method than auto or mask.
-        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
-        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
-
-    Returns
-    -------
-    A row for each scene, in the order of `scenes`.
-
-    Raises
-    ------
-    ConfigError : the config is for 2-D.
-    """
-    cases = [Case(scene.frame.name, family, lambda scene=scene: known_frame(scene)) for family, scene in scenes]  # type: ignore[misc]
-    return evaluate(cases, config, known_count, method)
-
-
-def evaluate_captures(folder: str | Path, config: Config, known_count: bool = True) -> list[Row]:
-    """Detect in all captures and clouds below a folder that have a truth file, and score the results.
-
-    Parameters
-    ----------
-    folder
-        searched at any depth for truth.json in a capture's folder and <name>.truth.json beside a cloud.
-    config
-        the configuration of the detection, of a 3-D mode.
-    known_count
-        True gives the detection the true number of cables; False lets it decide from the data.
-
-    Returns
-    -------
-    A row for each frame that a truth file names.
-
-    Raises
-    ------
-    InputError : there is no truth file below the folder, or a capture, cloud or truth file cannot be read.
-    ConfigError : the config is for 2-D.
-    """
-    return evaluate(folder_cases(folder), config, known_count)
+    faults = row.connections_wrong + row.occlusions - row.occlusions_correct + abs(row.chains - row.objects)
+    faults += row.crossings - row.crossings_correct + row.crossings_extra
+    missing = 0.0 if row.correct else 1 - row.coverage + row.off_fraction
+    return not row.correct, faults, missing, max(filter(math.isfinite, (0.0, row.rms_seen, row.rms_hidden)))
 
 
 def case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, method: Masking) -> Config:

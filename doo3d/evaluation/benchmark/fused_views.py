@@ -16,7 +16,8 @@ from ...inputs import FrameData, FrameRef
 from ...pipeline import detect
 from ...sequence.fusion import fuse
 from ...types import Bools, Floats
-from ..metrics.score import FrameScore, score
+from ..metrics.record import Record
+from ..metrics.score import score
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Scene, Solid, cuboid_triangles, moved_scene
 from ..scenes.registry import make_scene
@@ -124,7 +125,7 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
     return views
 
 
-def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> FrameScore:
+def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> Record:
     """Detect in the fused views of a scene, or in the frame of a single view, and return the score.
 
     Parameters

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -13,11 +14,16 @@ from scipy.spatial import cKDTree
 
 from ...kernels import lay_equal_chords
 from ...outputs.atomic import write_bytes
-from ...types import Array, Chain, Detection, Floats, Frame
+from ...types import Array, Chain, Cloud, Detection, Floats, Frame, Image
 from ...viz import draw
+from ...viz.contact_sheet import Tile, draw_sheet, scaled_down
 from ...viz.palette import DARK, LIGHT
+from ..metrics.record import Record, Records
 from ..scenes.model import Truth
-from .rows import Row
+from .tables import grouped
+
+if TYPE_CHECKING:
+    from .run import Benchmark
 
 TRUTH_SEGMENT_LENGTH = 0.005
 """m, of the truth as it is drawn."""
@@ -25,54 +31,52 @@ TRUTH_SEGMENT_LENGTH = 0.005
 CROP_MARGIN_PX = 60
 """px shown round cables and chains."""
 
+FAILURES, MAX_FAILURES = "failures.png", 60
+"""The sheet of wrong frames, and the number of them that it shows."""
+
+MAX_TILE_TEXT = 105
+"""Characters of the caption of two pictures of a sheet."""
+
+UNREADABLE = "cannot be read"
+"""The reason of a frame that is wrong since its file is damaged."""
+
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 _CAPTION_HEIGHT_PX = 36
 
 
-def picture(row: Row) -> Array:
-    """Draw the detection over its frame, with the truth over the same frame to the right and a caption above.
+def frame_panels(row: Record) -> tuple[Array, Array]:
+    """Draw the detection of a record over its frame, and the truth over the same frame: (H, W, 3) uint8 RGB each.
 
-    Parameters
-    ----------
-    row
-        the result for one frame, with its case and its detection.
-
-    Returns
-    -------
-    (H, W, 3) uint8 RGB. A frame is cropped to its cables and chains with a margin of 60 px; a cloud is drawn whole.
-
-    Raises
-    ------
-    ValueError : the row has no case or no detection.
+    A frame is cropped to its cables and chains with a margin of 60 px; a cloud is drawn whole.
     """
-    if row.case is None or row.detection is None:
-        raise ValueError(f"{row.name}: the frame is unknown")
     known = row.case.load()
     cables = [truth_chain(cable) for cable in known.truths if cable.length > TRUTH_SEGMENT_LENGTH]
-    both = row.detection, Detection(matching_order(cables, row.detection))
-    data = known.data
+    return panels(known.data, row.detection, Detection(matching_order(cables, row.detection)))
+
+
+def panels(data: Frame | Cloud | Image, detection: Detection, truth: Detection) -> tuple[Array, Array]:
+    """Draw a detection and the truth over a frame, cropped to both: (H, W, 3) uint8 RGB each."""
     if isinstance(data, Frame):
-        joints = [chain.joints for detection in both for chain in detection.chains]
+        joints = [chain.joints for chain in (*detection.chains, *truth.chains)]
         data = cropped(data, np.concatenate([*joints, np.zeros((0, 3))]))
-    return with_caption(np.concatenate([draw(data, detection) for detection in both], axis=1), caption(row))
+    return draw(data, detection), draw(data, truth)
 
 
-def caption(row: Row) -> str:
-    """Return a caption for the picture of a row, in one line.
+def frame_caption(row: Record) -> str:
+    """Return a caption for the picture of a record, in one line.
 
     It holds the frame's name; the error, the reasons why the frame is wrong or, if it is correct, the RMS distances in mm; and
     the numbers of occlusions and crossings that are wrong.
     """
-    score = row.score
-    distances = f"correct, RMS seen {score.rms_seen:.2f} mm"
-    if score.rms_hidden > 0:
-        distances += f", hidden {score.rms_hidden:.2f} mm"
-    text = row.error or "; ".join(score.reasons) or distances
-    if missed := score.occlusions - score.occlusions_correct:
-        text += f"; {missed} of {score.occlusions} occlusions wrong"
-    if missed := score.crossings - score.crossings_correct:
-        text += f"; upper strand wrong at {missed} of {score.crossings} crossings"
-    return f"{row.name}   {text}   (detection left, truth right)"
+    distances = f"correct, RMS seen {row.rms_seen:.2f} mm"
+    if row.rms_hidden > 0:
+        distances += f", hidden {row.rms_hidden:.2f} mm"
+    text = row.get("error") or "; ".join(row.reasons) or distances
+    if missed := row.occlusions - row.occlusions_correct:
+        text += f"; {missed} of {row.occlusions} occlusions wrong"
+    if missed := row.crossings - row.crossings_correct:
+        text += f"; upper strand wrong at {missed} of {row.crossings} crossings"
+    return f"{row.frame}   {text}   (detection left, truth right)"
 
 
 def with_caption(image: Array, text: str) -> Array:
@@ -95,27 +99,64 @@ def with_caption(image: Array, text: str) -> Array:
     return np.concatenate((strip, image))
 
 
-def write_pictures(folder: Path, rows: Sequence[Row]) -> list[Path]:
-    """Write a PNG for each row into a folder: the detection over the frame, with the truth over the same frame to the right.
+def worst(rows: Records, count: int, badness: Callable[[Record], Any]) -> list[Record]:
+    """Return the `count` worst records, worst first."""
+    return sorted(rows, key=badness, reverse=True)[:count]
 
-    A picture is named `<family>_<frame>.png`, or `<frame>.png` if the frame's name begins with its family. The folder is made if
-    necessary.
+
+def write_pictures(folder: Path, rows: Records, benchmark: Benchmark, count: int) -> list[Path]:
+    """Write a PNG for each of the worst records of each group into a folder, and a sheet of all that are wrong among them.
+
+    A picture is named after its record and the record's family. The folder is made if necessary. The sheet, failures.png, shows
+    up to MAX_FAILURES wrong records. Records that are only counted are not drawn.
+
+    Parameters
+    ----------
+    folder
+        the folder.
+    rows
+        the records; one without a detection is measured again.
+    benchmark
+        that measured them.
+    count
+        number of pictures of each group.
 
     Returns
     -------
-    The path of each picture, in the order of the rows.
-
-    Raises
-    ------
-    ValueError : a row has no case or no detection.
+    The path of each picture, the sheet first if anything is wrong.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for row in rows:
-        name = row.name if row.name.startswith(row.family) else f"{row.family}_{row.name}"
-        paths.append(folder / f"{name.replace('/', '_').replace(' ', '_')}.png")
-        write_png(paths[-1], picture(row))
+    shown = [row for row in rows if not row.counted and UNREADABLE not in row.get("reasons", ())]
+    chosen = [row for group in grouped(shown).values() for row in worst(group, count, benchmark.badness)]
+    failures = worst([row for row in shown if not row.correct], MAX_FAILURES, benchmark.badness)
+    paths, tiles = [], []
+    for row in [*chosen, *(row for row in failures if row not in chosen)]:
+        both = benchmark.panels(with_detection(row, benchmark))
+        text = benchmark.caption(row)
+        if row in chosen:
+            paths.append(folder / f"{_file_name(row)}.png")
+            write_png(paths[-1], with_caption(np.concatenate(both, axis=1), text))
+        if not row.correct:
+            tiles.append(Tile(text.partition("   (")[0][:MAX_TILE_TEXT], tuple(map(scaled_down, both))))
+    if tiles:
+        paths.insert(0, folder / FAILURES)
+        write_png(paths[0], draw_sheet(f"{len(tiles)} wrong frames: detection left, truth right", tiles))
     return paths
+
+
+def with_detection(row: Record, benchmark: Benchmark) -> Record:
+    """Return a record with its detection; its case is measured again if it is not at hand."""
+    if row.detection is None:
+        again = benchmark.measure(row.case)
+        row.detection = next(each.detection for each in again if _file_name(each) == _file_name(row))
+    return row
+
+
+def _file_name(row: Record) -> str:
+    parts = [str(row[key]) for key in ("family", "frame", "cable", "variant") if row.get(key) is not None]
+    if parts[1].startswith(parts[0]):
+        parts = parts[1:]
+    return "_".join(parts).replace("/", "_").replace(" ", "_")
 
 
 def write_png(path: Path, image: Array) -> None:

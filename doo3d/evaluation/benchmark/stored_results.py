@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from ...errors import InputError
 from ...outputs.run_reader import read_detection
 from ...types import Detection
+from ..metrics.record import Record
 from ..metrics.score import score
 from ..truth_file import read_truth
-from .rows import Row
+from .cases import Case
 
 
-def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
-    """Return a row for each frame of a truth file, scored from the results that `doo3d detect` wrote.
+def result_rows(folder: str | Path, truth: str | Path) -> list[Record]:
+    """Return a record for each frame of a truth file, scored from the results that `doo3d detect` wrote.
 
     A frame without a result counts as one without chains, with the error "no result".
 
     Parameters
     ----------
     folder
-        folder of the results, with a detection `<frame>.json` for each frame; its name becomes the family of the rows.
+        folder of the results, with a detection `<frame>.json` for each frame; its name becomes the family of the records.
     truth
         the truth file (schema doo3d/truth/1).
 
@@ -41,9 +43,10 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Row]:
         detection = Detection(()) if missing else _read_3d(paths[name])
         crossings = detection.crossings if detection.coordinates == "camera" else None
         frame_score = score(detection.chains, truths, crossings)
-        seconds = sum(detection.seconds.values()) if detection.seconds else float("nan")
+        ms = 1e3 * sum(detection.seconds.values()) if detection.seconds else float("nan")
         error, code = ("no result", "results-missing") if missing else (None, None)
-        rows.append(Row(name, folder.resolve().name, frame_score, seconds, error, code, detection.confidence, detection))
+        end = {"confidence": detection.confidence, "ms": ms, "error": error, "code": code}
+        rows.append(Case(name, folder.resolve().name, partial(_read_3d, paths[name])).record(frame_score | end))
     return rows
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -12,6 +13,8 @@ from ...geometry.intersections import PolylineSet, find_intersections
 from ...types import Bools, Chain, Crossing, Floats, Ints, SegmentRef
 from ..scenes.model import Truth
 from .alignment import ChainAlignment
+from .observed import Observed
+from .record import Metric, parts, share
 
 MIN_SELF_CROSSING_RADII = 4.0
 """Radii along a cable between the two strands of a crossing; nearer ones are one place, not a crossing."""
@@ -170,3 +173,13 @@ def _offset(truths: Sequence[Truth], true: TrueCrossings, c: int, pair: tuple[tu
             return NO_MATCH
         total += gap
     return total
+
+
+def measure(match: Observed) -> dict[str, Any]:
+    """Return the number of true crossings whose upper cable is seen, of those found right side up, and of detected others."""
+    true = true_crossings(match.truths if match.crossings is not None else ())
+    correct, extra = count_crossings(match.crossings or (), match.chains, match.alignments, match.truths, true)
+    return {"crossings": int(true.seen.sum()), "crossings_correct": correct, "crossings_extra": extra}
+
+
+METRIC = Metric(measure, (share(("upper", "strand"), 15, "crossings", parts("crossings", right="crossings_correct")),))

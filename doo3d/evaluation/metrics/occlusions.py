@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -12,6 +13,8 @@ from ...types import Chain, Floats
 from ..scenes.model import Truth
 from .alignment import ChainAlignment, Stretch, align_chain, axis_tolerance, hidden_runs
 from .distances import sample_chain
+from .observed import Observed
+from .record import Metric, parts, share
 
 MIN_OCCLUSION_LENGTH = 0.008
 """m; a shorter hidden run is no occlusion."""
@@ -105,3 +108,15 @@ def _points_between(chain: Chain, stretch: Stretch, low: float, high: float) -> 
     first = joints[max(int(np.argmax(arcs > low)) - 1, 0)]
     last = joints[min(len(arcs) - 1, len(arcs) - int(np.argmax(arcs[::-1] < high)))]
     return sample_chain(chain, min(first, last), max(first, last))[0]
+
+
+def measure(match: Observed) -> dict[str, Any]:
+    """Return the number of occlusions of all cables, and of those that a chain passes correctly."""
+    runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]
+    return {
+        "occlusions": len(runs),
+        "occlusions_correct": passed_occlusions(match.chains, match.alignments, match.truths, runs),
+    }
+
+
+METRIC = Metric(measure, (share(("occlusions", "correct"), 15, "occlusions", parts("occlusions", right="occlusions_correct")),))

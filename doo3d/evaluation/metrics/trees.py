@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -12,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from ...types import Detection, Floats
 from ..scenes.model import Scene, Tree
+from .record import TIME, Record, Records, added, amount, parts, share
 
 NODE_RADII = 3.0
 """Radii of the thickest strand at a true node within which a detected junction or tip is that node."""
@@ -23,58 +23,39 @@ EDGE_OUTSIDE = 0.06
 """Share of a chain's joints that may lie off the true strand, as for the score of single cables."""
 
 
-@dataclass(frozen=True)
-class TreeScore:
-    """Counts over one or more scenes.
-
-    Attributes
-    ----------
-    objects, right
-        true objects, and those found with every junction and tip at its place and every edge right.
-    spurious
-        detected objects that are none of the right ones.
-    junctions, found, false
-        true junctions, those found, and detected junctions at no true one.
-    crossings, taken
-        true crossings of strands in the view, and those at which a junction was detected.
-    crossed
-        true crossings at which a crossing was detected, and no junction.
-    """
-
-    objects: int = 0
-    right: int = 0
-    spurious: int = 0
-    junctions: int = 0
-    found: int = 0
-    false: int = 0
-    crossings: int = 0
-    taken: int = 0
-    crossed: int = 0
-
-    @property
-    def faults(self) -> int:
-        """The number of faults: of objects, of junctions, and of crossings taken for junctions."""
-        return self.objects - self.right + self.spurious + self.junctions - self.found + self.false + self.taken
-
-    @property
-    def correct(self) -> bool:
-        """Whether there is no fault."""
-        return self.faults == 0
-
-    @property
-    def told_apart(self) -> float:
-        """The share of junctions and crossings that were told apart: junctions found as such and crossings as such."""
-        return (self.found + self.crossed) / max(self.junctions + self.crossings, 1)
+COLUMNS = (
+    share(("objects", "right"), 16, "objects", parts("objects", right="right"), "{}/{} {:.0f} %"),
+    amount(("", "spurious"), 11, "spurious", added("spurious")),
+    share(("junctions", "found"), 18, "junctions", parts("junctions", right="found"), "{}/{} {:.0f} %"),
+    amount(("", "false"), 8, "false", added("false")),
+    share(("crossings", "found"), 18, "crossings", parts("crossings", right="crossed"), "{}/{}"),
+    amount(("", "taken"), 8, "taken", added("taken")),
+    share(
+        ("told", "apart"),
+        13,
+        "places",
+        lambda rows: (_sum(rows, "junctions", "crossings"), _sum(rows, "found", "crossed")),
+        "{2:.1f} %",
+    ),
+    TIME,
+)
+"""The columns of the table: of the true objects those right, and detected objects that are none of these; junctions found, and
+detected at no true one; crossings at which a crossing and no junction was detected, and those at which a junction was; junctions
+and crossings found, of all."""
 
 
-def total(scores: Iterable[TreeScore]) -> TreeScore:
-    """Return the sums of all counts."""
-    rows = [[getattr(score, name) for name in TreeScore.__dataclass_fields__] for score in scores]
-    return TreeScore(*np.sum(rows, axis=0).tolist()) if rows else TreeScore()
+def _sum(rows: Records, *keys: str) -> int:
+    return sum(row[key] for row in rows for key in keys)
 
 
-def score_trees(detection: Detection, scene: Scene) -> TreeScore:
+def score_trees(detection: Detection, scene: Scene) -> Record:
     """Return the counts of one frame.
+
+    objects, right: true objects, and those found with every junction and tip at its place and every edge right. spurious:
+    detected objects that are none of the right ones. junctions, found, false: true junctions, those found, and detected junctions
+    at no true one. crossings, taken: true crossings of strands in the view, and those at which a junction was detected. crossed:
+    those at which a crossing was detected, and no junction. faults: of objects, of junctions, and of crossings taken for
+    junctions.
 
     Parameters
     ----------
@@ -107,17 +88,20 @@ def score_trees(detection: Detection, scene: Scene) -> TreeScore:
     at = [any(np.linalg.norm(p - crossing) < limit for p in away) for crossing in crossings]
     detected = [each.point for each in detection.crossings]
     crossed = [any(np.linalg.norm(p - crossing) < limit for p in detected) for crossing in crossings]
-    return TreeScore(
-        objects=len(scene.trees),
-        right=right,
-        spurious=len(detection.objects) - len(used),
-        junctions=int(is_junction.sum()),
-        found=len(hits),
-        false=len(detection.junctions) - len(hits),
-        crossings=len(crossings),
-        taken=sum(at),
-        crossed=sum(found and not taken for found, taken in zip(crossed, at, strict=True)),
-    )
+    counts = {
+        "objects": len(scene.trees),
+        "right": right,
+        "spurious": len(detection.objects) - len(used),
+        "junctions": int(is_junction.sum()),
+        "found": len(hits),
+        "false": len(detection.junctions) - len(hits),
+        "crossings": len(crossings),
+        "taken": sum(map(bool, at)),
+        "crossed": sum(found and not taken for found, taken in zip(crossed, at, strict=True)),
+    }
+    missed = counts["objects"] - right + counts["junctions"] - counts["found"]
+    faults = missed + counts["spurious"] + counts["false"] + counts["taken"]
+    return Record(counts | {"faults": faults, "correct": faults == 0})
 
 
 def true_crossings(scene: Scene) -> Floats:

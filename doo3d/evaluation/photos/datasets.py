@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -12,6 +13,7 @@ import numpy as np
 
 from ...errors import ConfigError, InputError
 from ...types import Array, Bools, Ints
+from ..benchmark.cases import Case
 
 HSV_RANGES = (
     ((0, 20, 75), (20, 255, 255)),
@@ -66,26 +68,7 @@ class Photo:
         return int(self.labels.max(initial=0))
 
 
-@dataclass(frozen=True)
-class PhotoRef:
-    """A photograph on disk: how to read it when it is needed.
-
-    Attributes
-    ----------
-    subset
-        name of the part of the data set that the photograph belongs to, such as S1.
-    name
-        name of the photograph, such as img0.
-    load
-        called without arguments, reads the image, the labels and the mask.
-    """
-
-    subset: str
-    name: str
-    load: Callable[[], Photo]
-
-
-def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
+def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Case]:
     """List the photographs of mBEST's data set: the subsets S1, S2 and S3.
 
     Each subset is a folder in `folder`, or in `folder`/dataset as in the public repository. It holds images/ and the labels,
@@ -102,7 +85,7 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
 
     Returns
     -------
-    References to the photographs, by subset and number; an image is read only when the `load` of its reference is called.
+    A case for each photograph, of the family of its subset, by subset and number; `load` reads a Photo.
 
     Raises
     ------
@@ -111,22 +94,22 @@ def mbest(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | No
     """
     folder = _check_masks(folder, masks, ("labels", "hsv"))
 
-    def loader(subset: str, image: Path, label: Path) -> Callable[[], Photo]:
-        def load() -> Photo:
-            color, labels = _read_color(image), _read_labels(label)
-            _check_size(image, color, label, labels)
-            return Photo(subset, image.stem, color, labels, labels > 0 if masks == "labels" else hsv_mask(color))
-
-        return load
-
     folders = [child for root in (folder, folder / "dataset") for child in [root, *sorted(root.glob("S*"))] if _has_images(child)]
     files = [(child.name, image, _file_beside(image, child, _LABELS)) for child in folders for image in _image_files(child)]
     return _select(
-        [PhotoRef(subset, image.stem, loader(subset, image, label)) for subset, image, label in files], folder, subsets
+        [Case(image.stem, subset, partial(_read_mbest, subset, image, label, masks)) for subset, image, label in files],
+        folder,
+        subsets,
     )
 
 
-def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[PhotoRef]:
+def _read_mbest(subset: str, image: Path, label: Path, masks: str) -> Photo:
+    color, labels = _read_color(image), _read_labels(label)
+    _check_size(image, color, label, labels)
+    return Photo(subset, image.stem, color, labels, labels > 0 if masks == "labels" else hsv_mask(color))
+
+
+def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | None = None) -> list[Case]:
     """List the photographs of the data set C1 to C3 of FASTDLO, RT-DLO and mBEST, resized to 640x360 px.
 
     `folder`, or `folder`/data as in the public repository, holds images/, labels/ (one color for each cable, on black) and
@@ -144,7 +127,7 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
 
     Returns
     -------
-    References to the photographs, by subset and number; an image is read only when the `load` of its reference is called.
+    A case for each photograph, of the family of its subset, by subset and number; `load` reads a Photo.
 
     Raises
     ------
@@ -153,24 +136,22 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
     """
     folder = _check_masks(folder, masks, ("labels", "network"))
 
-    def loader(subset: str, image: Path, label: Path, mask: Path | None) -> Callable[[], Photo]:
-        def load() -> Photo:
-            color = cv2.resize(_read_color(image), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
-            labels = _labels_of_colors(cv2.resize(_decode(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
-            if mask is None:
-                return Photo(subset, image.stem, color, labels, labels > 0)
-            grey = cv2.resize(_decode(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
-            return Photo(subset, image.stem, color, labels, np.asarray(grey > MIN_NETWORK_SCORE))
-
-        return load
-
     refs = []
     for root in [root for root in (folder, folder / "data") if _has_images(root)]:
         for image in _image_files(root):
             subset, label = image.stem.partition("_")[0].upper(), _file_beside(image, root, _LABELS)
             mask = _file_beside(image, root, _MASKS) if masks == "network" else None
-            refs.append(PhotoRef(subset, image.stem, loader(subset, image, label, mask)))
+            refs.append(Case(image.stem, subset, partial(_read_cset, subset, image, label, mask)))
     return _select(refs, folder, subsets)
+
+
+def _read_cset(subset: str, image: Path, label: Path, mask: Path | None) -> Photo:
+    color = cv2.resize(_read_color(image), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
+    labels = _labels_of_colors(cv2.resize(_decode(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
+    if mask is None:
+        return Photo(subset, image.stem, color, labels, labels > 0)
+    grey = cv2.resize(_decode(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
+    return Photo(subset, image.stem, color, labels, np.asarray(grey > MIN_NETWORK_SCORE))
 
 
 def hsv_mask(color: Array) -> Bools:
@@ -197,20 +178,20 @@ def _check_masks(folder: str | Path, masks: str, choices: tuple[str, ...]) -> Pa
     return Path(folder)
 
 
-def _select(refs: list[PhotoRef], folder: Path, subsets: Sequence[str] | None) -> list[PhotoRef]:
+def _select(refs: list[Case], folder: Path, subsets: Sequence[str] | None) -> list[Case]:
     """Return the photographs of the wanted subsets, in the order of their numbers."""
     if not refs:
         raise InputError(
             f"{folder}: no photographs here: expected images/ with labels/ beside it, see the help for the layout",
             code="photos-missing",
         )
-    available = sorted({ref.subset for ref in refs})
+    available = sorted({ref.family for ref in refs})
     for subset in subsets or ():
         if subset.upper() not in available:
             raise InputError(f"{folder}: has no subset {subset}, only {', '.join(available)}", code="subset-unknown")
     wanted = {subset.upper() for subset in subsets or available}
-    selected = [ref for ref in refs if ref.subset in wanted]
-    return sorted(selected, key=lambda ref: (ref.subset, [int(number) for number in re.findall(r"\d+", ref.name)], ref.name))
+    selected = [ref for ref in refs if ref.family in wanted]
+    return sorted(selected, key=lambda ref: (ref.family, [int(number) for number in re.findall(r"\d+", ref.name)], ref.name))
 
 
 def _has_images(folder: Path) -> bool:

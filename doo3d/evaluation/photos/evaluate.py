@@ -2,166 +2,154 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from ...config import Config
-from ...errors import DooError, error_code
 from ...stages.segment import segment
 from ...types import Array, Bools, Detection, Image
-from .datasets import PhotoRef
-from .score import CableTrace, PhotoScore, score_photo, trace_cable
+from ...viz import draw
+from ...viz.palette import DARK, chain_color
+from ..benchmark.cases import Case
+from ..benchmark.evaluate import detect_safely
+from ..benchmark.run import Benchmark
+from ..metrics.record import Record, Records, amount, failures, flags, number, share
+from .datasets import Photo
+from .score import score_photo, trace_cable
 
-Detector = Callable[[Array, Config, Bools | None], Detection]
+_MISSED = (128, 128, 128)
+"""RGB of a cable that no chain follows."""
 
+_UNLABELLED = (70, 70, 70)
+"""RGB of the mask where no cable is labelled."""
 
-@dataclass(frozen=True)
-class Row:
-    """The result for one photograph, or for one cable of a photograph detected alone.
+_TIMES = (
+    number(("ms", ""), 7, "ms", 1),
+    number(("95 %", ""), 7, "ms", 1, partial(np.percentile, q=95), name="ms_95"),
+    amount(("errors", ""), 6, "errors", failures),
+)
+PHOTO_COLUMNS = (
+    amount(("images", ""), 6, "images", len),
+    *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("drawn", 7), ("labelled", 9), ("ordered", 8))),
+    share(("count correct", ""), 18, "counts", flags("correct")),
+    *_TIMES,
+)
+"""Number of photographs; the three DICE scores of `score_photo` in %; photographs with the right number of chains; median and
+95th percentile of the time in ms; number of errors."""
 
-    Attributes
-    ----------
-    ref
-        the photograph.
-    score
-        the score of the detected chains against the labels.
-    detection
-        the detection; without chains if there was an error.
-    error, code
-        message and machine-readable code of the error that ended the detection; None if there was none.
-    cable
-        number of the cable in the labels, from 1; None for a whole photograph.
-    trace
-        how well the chain follows the cable `cable`; None for a whole photograph.
-    """
-
-    ref: PhotoRef
-    score: PhotoScore
-    detection: Detection
-    error: str | None = None
-    code: str | None = None
-    cable: int | None = None
-    trace: CableTrace | None = None
-
-    @property
-    def name(self) -> str:
-        """The name `subset/photograph`, followed by the number of the cable if the row is for one cable."""
-        cable = "" if self.cable is None else f" cable {self.cable}"
-        return f"{self.ref.subset}/{self.ref.name}{cable}"
-
-    @property
-    def milliseconds(self) -> float:
-        """The duration of the detection in ms, from the mask to the chains; NaN if there was an error."""
-        return float("nan") if self.error else 1e3 * sum(self.detection.seconds.values())
-
-    @property
-    def quality(self) -> float:
-        """A value to rank rows by, 0 (worst) to 2.
-
-        For a single cable, recall + precision; for a photograph, the sum of the DICE scores `drawn` and `labelled`.
-        """
-        return self.trace.recall + self.trace.precision if self.trace else self.score.drawn + self.score.labelled
+CABLE_COLUMNS = (
+    amount(("cables", ""), 6, "cables", len),
+    share(("traced", ""), 18, "traced", flags("traced")),
+    *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("recall", 7), ("precision", 9))),
+    *_TIMES,
+)
+"""Number of cables; cables traced (see `trace_cable`); mean recall and precision in %; time and errors as for photographs."""
 
 
-def evaluate_photos(
-    refs: Iterable[PhotoRef],
-    config: Config,
-    known_count: bool = False,
-    detect: Detector | None = None,
-    give_mask: bool = True,
-) -> list[Row]:
-    """Detect in every photograph and score the result.
-
-    The first photograph of each subset is run twice and counted once, so that compilation is not timed.
+def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool = True) -> Benchmark:
+    """Return the benchmark of photographs; a failed detection counts as one without chains.
 
     Parameters
     ----------
-    refs
-        the photographs, subset by subset.
     config
         the configuration of the detection, of the 2-D mode.
     known_count
         True gives the detection the true number of cables; False leaves the number to the config.
-    detect
-        another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and its
-        mask (H, W) bool; None for `doo3d.detect`.
     give_mask
         False gives the detection no mask, so that it selects the object by the config; the score then takes the mask selected.
-
-    Returns
-    -------
-    A row for each photograph; a failed detection counts as one without chains, and its row holds the error.
     """
-    rows = list[Row]()
-    for ref in refs:
-        photo = ref.load()
-        used = _with_chains(config, photo.cables) if known_count else config
-        if not rows or rows[-1].ref.subset != ref.subset:
-            _run(photo.image, used, photo.mask if give_mask else None, detect)
-        detection, error, code = _run(photo.image, used, photo.mask if give_mask else None, detect)
-        own = None if give_mask or error else segment(Image(photo.image), used.segment, seed=used.seed).foreground.mask
-        rows.append(
-            Row(ref, score_photo(detection.chains, photo.labels, photo.mask if own is None else own), detection, error, code)
-        )
+    measure = partial(measure_photo, config=config, known_count=known_count, give_mask=give_mask)
+    return Benchmark(measure, PHOTO_COLUMNS, _panels, caption, lambda row: -row.drawn - row.labelled)
+
+
+def cable_benchmark(config: Config) -> Benchmark:
+    """Return the benchmark of single cables: each is detected alone, with its labelled pixels as the mask, as one chain."""
+    measure = partial(measure_cables, config=_with_chains(config, 1))
+    return Benchmark(measure, CABLE_COLUMNS, _panels, caption, lambda row: -row.recall - row.precision)
+
+
+def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool) -> list[Record]:
+    """Detect in a photograph; see `photo_benchmark`."""
+    photo: Photo = case.load()
+    used = _with_chains(config, photo.cables) if known_count else config
+    detection, end = _detect(photo.image, used, photo.mask if give_mask else None)
+    own = give_mask or end["error"]
+    mask: Any = photo.mask if own else segment(Image(photo.image), used.segment, seed=used.seed).foreground.mask
+    return [_record(case, detection, score_photo(detection.chains, photo.labels, mask) | end)]
+
+
+def measure_cables(case: Case, config: Config) -> list[Record]:
+    """Detect each cable of a photograph alone; see `cable_benchmark`."""
+    photo, rows = case.load(), []
+    for cable in range(1, photo.cables + 1):
+        mask = photo.labels == cable
+        detection, end = _detect(photo.image, config, mask)
+        trace = trace_cable(detection.chains[0] if detection.chains else None, photo.labels, cable)
+        score = score_photo(detection.chains, mask.astype(np.uint8), mask)
+        rows.append(_record(case, detection, {"cable": cable} | score | trace | {"correct": trace.traced} | end))
     return rows
 
 
-def evaluate_cables(refs: Iterable[PhotoRef], config: Config, detect: Detector | None = None) -> list[Row]:
-    """Detect each cable of each photograph alone, with its labelled pixels as the mask, and score the result.
-
-    The detection is told to find one chain. The first cable of each subset is run twice and counted once, so that compilation is
-    not timed.
-
-    Parameters
-    ----------
-    refs
-        the photographs, subset by subset.
-    config
-        the configuration of the detection, of the 2-D mode.
-    detect
-        another detector to measure, called as detect(image, config, mask=mask) with the photograph (H, W, 3) uint8 RGB and the
-        cable's pixels (H, W) bool; None for `doo3d.detect`.
-
-    Returns
-    -------
-    A row for each cable, photograph by photograph; a failed detection counts as one without a chain, and its row holds the error.
-    """
-    rows, config = list[Row](), _with_chains(config, 1)
-    for ref in refs:
-        photo = ref.load()
-        for cable in range(1, photo.cables + 1):
-            mask = photo.labels == cable
-            if not rows or rows[-1].ref.subset != ref.subset:
-                _run(photo.image, config, mask, detect)
-            detection, error, code = _run(photo.image, config, mask, detect)
-            trace = trace_cable(detection.chains[0] if detection.chains else None, photo.labels, cable)
-            score = score_photo(detection.chains, mask.astype(np.uint8), mask)
-            rows.append(Row(ref, score, detection, error, code, cable, trace))
-    return rows
+def _record(case: Case, detection: Detection, values: dict[str, Any]) -> Record:
+    row = case.record(values)
+    row.detection = detection
+    return row
 
 
-def worst(rows: Iterable[Row], count: int) -> list[Row]:
-    """Return the `count` rows of the lowest quality (see `Row.quality`), lowest first."""
-    return sorted(rows, key=lambda row: row.quality)[:count]
+def _detect(image: Array, config: Config, mask: Bools | None) -> tuple[Detection, dict[str, Any]]:
+    """Return the detection, or an empty one whatever was raised, with the end of its record; the time is that of its stages."""
+    detection, end = detect_safely(image, config, mask, Exception)
+    if end["error"]:
+        return Detection((), "2d", "image"), end | {"ms": float("nan")}
+    return detection, end | {"ms": 1e3 * sum(detection.seconds.values())}
 
 
 def _with_chains(config: Config, chains: int) -> Config:
     return config.model_copy(update={"merge": config.merge.model_copy(update={"chains": max(chains, 1)})})
 
 
-def _run(image: Array, config: Config, mask: Bools | None, detect: Detector | None) -> tuple[Detection, str | None, str | None]:
-    """Return the detection, or an empty one with the sentence and code of the error, whatever was raised."""
-    run: Callable[..., Detection]
-    if detect is None:
-        from ...pipeline import detect as run
+def name(row: Record) -> str:
+    """Return the name `subset/photograph`, followed by the number of the cable if the record is of one cable."""
+    return f"{row.family}/{row.frame}" + (f" cable {row.cable}" if "cable" in row else "")
+
+
+def caption(row: Record) -> str:
+    """Return a caption for the picture of a record, in one line: name, scores in %, and the error if there was one."""
+    if "recall" in row:
+        text = f"recall {100 * row.recall:.1f}   precision {100 * row.precision:.1f}"
     else:
-        run = detect
-    empty = Detection((), "2d", "image")
-    try:
-        return run(image, config, mask=mask), None, None
-    except DooError as error:
-        return empty, str(error), error.code
-    except Exception as error:
-        return empty, f"{type(error).__name__}: {error}", error_code(error)
+        dice = "   ".join(f"{key} {100 * row[key]:.1f}" for key in ("drawn", "labelled", "ordered"))
+        text = f"{dice}   {row.chains} of {row.cables} chains"
+    return f"{name(row)}   {text}" + (f"   {row.error}" if row.error else "")
+
+
+def remarks(rows: Records) -> list[str]:
+    """Return lines that name the photographs with errors, with another number of chains, and cables that are not traced."""
+    lines = [
+        f"error: {error} [{code}]: {', '.join(name(row) for row in rows if row.error == error)}"
+        for error, code in dict.fromkeys((row.error, row.code) for row in rows if row.error)
+    ]
+    wrong = [row for row in rows if not (row.correct or row.error)]
+    if counts := [f"{name(row)} {row.chains} of {row.cables}" for row in wrong if "cable" not in row]:
+        lines.append(f"count wrong: {', '.join(counts)}")
+    if missed := [name(row) for row in wrong if "cable" in row]:
+        lines.append(f"not traced: {', '.join(missed)}")
+    return lines
+
+
+def _panels(row: Record) -> tuple[Array, Array]:
+    """Draw the chains over a photograph, and its labels, (H, W, 3) uint8 RGB each.
+
+    A labelled cable has the color of the chain matched with it, or is gray if there is none. It is darker where the mask does not
+    contain it. Unlabelled pixels of the mask are dark gray.
+    """
+    photo: Photo = row.case.load()
+    labels = (photo.labels == row.cable).astype(np.uint8) if "cable" in row else photo.labels
+    mask = labels > 0 if "cable" in row else photo.mask
+    colors = [DARK, *(_MISSED if chain < 0 else chain_color(int(chain)) for chain in row.match)]
+    out = np.array(colors, np.uint8)[labels]
+    out[mask & (labels == 0)] = _UNLABELLED
+    out[~mask & (labels > 0)] //= 2
+    return draw(photo.image, row.detection), np.asarray(out)

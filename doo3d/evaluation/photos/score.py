@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from ...errors import require
 from ...types import Array, Bools, Chain, Floats, Ints
+from ..metrics.record import Record
 from .datasets import MIN_CABLE_PIXELS
 
 SAMPLE_SPACING_PX = 0.5
@@ -30,65 +30,15 @@ _MAX_BOX_PIXELS = 4_000_000
 """Pixels of boxes that are drawn together, for memory."""
 
 
-@dataclass(frozen=True)
-class PhotoScore:
-    """The score of one photograph's chains against the labels of its cables.
+def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> Record:
+    """Score the chains of one photograph against the labels of its cables.
 
     `drawn`, `labelled` and `ordered` are DICE coefficients, 0 to 1, between the labelled pixels of each cable and the pixels of
-    the chain matched with it, averaged over the cables. They differ in which pixels are counted as the chain's.
-
-    Attributes
-    ----------
-    drawn
-        DICE with the pixels that the chain covers when it is drawn with its own width.
-    labelled
-        DICE with the pixels of the mask that are nearer to the chain than to any other chain.
-    ordered
-        DICE with the pixels as for `labelled`, except that a pixel of a cable is always given to the matched chain if this chain
-        covers it when drawn. This makes up for crossings, where only one of two cables shows, so that `labelled` is below 1 even
-        for perfect chains (by 0.7 % on the subset S2, 1.2 % on S3).
-    cables, chains
-        numbers of labelled cables and of detected chains.
-    match
-        (cables,) int, index of the chain matched with each cable for `drawn`; -1 for none.
-    """
-
-    drawn: float
-    labelled: float
-    ordered: float
-    cables: int
-    chains: int
-    match: Ints
-
-    @property
-    def count_correct(self) -> bool:
-        """Whether there are as many chains as cables."""
-        return self.cables == self.chains
-
-
-@dataclass(frozen=True)
-class CableTrace:
-    """How well a chain follows one cable that was detected alone.
-
-    Attributes
-    ----------
-    recall
-        fraction, 0 to 1, of the cable's center line that is within 5 px of the chain.
-    precision
-        fraction, 0 to 1, of the chain that is within 5 px of the center line, or of pixels of other cables that cover it.
-    """
-
-    recall: float
-    precision: float
-
-    @property
-    def traced(self) -> bool:
-        """Whether the cable counts as traced: both recall and precision are above 0.95."""
-        return self.recall > MIN_TRACED and self.precision > MIN_TRACED
-
-
-def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScore:
-    """Score the chains of one photograph against the labels of its cables.
+    the chain matched with it, averaged over the cables (1 if there are no cables, 0 if there are no chains). `drawn` counts the
+    pixels that the chain covers when it is drawn with its own width; `labelled` those of the mask that are nearer to it than to
+    any other chain; `ordered` the same, except that a pixel of a cable is always given to the matched chain if this chain covers
+    it when drawn. This makes up for crossings, where only one of two cables shows, so that `labelled` is below 1 even for perfect
+    chains (by 0.7 % on the subset S2, 1.2 % on S3).
 
     Parameters
     ----------
@@ -101,9 +51,9 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
 
     Returns
     -------
-    PhotoScore
-        three DICE scores averaged over the cables (1 if there are no cables, 0 if there are no chains), the numbers of cables and
-        chains, and the chain matched with each cable.
+    Record
+        the three coefficients; `cables` and `chains`, the numbers of both, and `correct`, whether they are the same; `match`,
+        index of the chain matched with each cable for `drawn`, -1 for none.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
@@ -114,10 +64,11 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> PhotoScor
         if chain >= 0:
             owner = np.where((labels[mask] == cable) & covers[chain][mask], chain, owner)
     ordered, _ = _match(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
-    return PhotoScore(drawn, labelled, ordered, cables, len(chains), match)
+    counts = {"cables": cables, "chains": len(chains), "correct": cables == len(chains)}
+    return Record(counts | {"drawn": drawn, "labelled": labelled, "ordered": ordered, "match": match.tolist()})
 
 
-def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
+def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> Record:
     """Score a chain that was detected in the labelled pixels of one cable alone.
 
     The cable's center line is the skeleton of its labelled pixels, without regions of fewer than 30 px. Where another cable
@@ -135,16 +86,16 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
 
     Returns
     -------
-    CableTrace
+    Record
         recall: fraction of the center line within 5 px of the chain; precision: fraction of the chain within 5 px of the center
-        line or of a covering pixel.
+        line or of a covering pixel; traced: whether both are above 0.95.
 
     Raises
     ------
     MissingDependency : scikit-image is not installed.
     """
     if chain is None:
-        return CableTrace(0.0, 0.0)
+        return Record(recall=0.0, precision=0.0, traced=False)
     skeletonize = require("skimage.morphology", "test").skeletonize
     cable_pixels = _without_specks(labels == cable)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (BRIDGE_PX, BRIDGE_PX))
@@ -152,7 +103,8 @@ def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> CableTrace:
     closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)[BRIDGE_PX:-BRIDGE_PX, BRIDGE_PX:-BRIDGE_PX] > 0
     center, bridge = _pixel_positions(skeletonize(cable_pixels)), _pixel_positions(closed & ~cable_pixels & (labels > 0))
     line = sample_chain(chain)
-    return CableTrace(_near_fraction(center, line), _near_fraction(line, np.concatenate((center, bridge))))
+    recall, precision = _near_fraction(center, line), _near_fraction(line, np.concatenate((center, bridge)))
+    return Record(recall=recall, precision=precision, traced=min(recall, precision) > MIN_TRACED)
 
 
 def sample_chain(chain: Chain) -> Floats:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +16,69 @@ from ...pipeline import detect_with_stages
 from ...sequence.detect_sequence import check_mode, combine
 from ...sequence.objects import find_objects
 from ...sequence.observations import Observation, observe
-from ...types import Bools, Chain, Detection
-from ..metrics.score import FrameScore, score
+from ...types import Array, Bools, Chain, Detection
+from ..benchmark.cases import Case
+from ..benchmark.pictures import panels, truth_chain
+from ..benchmark.run import Benchmark
+from ..metrics.correct import FRAMES
+from ..metrics.record import Column, Record, Records, amount, decimals, number
+from ..metrics.score import score
 from ..rendering.renderer import Rendered
 from ..scenes.model import Truth
 from .motions import FRAME_RATE
 from .nodes import find_jumps, measured_nodes, node_offsets
-from .rows import VARIANTS, Row, SequenceResult
 from .scenes import Sequence as TrueSequence
+
+VARIANTS = {
+    "single": "each frame for itself",
+    "forward": "with earlier frames only, as a tracker",
+    "sequence": "with earlier and later frames",
+}
+"""The variants that the records of a sequence compare, and what is known in each."""
+
+
+def _ratio(name: str, title: tuple[str, str], width: int, of: str, to: str, digits: int, factor: float = 1.0) -> Column:
+    """Return a column of the sum of one value over that of another."""
+
+    def summarize(rows: Records) -> dict[str, Any]:
+        total = sum(row[to] for row in rows)
+        return {name: factor * sum(row[of] for row in rows) / total if total else float("nan")}
+
+    return Column(title, width, summarize, lambda values: decimals(values[name], digits))
+
+
+COLUMNS = (
+    FRAMES,
+    amount(("", "missing"), 8, "frames_missing", lambda rows: sum(row.chains == 0 for row in rows)),
+    number(("nodes", "mm"), 7, "nodes_seen nodes_hidden", 1, np.mean, name="node_error"),
+    number(("hidden", "median"), 7, "nodes_hidden", 1, name="hidden_median"),
+    number(("hidden", "mean"), 7, "nodes_hidden", 1, np.mean, name="hidden_mean"),
+    number(("seen", "median"), 7, "nodes_seen", 1, name="seen_median"),
+    number(("RMS", "hidden"), 7, "rms_hidden", 1),
+    _ratio("jumps", ("jumps", "per 1000"), 9, "jumps", "nodes_compared", 1, 1e3),
+    number(("time", "ms"), 7, "ms", 0, np.mean),
+    _ratio("time_ratio", ("of", "single"), 7, "ms", "ms_single", 2),
+)
+"""The columns of the table: frames correct by the strict rule; frames without any chain, which have no nodes; distance of the
+nodes of the chains from their points of the material, mm, of all, of those where the sensor measured nothing, and of the others;
+RMS distance of hidden parts from the true axis, median over frames; of 1,000 nodes, those that move more than 5 radii against the
+material since the frame before; processor time per frame, and as a multiple of that of single frames."""
+
+
+def sequence_benchmark(config: Config, give_count: bool = True) -> Benchmark:
+    """Return the benchmark of sequences; the parameters are those of `measure_sequence`."""
+    measure = partial(measure_sequence, config=config, give_count=give_count)
+    return Benchmark(measure, COLUMNS, _panels, _caption, lambda row: (not row.correct, row.hidden_share))
+
+
+def sequence_case(sequence: TrueSequence, sensor: str = "d435") -> Case:
+    """Return the case of a sequence, whose frames the sensor sees."""
+    records = len(VARIANTS) * len(sequence)
+    return Case(sequence.name, sequence.name, partial(_itself, sequence), (), sequence.seed, sensor, records)
+
+
+def _itself(sequence: TrueSequence) -> TrueSequence:
+    return sequence
 
 
 @dataclass(frozen=True)
@@ -30,8 +87,6 @@ class FirstPass:
 
     Attributes
     ----------
-    name
-        names of the sequence and of the frame.
     observation
         the detection, and the strands that were seen.
     truth
@@ -44,37 +99,30 @@ class FirstPass:
         processor time of the detection, and of finding the strands in it, s.
     """
 
-    name: str
     observation: Observation
     truth: Truth
     measured: Bools
-    score: FrameScore
+    score: Record
     seconds: tuple[float, float]
 
 
-def evaluate_sequence(
-    sequence: TrueSequence,
-    config: Config,
-    give_count: bool = True,
-    sensor: str = "d435",
-    report: Callable[[FirstPass], None] = lambda frame: None,
-) -> SequenceResult:
+def measure_sequence(case: Case, config: Config, give_count: bool = True) -> list[Record]:
     """Render a sequence, detect in it in three variants (see VARIANTS), and compare the chains with the cable.
 
     Images are rendered, used and dropped one after the other.
 
     Parameters
     ----------
-    sequence
-        the cable in motion.
+    case
+        the cable in motion, from `sequence_case`.
     config
         the settings; for 3-D.
     give_count
         whether to tell the detection that there is one object.
-    sensor
-        simulated depth camera, as for `render`.
-    report
-        called after the first pass of each frame.
+
+    Returns
+    -------
+    A record for each variant and frame.
 
     Raises
     ------
@@ -88,10 +136,8 @@ def evaluate_sequence(
                 "sequence": config.sequence.model_copy(update={"chains": 1}),
             }
         )
-    frames = []
-    for rendered in sequence.frames(sensor):
-        frames.append(_first_pass(sequence.name, rendered, config))
-        report(frames[-1])
+    sequence: TrueSequence = case.load()
+    frames = [_first_pass(rendered, config) for rendered in sequence.frames(case.sensor)]
     observations = [frame.observation for frame in frames]
     detections = {"single": [frame.observation.detection for frame in frames]}
     seconds = {"single": sum(frame.seconds[0] for frame in frames)}
@@ -100,17 +146,18 @@ def evaluate_sequence(
         detections[variant] = list(combine(observations, config, past_only))
         seconds[variant] = time.process_time() - start + sum(sum(frame.seconds) for frame in frames)
     detections["forward"] = [_or_single(*both) for both in zip(detections["forward"], detections["single"], strict=True)]
-    objects = find_objects(observations, config)
-    return SequenceResult(
-        sequence.name,
-        tuple(row for variant in VARIANTS for row in _rows(sequence, variant, frames, detections[variant])),
-        float(np.mean([frame.truth.length for frame in frames])),
-        max((item.length for item in objects), default=float("nan")),
-        seconds,
-    )
+    found = max((item.length for item in find_objects(observations, config)), default=float("nan"))
+    times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
+    rows = []
+    for variant in VARIANTS:
+        end = {"found_length": found, "ms": times[variant], "ms_single": times["single"]}
+        rows += [case.record(row | end) for row in _rows(sequence, variant, frames, detections[variant])]
+    for row, detection in zip(rows, (each for variant in VARIANTS for each in detections[variant]), strict=True):
+        row.detection = detection
+    return rows
 
 
-def _first_pass(sequence: str, rendered: Rendered, config: Config) -> FirstPass:
+def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
     """Detect in a frame for itself. A frame that cannot be used shows nothing."""
     frame, (truth,) = rendered.frame, rendered.truths
     start = time.process_time()
@@ -125,7 +172,7 @@ def _first_pass(sequence: str, rendered: Rendered, config: Config) -> FirstPass:
     seconds = detected - start, time.process_time() - detected
     chains = observation.detection.chains
     measured = measured_nodes(truth, frame.depth)
-    return FirstPass(f"{sequence}/{frame.name}", observation, truth, measured, score(chains, (truth,)), seconds)
+    return FirstPass(observation, truth, measured, score(chains, (truth,)), seconds)
 
 
 def _or_single(detection: Detection, single: Detection) -> Detection:
@@ -133,29 +180,56 @@ def _or_single(detection: Detection, single: Detection) -> Detection:
     return detection if detection.chains else replace(single, chains=tuple(replace(chain, id=None) for chain in single.chains))
 
 
-def _rows(sequence: TrueSequence, variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Row]:
-    """Return the row of each frame in one variant; the longest chain of a frame is compared node by node."""
+def _rows(sequence: TrueSequence, variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
+    """Return the values of each frame in one variant; the longest chain of a frame is compared node by node."""
     truths = [frame.truth for frame in frames]
-    chains = [_longest(detection) for detection in detections]
-    offsets = node_offsets(chains, truths, keeps_direction=variant == "sequence")
+    offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant == "sequence")
     jumps, counted = find_jumps(offsets, sequence.motion.radius)
-    distances = np.linalg.norm(offsets, axis=2)
-    return [
-        Row(
-            sequence=sequence.name,
-            frame=k,
-            time=k / FRAME_RATE,
-            variant=variant,
-            score=frame.score if variant == "single" else score(detections[k].chains, (frame.truth,)),
-            detection=detections[k],
-            distances=distances[k],
-            measured=frame.measured,
-            jumps=int(jumps[k].sum()),
-            nodes_compared=int(counted[k]) * distances.shape[1],
+    distances = 1e3 * np.linalg.norm(offsets, axis=2)
+    rows = []
+    for k, (frame, detection) in enumerate(zip(frames, detections, strict=True)):
+        values = frame.score if variant == "single" else score(detection.chains, (frame.truth,))
+        known = np.isfinite(distances[k])
+        seen, hidden = distances[k][known & frame.measured], distances[k][known & ~frame.measured]
+        rows.append(
+            Record(
+                frame=f"{k:04d}",
+                time=k / FRAME_RATE,
+                variant=variant,
+                correct=values.correct,
+                chains=values.chains,
+                hidden_share=float((~frame.measured).mean()),
+                node_error=_mean(distances[k][known]),
+                node_error_hidden=_mean(hidden),
+                node_error_seen=_mean(seen),
+                rms_hidden=values.rms_hidden,
+                jumps=int(jumps[k].sum()),
+                nodes_compared=int(counted[k]) * distances.shape[1],
+                confidence=detection.confidence,
+                reasons=values.reasons,
+                true_length=frame.truth.length,
+                nodes_seen=seen.tolist(),
+                nodes_hidden=hidden.tolist(),
+            )
         )
-        for k, frame in enumerate(frames)
-    ]
+    return rows
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if len(values) else float("nan")
 
 
 def _longest(detection: Detection) -> Chain | None:
     return max(detection.chains, key=lambda chain: chain.length, default=None)
+
+
+def _panels(row: Record) -> tuple[Array, Array]:
+    """Draw the detection of a record over its frame, and the true cable over the same frame."""
+    rendered = row.case.load().frame(int(row.frame), row.case.sensor)
+    return panels(rendered.frame, row.detection, Detection(tuple(map(truth_chain, rendered.truths))))
+
+
+def _caption(row: Record) -> str:
+    return (
+        f"{row.family}   {row.time:.2f} s   {row.variant}: {'; '.join(row.reasons) or 'correct'}   (detection left, truth right)"
+    )

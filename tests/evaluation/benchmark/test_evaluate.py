@@ -1,6 +1,6 @@
 """The table, with a detection that is known: the truth itself, nothing, or an error."""
 
-from dataclasses import replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -10,15 +10,14 @@ from builders.paths import SAMPLES
 
 from doo3d.config import Config, load_config
 from doo3d.errors import ConfigError, InputError
-from doo3d.evaluation.benchmark.evaluate import (
-    _hsv_range,
-    evaluate_captures,
-    evaluate_rendered,
-    evaluate_scenes,
-)
-from doo3d.evaluation.benchmark.rows import most_confident, summary
+from doo3d.evaluation.benchmark.cases import Case, folder_cases, known_frame, scene_cases
+from doo3d.evaluation.benchmark.evaluate import _hsv_range, evaluate
 from doo3d.evaluation.benchmark.tables import format_table
+from doo3d.evaluation.metrics.confidence import most_confident
+from doo3d.evaluation.metrics.correct import METRIC
 from doo3d.evaluation.metrics.crossings import true_crossings
+from doo3d.evaluation.metrics.record import Record
+from doo3d.evaluation.metrics.score import COLUMNS
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth
@@ -31,6 +30,10 @@ SMALL = (640, 480)
 def even(points, length=0.01, radius=0.004):
     """A chain of equal segments along a line (P, 3)."""
     return Chain(lay_equal_chords(points, length)[0], length, radius)
+
+
+def evaluate_rendered(scenes, *options):
+    return evaluate([Case(each.frame.name, family, partial(known_frame, each)) for family, each in scenes], *options)
 
 
 @pytest.fixture
@@ -57,8 +60,8 @@ def test_perfect_chains_fill_the_table(calls):
     rendered = render(make_scene("crossing", 5, SMALL), "none")
     calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
     rows = evaluate_rendered([("crossing", rendered)], Config())
-    assert rows[0].score.correct
-    text = format_table(rows)
+    assert rows[0].correct
+    text = format_table(rows, COLUMNS)
     assert "1/1 100.0 %" in text
     assert "1.00" in text
     assert len({len(line) for line in text.splitlines()}) == 1
@@ -72,11 +75,11 @@ def test_the_table_has_the_most_confident_frames_and_the_upper_strands(calls):
         places = SegmentRef(0, upper), SegmentRef(0, lower)
         calls.given = Detection(chains, crossings=(Crossing(*places[:: 1 if right else -1], np.zeros(3), 0.9),))
         (row,) = evaluate_rendered([("crossing", rendered)], Config())
-        assert (row.score.crossings, row.score.crossings_correct, row.confidence) == (1, int(right), 1.0)
-        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row]).splitlines()[-1].partition(" 0 ")[2]
-    doubtful = [replace(row, confidence=k / 30, score=replace(row.score, correct=k > 2)) for k in range(20)]
+        assert (row.crossings, row.crossings_correct, row.confidence) == (1, int(right), 1.0)
+        assert ("1/1 100.0 %" if right else "0/1 0.0 %") in format_table([row], COLUMNS).splitlines()[-1].partition(" 0 ")[2]
+    doubtful = [Record(row | {"confidence": k / 30, "correct": k > 2}) for k in range(20)]
     assert [row.confidence for row in most_confident(doubtful)] == [k / 30 for k in range(2, 20)]
-    assert "17/20 85.0 %  100.0 %    94.4 %" in format_table(doubtful)
+    assert "17/20 85.0 %  100.0 %    94.4 %" in format_table(doubtful, COLUMNS)
     assert most_confident([]) == []
     assert len(most_confident(doubtful[:3])) == 2
 
@@ -97,10 +100,10 @@ def test_method_and_wanted_chains_are_passed_on(calls):
 
 def test_a_frame_that_fails_counts_as_wrong(calls):
     calls.give = InputError("no depth anywhere", code="depth-none")
-    rows = evaluate_scenes(["straight"], [0, 1], Config(), "none", size=SMALL)
+    rows = evaluate(scene_cases(["straight"], [0, 1], "none", SMALL), Config())
     assert [(row.error, row.code) for row in rows] == [("no depth anywhere", "depth-none")] * 2
-    assert rows[0].to_dict()["code"] == "depth-none"
-    assert "0/2 0.0 %" in format_table(rows)
+    assert rows[0]["code"] == "depth-none"
+    assert "0/2 0.0 %" in format_table(rows, COLUMNS)
 
 
 def test_the_number_of_chains_is_counted(calls):
@@ -109,20 +112,21 @@ def test_the_number_of_chains_is_counted(calls):
     (one,) = evaluate_rendered([("several", rendered)], Config(), False)
     calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
     (all_,) = evaluate_rendered([("several", rendered)], Config(), False)
-    assert (summary([one, all_]).count_correct, summary([one, all_]).frames_correct) == (1, 1)
-    assert "1/2 50.0 %   50.0 %" in format_table([one, all_])
+    values = {key: value for column in METRIC.columns for key, value in column.summarize([one, all_]).items()}
+    assert (values["count_correct"], values["frames_correct"]) == (1, 1)
+    assert "1/2 50.0 %   50.0 %" in format_table([one, all_], COLUMNS)
 
 
 def test_a_config_for_two_dimensions_is_refused():
     with refuses("config-mode", kind=ConfigError):
-        evaluate_scenes(["straight"], [0], load_config("image"))
+        evaluate(scene_cases(["straight"], [0]), load_config("image"))
 
 
 def test_captures_are_scored_against_the_truth_beside_them(calls):
     truth = read_truth(SAMPLES / "straight" / "truth.json")["000000"]
     calls.give = [even(truth[0].axis, 0.01, truth[0].radius)]
-    rows = evaluate_captures(SAMPLES, Config())
-    right = {row.family for row in rows if row.score.correct}
+    rows = evaluate(folder_cases(SAMPLES), Config())
+    right = {row.family for row in rows if row.correct}
     assert right == {"straight"}
     assert [row.family for row in rows].count("crossing") == 3
     assert sum(row.family.startswith("clouds/") for row in rows) == 5
@@ -130,7 +134,7 @@ def test_captures_are_scored_against_the_truth_beside_them(calls):
 
 def test_no_captures_is_an_error(tmp_path):
     with refuses("truth-missing", "truth.json"):
-        evaluate_captures(tmp_path, Config())
+        folder_cases(tmp_path)
 
 
 @pytest.mark.slow

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 import pytest
 
-from doo3d.evaluation.benchmark.rows import Row, most_confident_part, reliability
-from doo3d.evaluation.benchmark.tables import format_reliability, json_text
-from doo3d.evaluation.metrics.score import FrameScore
+from doo3d.evaluation.benchmark.tables import json_text
+from doo3d.evaluation.metrics.confidence import format_reliability, most_confident_part, reliability
+from doo3d.evaluation.metrics.record import Record
 
 CONFIDENCE = (0.0, 0.3, 0.5, 0.85, 0.96, 0.97, 0.98, 1.0)
 CORRECT = (False, True, False, True, True, True, True, True)
 
 
-def row(confidence: float, correct: bool, in_image: bool | None = True) -> Row:
-    score = FrameScore(correct, (), 1, 1, 0, 0, 0, 0, *[math.nan] * 4, coverage=1.0, off_fraction=0.0, image_correct=in_image)
-    return Row("a", "b", score, 0.1, confidence=confidence)
+def row(confidence: float, correct: bool, in_image: bool | None = True) -> Record:
+    return Record(family="b", frame="a", counted=False, correct=correct, image_correct=in_image, confidence=confidence, ms=1.0)
 
 
 ROWS = [row(*each) for each in zip(CONFIDENCE, CORRECT, strict=True)]
@@ -45,6 +43,6 @@ def test_the_table_and_the_file():
     assert len(lines) == 1 + 5 + 1
     assert lines[1].split()[:4] == ["0.98", "to", "1", "2"]
     assert "5/6 83.3 %" in lines[-1]
-    held = json.loads(json_text(ROWS, {}))["reliability"]
+    held = json.loads(json_text(ROWS, (), {}))["reliability"]
     assert [each["frames"] for each in held["bins"]] == [2, 1, 1, 0, 2, 2]
     assert held["most_confident"]["correct"] == 5

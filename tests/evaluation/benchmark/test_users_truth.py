@@ -117,9 +117,9 @@ def test_results_are_scored_and_a_frame_without_one_is_wrong(tmp_path):
     out.mkdir()
     (out / "a.json").write_text(dumps(detection().to_dict()))
     first, second = result_rows(out, truth)
-    assert first.score.correct, first.score.reasons
-    assert (first.family, first.name, first.seconds, first.confidence, first.score.merges) == ("out", "a", 0.75, 0.7, 1)
-    assert not second.score.correct
+    assert first.correct, first.reasons
+    assert (first.family, first.frame, first.ms, first.confidence, first.merges) == ("out", "a", 750, 0.7, 1)
+    assert not second.correct
     assert (second.error, second.code) == ("no result", "results-missing")
 
 

@@ -33,7 +33,7 @@ def cset_folder(root, names=("images", "labels", "masks"), labels=WIDE, name="c2
 
 def test_mbest_gives_images_labels_and_their_foreground(tmp_path):
     refs = mbest(mbest_folder(tmp_path))
-    assert [(ref.subset, ref.name) for ref in refs] == [("S1", "img2"), ("S1", "img10"), ("S2", "img2"), ("S2", "img10")]
+    assert [(ref.family, ref.name) for ref in refs] == [("S1", "img2"), ("S1", "img10"), ("S2", "img2"), ("S2", "img10")]
     photo = refs[0].load()
     assert photo.image.shape == (*LABELS.shape, 3)
     assert (photo.labels == LABELS).all()
@@ -50,13 +50,13 @@ def test_mbest_reads_the_public_repository(tmp_path):
         np.save(tmp_path / "dataset/S3/gt_labels" / f"{name}.npy", LABELS * 3)
     for root in (tmp_path, tmp_path / "dataset", tmp_path / "dataset/S3"):
         refs = mbest(root)
-        assert [(ref.subset, ref.name) for ref in refs] == [("S3", "img0"), ("S3", "img1")]
+        assert [(ref.family, ref.name) for ref in refs] == [("S3", "img0"), ("S3", "img1")]
         assert (refs[1].load().labels == LABELS).all()
 
 
 def test_subsets_are_chosen_and_others_refused(tmp_path):
     folder = mbest_folder(tmp_path)
-    assert {ref.subset for ref in mbest(folder, subsets=["s2"])} == {"S2"}
+    assert {ref.family for ref in mbest(folder, subsets=["s2"])} == {"S2"}
     with refuses("subset-unknown", "S7", "S1, S2"):
         mbest(folder, subsets=["S7"])
 
@@ -108,7 +108,7 @@ def test_cset_numbers_the_colours(tmp_path, below, names):
     cset_folder(tmp_path / below, names)
     (ref,) = cset(tmp_path)
     photo = ref.load()
-    assert (ref.subset, ref.name, photo.cables) == ("C2", "c2_4", 2)
+    assert (ref.family, ref.name, photo.cables) == ("C2", "c2_4", 2)
     assert photo.image.shape == (360, 640, 3)
     assert (photo.mask == (WIDE > 0)).all()
     for number in (1, 2):
@@ -140,7 +140,7 @@ def test_cset_without_the_networks_masks(tmp_path):
 def test_the_public_photographs_are_as_they_are_said_to_be():
     for ref in mbest(DATA / "mbest")[::40]:
         photo = ref.load()
-        assert photo.cables == int(ref.subset[1])
+        assert photo.cables == int(ref.family[1])
         assert photo.labels.shape == (896, 672)
     for ref in cset(DATA / "cset", "network")[::20]:
         photo = ref.load()

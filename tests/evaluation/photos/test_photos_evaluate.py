@@ -10,10 +10,11 @@ from builders.paths import DATA
 from builders.photos import HEIGHT, WIDTH, cross, labelled, painted, photo_ref, save, strand
 
 from doo3d.config import Config, load_config
+from doo3d.evaluation.benchmark.pictures import worst, write_pictures
+from doo3d.evaluation.benchmark.run import run_cases
+from doo3d.evaluation.benchmark.tables import csv_text, format_table
 from doo3d.evaluation.photos.datasets import cset, mbest
-from doo3d.evaluation.photos.evaluate import evaluate_cables, evaluate_photos, worst
-from doo3d.evaluation.photos.pictures import picture, write_pictures
-from doo3d.evaluation.photos.tables import caption, csv_text, format_rows
+from doo3d.evaluation.photos.evaluate import cable_benchmark, caption, name, photo_benchmark, remarks
 from doo3d.types import Detection
 
 APART = [strand((20, 30), (180, 30)), strand((20, 90), (180, 90))]
@@ -33,86 +34,97 @@ class Known:
         return Detection(tuple(answer), "2d", "image", seconds={"thin": self.seconds / 3, "merge": 2 * self.seconds / 3})
 
 
-def test_the_first_of_a_subset_runs_twice_and_counts_once():
+@pytest.fixture
+def evaluate(monkeypatch):
+    """Measures photographs with a detection that is known."""
+
+    def run(refs, detect, benchmark):
+        monkeypatch.setattr("doo3d.pipeline.detect", detect)
+        return run_cases(benchmark.measure, refs)
+
+    return run
+
+
+def test_the_first_runs_twice_and_counts_once(evaluate):
     detect = Known(APART)
-    rows = evaluate_photos(
-        [photo_ref(APART, "S1"), photo_ref(APART, "S1", "img2"), photo_ref(APART, "S2")], Config(), detect=detect
-    )
-    assert [row.name for row in rows] == ["S1/img0", "S1/img2", "S2/img0"]
-    assert len(detect.asked) == 5
-    assert all(row.milliseconds == pytest.approx(12) for row in rows)
+    refs = [photo_ref(APART, "S1"), photo_ref(APART, "S1", "img2"), photo_ref(APART, "S2")]
+    rows = evaluate(refs, detect, photo_benchmark(Config()))
+    assert [name(row) for row in rows] == ["S1/img0", "S1/img2", "S2/img0"]
+    assert len(detect.asked) == 4
+    assert all(row.ms == pytest.approx(12) for row in rows)
     image, _, mask = detect.asked[0]
     assert image.shape == (HEIGHT, WIDTH, 3)
     assert (mask == (labelled(APART) > 0)).all()
 
 
-def test_the_count_is_told_when_asked_for():
+def test_the_count_is_told_when_asked_for(evaluate):
     for known, wanted in ((False, 7), (True, 2)):
         detect = Known(APART)
         config = load_config("default", {"merge.chains": 7})
-        evaluate_photos([photo_ref(APART)], config, known, detect)
+        evaluate([photo_ref(APART)], detect, photo_benchmark(config, known))
         assert detect.asked[-1][1].merge.chains == wanted
 
 
-def test_the_table_has_a_line_per_subset_and_one_for_all():
+def test_the_table_has_a_line_per_subset_and_one_for_all(evaluate):
     refs = [photo_ref(APART, "S1"), photo_ref(APART, "S1", "img2"), photo_ref(APART, "S2")]
-    rows = evaluate_photos(refs, Config(), detect=Known(APART, APART, APART[:1], APART))
-    lines = format_rows(rows).splitlines()
-    assert [line.split()[0] for line in lines[1:4]] == ["S1", "S2", "all"]
+    benchmark = photo_benchmark(Config())
+    rows = evaluate(refs, Known(APART, APART, APART[:1], APART), benchmark)
+    lines = format_table(rows, benchmark.columns).splitlines()
+    assert [line.split()[0] for line in (*lines[1:3], lines[4])] == ["S1", "S2", "all"]
     assert lines[1].split()[1:] == ["2", "75.00", "66.67", "66.67", "1/2", "50.0", "%", "12.0", "12.0", "0"]
     assert lines[2].split()[1:4] == ["1", "100.00", "100.00"]
-    assert len({len(line) for line in lines[:4]}) == 1
-    assert lines[4] == "count wrong: S1/img2 1 of 2"
+    assert len({len(line) for line in lines}) == 1
+    assert remarks(rows) == ["count wrong: S1/img2 1 of 2"]
 
 
-def test_any_exception_counts_as_nothing_found_and_is_named():
-    fault = ZeroDivisionError("by nothing")
-    rows = evaluate_photos([photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(fault, fault, APART))
-    assert rows[0].score.drawn == rows[0].score.labelled == 0
-    assert np.isnan(rows[0].milliseconds)
-    text = format_rows(rows)
-    assert "error: ZeroDivisionError: by nothing [unexpected]: S1/img0" in text
-    assert text.splitlines()[1].split()[1:6] == ["2", "50.00", "50.00", "50.00", "1/2"]
-    assert text.splitlines()[1].endswith(" 12.0    12.0      1")
-    text = format_rows(evaluate_photos([photo_ref(APART)], Config(), detect=Known(fault)))
-    assert text.splitlines()[1].split()[-3:] == ["-", "-", "1"]
+def test_any_exception_counts_as_nothing_found_and_is_named(evaluate):
+    fault, benchmark = ZeroDivisionError("by nothing"), photo_benchmark(Config())
+    rows = evaluate([photo_ref(APART), photo_ref(APART, name="img2")], Known(fault, fault, APART), benchmark)
+    assert rows[0].drawn == rows[0].labelled == 0
+    assert np.isnan(rows[0].ms)
+    assert remarks(rows) == ["error: ZeroDivisionError: by nothing [unexpected]: S1/img0"]
+    line = format_table(rows, benchmark.columns).splitlines()[1]
+    assert line.split()[1:6] == ["2", "50.00", "50.00", "50.00", "1/2"]
+    assert line.endswith(" 12.0    12.0      1")
+    rows = evaluate([photo_ref(APART)], Known(fault), benchmark)
+    assert format_table(rows, benchmark.columns).splitlines()[1].split()[-3:] == ["-", "-", "1"]
 
 
-def test_each_cable_alone():
+def test_each_cable_alone(evaluate):
     below, above = cross()
-    detect = Known([below], [below], [strand((100, 15), (100, 75))])
-    rows = evaluate_cables([photo_ref([below, above])], Config(), detect)
-    assert [row.name for row in rows] == ["S1/img0 cable 1", "S1/img0 cable 2"]
-    assert [row.trace.traced for row in rows] == [True, False]
+    short, benchmark = [strand((100, 15), (100, 75))], cable_benchmark(Config())
+    detect = Known([below], short, [below], short)
+    rows = evaluate([photo_ref([below, above])], detect, benchmark)
+    assert [name(row) for row in rows] == ["S1/img0 cable 1", "S1/img0 cable 2"]
+    assert [row.traced for row in rows] == [True, False]
     labels = labelled([below, above])
-    for (_, config, mask), cable in zip(detect.asked, (1, 1, 2), strict=True):
+    for (_, config, mask), cable in zip(detect.asked, (1, 2, 1, 2), strict=True):
         assert (mask == (labels == cable)).all()
         assert config.merge.chains == 1
-    text = format_rows(rows)
-    assert text.splitlines()[1].split()[:3] == ["S1", "2", "1/2"]
-    assert "not traced: S1/img0 cable 2" in text
+    assert format_table(rows, benchmark.columns).splitlines()[1].split()[:3] == ["S1", "2", "1/2"]
+    assert remarks(rows) == ["not traced: S1/img0 cable 2"]
     assert "recall 5" in caption(rows[1])
 
 
-def test_the_csv_has_all_of_a_row():
-    rows = evaluate_photos(
-        [photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(APART, APART, ValueError("a, b"))
-    )
+def test_the_csv_has_all_of_a_row(evaluate):
+    refs = [photo_ref(APART), photo_ref(APART, name="img2")]
+    rows = evaluate(refs, Known(APART, APART, ValueError("a, b")), photo_benchmark(Config()))
     first, second = csv.DictReader(csv_text(rows).splitlines())
-    assert first == first | {"subset": "S1", "image": "img0", "cables": "2", "chains": "2", "drawn": "1.0", "labelled": "1.0"}
+    assert first == first | {"family": "S1", "frame": "img0", "cables": "2", "chains": "2", "drawn": "1.0", "labelled": "1.0"}
     assert float(first["ms"]) == pytest.approx(12)
     assert (second["error"], second["code"]) == ("ValueError: a, b", "unexpected")
 
 
-def test_the_worst_are_pictured_worst_first(tmp_path):
-    rows = evaluate_photos([photo_ref(APART), photo_ref(APART, name="img2")], Config(), detect=Known(APART, APART, APART[1:]))
-    chosen = worst(rows, 1)
-    assert [row.name for row in chosen] == ["S1/img2"]
+def test_the_worst_are_pictured(evaluate, tmp_path):
+    benchmark = photo_benchmark(Config())
+    rows = evaluate([photo_ref(APART), photo_ref(APART, name="img2")], Known(APART, APART, APART[1:]), benchmark)
+    chosen = worst(rows, 1, benchmark.badness)
+    assert [name(row) for row in chosen] == ["S1/img2"]
     assert caption(chosen[0]) == "S1/img2   drawn 50.0   labelled 33.3   ordered 33.3   1 of 2 chains"
-    (path,) = write_pictures(tmp_path / "worst", chosen)
-    assert path.name == "00_S1_img2.png"
+    sheet, path = write_pictures(tmp_path / "worst", rows, benchmark, 1)
+    assert (sheet.name, path.name) == ("failures.png", "S1_img2.png")
     assert cv2.imread(str(path)).shape[1] == 2 * WIDTH
-    beside = picture(chosen[0])[-HEIGHT:, WIDTH:]
+    _, beside = benchmark.panels(chosen[0])
     assert tuple(beside[30, 100]) == (128, 128, 128)  # missed
     assert tuple(beside[90, 100]) == (0, 204, 255)  # the colour of the first chain
 
@@ -120,9 +132,9 @@ def test_the_worst_are_pictured_worst_first(tmp_path):
 @pytest.fixture
 def photographs(tmp_path, monkeypatch):
     """mBEST's layout with two photographs, and the detection that finds all of them."""
-    for name, chains in (("img0", APART), ("img2", cross())):
-        save(tmp_path / "photos/S2/images" / f"{name}.jpg", painted(labelled(chains)))
-        save(tmp_path / "photos/S2/labels" / f"{name}.png", labelled(chains))
+    for stem, chains in (("img0", APART), ("img2", cross())):
+        save(tmp_path / "photos/S2/images" / f"{stem}.jpg", painted(labelled(chains)))
+        save(tmp_path / "photos/S2/labels" / f"{stem}.png", labelled(chains))
     monkeypatch.setattr("doo3d.pipeline.detect", Known(APART, APART, cross()))
     return tmp_path / "photos"
 
@@ -136,7 +148,7 @@ def test_the_command_prints_writes_and_draws(photographs, doo3d, tmp_path):
     assert "2/2 100.0 %" in out
     assert "worst: S2/img2 " in out
     assert len(table.read_text().splitlines()) == 3
-    assert [path.name for path in pictures.iterdir()] == ["00_S2_img2.png"]
+    assert [path.name for path in pictures.iterdir()] == ["S2_img2.png"]
 
 
 def test_the_command_takes_cables_alone(photographs, doo3d):
@@ -173,7 +185,7 @@ def test_the_command_for_busy_backgrounds(tmp_path, doo3d, monkeypatch):
         (("s4", "x"), "choice-unknown", ("dataset s4", "mbest, cset, tubes")),
         (("mbest", "x", "--seeds", 2), "options-conflict", ("--seeds", "mbest")),
         (("cset", "x", "--single"), "options-conflict", ("--single", "cset")),
-        (("tubes", "x", "--csv", "rows.csv"), "options-conflict", ("--csv", "tubes")),
+        (("tubes", "x", "--subset", "S1"), "options-conflict", ("--subset", "tubes")),
         (("tubes", "x", "--chains-from-data"), "options-conflict", ("--known-count", "tubes")),
         (("tubes", "x", "--sensor", "eye"), "choice-unknown", ("--sensor eye",)),
         (("tubes", "x"), "tubes-missing", ("x",)),
@@ -190,7 +202,7 @@ def test_options_of_another_data_set_are_refused(doo3d, arguments, code, parts):
 @pytest.mark.skipif(not DATA.is_dir(), reason="the public photographs are not beside the checkout")
 def test_real_photographs_are_followed():
     refs = [*mbest(DATA / "mbest")[::60], *cset(DATA / "cset")[::30]]
-    rows = evaluate_photos(refs, load_config("image"))
+    rows = run_cases(photo_benchmark(load_config("image")).measure, refs)
     assert not [row.error for row in rows if row.error]
-    assert np.mean([row.score.drawn for row in rows]) > 0.9
-    assert np.mean([row.score.ordered for row in rows]) > 0.9
+    assert np.mean([row.drawn for row in rows]) > 0.9
+    assert np.mean([row.ordered for row in rows]) > 0.9

@@ -68,8 +68,8 @@ def test_the_truth_itself_scores_full_but_for_what_lies_below():
     assert score.drawn == pytest.approx((1 + 2 * (1 - hidden) / (2 - hidden)) / 2)
     assert score.ordered == 1
     assert 0.97 < score.labelled < 1
-    assert score.match.tolist() == [1, 0]
-    assert score.count_correct
+    assert score.match == [1, 0]
+    assert score.correct
 
 
 def test_apart_the_labels_are_met_exactly():
@@ -85,9 +85,9 @@ def test_what_is_missing_counts_nothing_and_what_is_too_much_only_as_count():
     one = score_photo(chains[:1], labels, labels > 0)
     assert one.drawn == 0.5
     assert one.labelled == pytest.approx(2 / 3 / 2)  # the one chain gets all pixels
-    assert one.match.tolist() == [0, -1]
+    assert one.match == [0, -1]
     three = score_photo([*chains, strand((20, 140), (180, 140))], labels, labels > 0)
-    assert (three.drawn, three.labelled, three.count_correct) == (1, 1, False)
+    assert (three.drawn, three.labelled, three.correct) == (1, 1, False)
     none = score_photo([], labels, labels > 0)
     assert (none.drawn, none.labelled, none.ordered, none.chains) == (0, 0, 0, 0)
 
@@ -116,7 +116,7 @@ def test_of_a_cable_in_two_chains_one_counts():
     labels = labelled([strand((20, 30), (180, 30))])
     score = score_photo(chains, labels, labels > 0)
     assert score.labelled == pytest.approx(2 * 83 / (161 + 83))  # cut in the middle between them
-    assert not score.count_correct
+    assert not score.correct
 
 
 def test_nearest_is_by_distance_to_the_line_and_not_to_joints():
@@ -144,7 +144,7 @@ def test_a_cable_is_traced_by_itself():
     assert astray.recall == 1
     assert astray.precision == pytest.approx(164 / 220, abs=0.03)
     assert trace_cable(strand((20, 82), (180, 82)), labels, 1).recall == 0
-    assert trace_cable(None, labels, 1) == photos_score.CableTrace(0.0, 0.0)
+    assert trace_cable(None, labels, 1) == {"recall": 0.0, "precision": 0.0, "traced": False}
 
 
 def test_below_another_cable_the_way_through_is_right():

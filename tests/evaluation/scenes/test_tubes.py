@@ -6,7 +6,10 @@ from builders.errors import refuses
 
 from doo3d.config import Config, load_config
 from doo3d.errors import ConfigError
-from doo3d.evaluation.metrics.tubes import MIN_SEEN_FRACTION, Tube, correct_tubes, evaluate_tubes, format_tubes, tube_cases
+from doo3d.evaluation.benchmark.run import run_cases
+from doo3d.evaluation.benchmark.tables import format_table
+from doo3d.evaluation.benchmark.tubes import COLUMNS, correct_tubes, tube_benchmark, tube_cases
+from doo3d.evaluation.metrics.record import Record
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.tubes import read_tubes
 from doo3d.geometry.equal_segments import equal_segments
@@ -54,7 +57,7 @@ def test_the_camera_goes_back_until_all_tubes_are_in_view(tmp_path):
 def test_what_is_no_tube_configuration_is_refused_by_name(tmp_path, text):
     (tmp_path / "bad.txt").write_text(text, encoding="utf-8")
     with refuses("tubes-invalid", "bad.txt"):
-        evaluate_tubes(tube_cases(tmp_path, [0]), Config())
+        run_cases(tube_benchmark(Config()).measure, tube_cases(tmp_path, [0]))
 
 
 def test_a_folder_without_tubes_is_refused(tmp_path):
@@ -62,10 +65,9 @@ def test_a_folder_without_tubes_is_refused(tmp_path):
         tube_cases(tmp_path, [0])
 
 
-def test_tubes_need_a_config_in_3d(tmp_path):
-    write(tmp_path / "one.txt", LYING)
+def test_tubes_need_a_config_in_3d():
     with refuses("config-mode", kind=ConfigError):
-        evaluate_tubes(tube_cases(tmp_path, [0]), load_config("image"))
+        tube_benchmark(load_config("image"))
 
 
 def test_each_tube_is_judged_by_itself(tmp_path):
@@ -81,10 +83,12 @@ def test_each_tube_is_judged_by_itself(tmp_path):
 
 
 def test_only_tubes_seen_well_enough_count():
-    lines = format_tubes([Tube("a", 1.0, True), Tube("a", MIN_SEEN_FRACTION, False), Tube("b", 0.3, False)]).splitlines()
+    tubes = (("a", True, True), ("a", True, False), ("b", False, False))
+    rows = [Record(family=name, counted=False, counts=counts, correct=correct) for name, counts, correct in tubes]
+    lines = format_table(rows, COLUMNS).splitlines()
     assert lines[1].split() == ["a", "2", "2", "1", "50.0%"]
     assert lines[2].split() == ["b", "1", "0", "0", "-"]
-    assert lines[3].split() == ["all", "3", "2", "1", "50.0%"]
+    assert lines[4].split() == ["all", "3", "2", "1", "50.0%"]
 
 
 @pytest.mark.slow
@@ -92,4 +96,4 @@ def test_crossed_tubes_are_found_and_counted_by_the_command(tmp_path, doo3d):
     write(tmp_path / "two.txt", LYING, ACROSS)
     code, out, _ = doo3d("evaluate", "dataset", "tubes", tmp_path, "--seeds", 2)
     assert code == 0
-    assert out.splitlines()[-1].split() == ["all", "4", "4", "4", "100.0%"]
+    assert out.splitlines()[-1].split() == ["two.txt", "4", "4", "4", "100.0%"]

@@ -11,6 +11,7 @@ from doo3d.errors import ConfigError
 from doo3d.evaluation.benchmark.cases import known_frame, scene_cases
 from doo3d.evaluation.benchmark.evaluate import detect_case, evaluate
 from doo3d.evaluation.benchmark.tables import format_table
+from doo3d.evaluation.metrics.score import COLUMNS
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.model import Grain
 from doo3d.evaluation.scenes.registry import GROUPS, WITHOUT, make_scene
@@ -84,22 +85,22 @@ def test_right_is_no_chain_with_nothing_given(monkeypatch, mode):
 
     monkeypatch.setattr("doo3d.pipeline.detect", detect)
     answer = Detection(())
-    assert detect_case(case, case.load(), load_config(mode), True, "mask").score.correct
+    assert detect_case(case, case.load(), load_config(mode), True, "mask").correct
     answer = Detection((straight(0, 1.0),))
     row = detect_case(case, case.load(), load_config(mode), True, "mask")
-    assert not row.score.correct
-    assert row.score.reasons == ("1 chains for 0 objects", "100% off")
+    assert not row.correct
+    assert row.reasons == ("1 chains for 0 objects", "100% off")
     assert seen == [(Frame, None, None)] * 2
 
 
 def test_the_table_says_how_many_frames_show_no_chain(monkeypatch):
     monkeypatch.setattr("doo3d.pipeline.detect", lambda data, config, mask=None: Detection(()))
     cases = scene_cases(["boxes"], [0, 1], "none", SMALL)
-    assert format_table(evaluate(cases, load_config("default"))).splitlines()[-1] == (
+    assert format_table(evaluate(cases, load_config("default")), COLUMNS).splitlines()[-1] == (
         "no chain in 2/2 100.0 % of the frames without a cable"
     )
     with_cable = scene_cases(["straight"], [0], "none", SMALL)
-    assert "without a cable" not in format_table(evaluate(with_cable, load_config("default")))
+    assert "without a cable" not in format_table(evaluate(with_cable, load_config("default")), COLUMNS)
 
 
 def test_photographs_alone_are_refused_where_cables_are_known_in_metres():

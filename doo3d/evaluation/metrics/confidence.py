@@ -1,0 +1,104 @@
+"""Count the right frames of each confidence: a reliability curve."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .record import Record, Records, decimals
+
+DOUBTFUL_FRACTION = 0.1
+"""Fraction of the frames, those of least confidence, that is left out to see how much more often the rest is correct."""
+
+RELIABILITY_BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 1.0)
+"""Bounds of the confidences that are counted together: narrow near 1, where thresholds are chosen."""
+
+MOST_CONFIDENT_FRACTION = 0.75
+"""Fraction of the frames, those of most confidence, whose share of correct frames is said beside the bins."""
+
+
+@dataclass(frozen=True)
+class ReliabilityBin:
+    """The frames of similar confidence, and how many of them are right.
+
+    Attributes
+    ----------
+    low, high
+        bounds of the confidence; `high` itself belongs to the next bin, except for 1.
+    frames
+        number of frames.
+    confidence
+        mean confidence of these frames; NaN without frames.
+    correct
+        number of frames correct by the strict rule.
+    image_frames, image_correct
+        number of frames that are scored in the image, too, and number of those that are right there.
+    """
+
+    low: float
+    high: float
+    frames: int
+    confidence: float
+    correct: int
+    image_frames: int
+    image_correct: int
+
+
+def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> list[ReliabilityBin]:
+    """Return how many frames of each confidence are right: a reliability curve, bin by bin from the lowest confidence.
+
+    Parameters
+    ----------
+    rows
+        a record for each frame.
+    bounds
+        ascending bounds of the bins, from 0 to 1; the lower bound of each bin belongs to the bin, and 1 to the last.
+    """
+    return [
+        _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == bounds[-1]])
+        for low, high in itertools.pairwise(bounds)
+    ]
+
+
+def most_confident_part(rows: Records, fraction: float = MOST_CONFIDENT_FRACTION) -> ReliabilityBin:
+    """Return how many frames are right among the given fraction of the rows, rounded up, that has the most confidence."""
+    order = sorted(rows, key=lambda row: -row.confidence)[: math.ceil(fraction * len(rows))]
+    return _bin(min((row.confidence for row in order), default=math.nan), 1.0, order)
+
+
+def _bin(low: float, high: float, rows: Records) -> ReliabilityBin:
+    in_image = [row.image_correct for row in rows if row.image_correct is not None]
+    mean = float(np.mean([row.confidence for row in rows])) if rows else math.nan
+    return ReliabilityBin(low, high, len(rows), mean, sum(row.correct for row in rows), len(in_image), sum(in_image))
+
+
+def most_confident(rows: Records) -> list[Record]:
+    """Return the rows, in their order, without the tenth of them that have the least confidence.
+
+    The tenth is rounded up; of rows of equal confidence, the later ones are removed.
+    """
+    order = sorted(range(len(rows)), key=lambda k: (-rows[k].confidence, k))
+    return [rows[k] for k in sorted(order[: len(rows) - math.ceil(DOUBTFUL_FRACTION * len(rows))])]
+
+
+def format_reliability(rows: Records) -> str:
+    """Return a text table that tells what the confidences of the frames are worth: how many of the frames of each are right.
+
+    A line for each bin of confidence, from the highest down, with the number of frames, their mean confidence, and the share that
+    is correct and that is right in the image. The last line is of the 75 % of the frames with the most confidence.
+    """
+    lines = [f"{'confidence':<22s} {'frames':>6s} {'mean':>5s} {'frames correct':>15s} {'right in image':>15s}"]
+    bins = [(f"{each.low:g} to {each.high:g}", each) for each in reversed(reliability(rows)) if each.frames]
+    for name, each in (*bins, (f"{100 * MOST_CONFIDENT_FRACTION:.0f} % most confident", most_confident_part(rows))):
+        correct, in_image = ratio(each.correct, each.frames), ratio(each.image_correct, each.image_frames)
+        lines.append(f"{name:<22s} {each.frames:>6d} {decimals(each.confidence, 2):>5s} {correct:>15s} {in_image:>15s}")
+    return "\n".join(lines)
+
+
+def ratio(correct: int, total: int) -> str:
+    """Return right things of all as text, with the share in %; "-" for none."""
+    return f"{correct}/{total} {100 * correct / total:.1f} %" if total else "-"
