@@ -9,15 +9,13 @@ import numpy as np
 
 from ...geometry.blocks import Blocks
 from ...geometry.polyline import unit
+from ...geometry.radii import OWN_RADII
 from ...kernels import nearest, points_near_line
 from ...types import Floats, Path
 from .samples import Samples
 
 MAX_END_EXTENSION = 6.0
 """Radii by which an end may be extended to the last surface point: thinning and trimming shorten it by less."""
-
-SURFACE_WIDTH_RADII = 1.6
-"""Radii from the tangent at an end within which surface ahead of it belongs to it."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ def surface_ahead(samples: Samples, end: int, inwards: int, surface: Blocks, spa
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
     reach = MAX_END_EXTENSION * radius
     near, axial, lateral = points_near_line(
-        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, SURFACE_WIDTH_RADII * radius
+        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, OWN_RADII * radius
     )
     if not len(near):
         return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)

@@ -12,6 +12,7 @@ from ...geometry.blocks import Blocks
 from ...geometry.depth_support import depth_is_filled
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
+from ...geometry.radii import OWN_RADII
 from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
@@ -25,9 +26,6 @@ WALL_LATERAL_RADII = 0.9
 
 STRIP_LATERAL_RADII, STRIP_LENGTH_RADII = 1.2, 3.0
 """Half-width and length, in radii, of the strip at an end in an image whose area is compared with that of a flat end."""
-
-OCCLUSION_REACH_RADII = 1.5
-"""Radii from a segment within which a surface point shows that it was seen."""
 
 
 def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
@@ -176,7 +174,7 @@ def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: F
     if config.occluded != "from_depth":
         occluded = samples.filled[part][nearest(middle, samples.positions[part], length, False)[1]]
     if config.occluded != "from_gaps" and occluded.any():
-        reach = OCCLUSION_REACH_RADII * radius + context.voxel
+        reach = OWN_RADII * radius + context.voxel
         unseen = np.isinf(nearest(middle[occluded], surface, reach, True)[0])
         if context.visibility is not None:
             unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])

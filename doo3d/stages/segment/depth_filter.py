@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import SegmentConfig
+from ...geometry.noise import DEVIATIONS
 from ...kernels import agreeing_readings, depth_differences
 from ...types import Array, Bools, Floats, Frame, Ints
 
 OUTLIER_WINDOW_PX = 2
 """px; half-width of the window in which a depth reading is compared with its neighbors: 5 x 5, less than a thin cable."""
-
-OUTLIER_NOISE_FACTOR = 3.0
-"""Times the measured depth noise that `outlier_slope` is at least: three deviations."""
 
 OUTLIER_MIN_NEIGHBORS = 7
 """Neighbors of the 24 in the window that must agree with a reading, or half of those there are; fewer make a flying point."""
@@ -62,7 +60,7 @@ def filter_readings(frame: Frame, mask: Bools, config: SegmentConfig) -> tuple[R
     outliers : number of readings in the mask, between `min_depth` and `max_depth`, that were dropped.
     """
     noise = depth_noise(frame.depth, mask)
-    slope = max(config.outlier_slope, OUTLIER_NOISE_FACTOR * noise)
+    slope = max(config.outlier_slope, DEVIATIONS * noise)
     v, u, mean, outliers = agreeing_readings(
         frame.depth, mask, config.min_depth, config.max_depth, OUTLIER_WINDOW_PX, slope, OUTLIER_MIN_NEIGHBORS
     )
