@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -120,19 +121,24 @@ class Transforms:
     def _transform_at(self, child: str, time: int) -> Floats | None:
         times = np.frombuffer(self._times[child], dtype=np.int64)
         values = np.frombuffer(self._values[child], dtype=float).reshape(-1, 7)
+        last = len(times) - 1
         after = int(np.searchsorted(times, time))
-        if after < len(times) and times[after] == time:
-            return matrix(tuple(values[after]))
-        if after in (0, len(times)):  # before the first or after the last: that one, if it is near in time
-            end = min(after, len(times) - 1)
-            return matrix(tuple(values[end])) if abs(int(times[end]) - time) <= _MAX_EXTRAPOLATION_S * 1e9 else None
-        start, stop = int(times[after - 1]), int(times[after])
+        if after > last or after == 0 or times[after] == time:  # that one, if it is near in time
+            near = min(after, last)
+            return matrix(values[near]) if abs(int(times[near]) - time) <= _MAX_EXTRAPOLATION_S * 1e9 else None
+        start, stop = times[after - 1 : after + 1].tolist()
         if stop - start > _MAX_GAP_S * 1e9:
             return None
-        return interpolate_pose(matrix(tuple(values[after - 1])), matrix(tuple(values[after])), (time - start) / (stop - start))
+        return interpolate_pose(matrix(values[after - 1]), matrix(values[after]), (time - start) / (stop - start))
 
 
-def matrix(values: tuple[float, ...]) -> Floats:
+def values_of(transform: Any) -> tuple[float, ...]:
+    """Return the seven values of a message geometry_msgs/Transform, as `matrix` takes them."""
+    t, r = transform.translation, transform.rotation
+    return t.x, t.y, t.z, r.x, r.y, r.z, r.w
+
+
+def matrix(values: Floats | tuple[float, ...]) -> Floats:
     """Return a (4, 4) transform from seven values: translation x, y, z, then quaternion x, y, z, w (scalar last).
 
     A quaternion of length zero gives the identity rotation.
