@@ -181,7 +181,7 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     if first is None:
         return capture
     size = (first.camera.width, first.camera.height)
-    chosen, note = choose_camera(cameras, lambda: size, aligned=first.color is not None)
+    chosen, note = choose_camera(cameras, size, aligned=first.color is not None)
     check_size(chosen, size)
     if chosen != cameras[0]:
         capture = opened_with(chosen)

@@ -25,6 +25,7 @@ from .formats.image_with_yaml import can_read_pair, list_pairs
 from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
 from .formats.video import VideoCapture
 from .read_options import OF_DEPTH, ReadOptions, without_color
+from .support.camera_choice import scaled
 from .support.camera_search import RECORDER_FILE, has_camera_file
 from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
@@ -321,12 +322,11 @@ def _list_stray(path: Path, options: ReadOptions, notes: list[str]) -> list[File
 def _stray_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
     """Return the camera of the depth images; the file has that of the video, whose images are scaled to the depth."""
     words = [word for _, row in read_lines(path / _MATRIX, 3, "a camera matrix, three numbers a line") for word in row]
-    fx, fy, cx, cy = pinhole_of(words, str(path / _MATRIX))
     video = cv2.VideoCapture(str(path / _VIDEO)) if (path / _VIDEO).is_file() else None
     given = [int(video.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)] if video else [0]
     width, height = given if min(given) > 0 else STRAY_VIDEO_SIZE
     x, y = (size[0] / width, size[1] / height) if size else (1.0, 1.0)
-    return KnownCamera((fx * x, fy * y, (cx + 0.5) * x - 0.5, (cy + 0.5) * y - 0.5))
+    return KnownCamera(scaled(pinhole_of(words, str(path / _MATRIX)), x, y))
 
 
 STRAY = Layout(

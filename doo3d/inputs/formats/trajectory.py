@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import guarded
 from ...types import Floats
+from ..support.depth_frames import numbers
 from ..support.poses import interpolate_pose
 
 Row = tuple[int, list[str]]
@@ -101,24 +103,20 @@ def read_lines(path: Path, columns: int, layout: str) -> list[Row]:
     ------
     InputError : the file is missing or not text, has no rows, or has a row with fewer words.
     """
+    with guarded(path):
+        data = path.read_bytes()
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+        lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a text file, expected lines of {layout}", code="file-not-text") from None
-    rows = [
-        (number, line.replace(",", " ").split())
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    numbered = enumerate((line.strip() for line in lines), 1)
+    rows = [(number, line.replace(",", " ").split()) for number, line in numbered if line and not line.startswith("#")]
     if not rows:
         raise InputError(f"{path}: is empty, expected lines of {layout}", code="file-empty")
-    for number, words in rows:
-        if len(words) < columns:
-            raise InputError(
-                f"{path}: line {number} has {len(words)} columns, expected {layout}: is the file cut off?", code="line-invalid"
-            )
+    if short := [(number, len(words)) for number, words in rows if len(words) < columns]:
+        number, count = short[0]
+        sentence = f"{path}: line {number} has {count} columns, expected {layout}: is the file cut off?"
+        raise InputError(sentence, code="line-invalid")
     return rows
 
 
@@ -136,7 +134,7 @@ def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[s
     ------
     InputError : a time is not a number; the message has file and line.
     """
-    given = np.array([_number(path, number, words[0]) for number, words in rows])
+    given = np.array([numbers(words[:1], 1, f"{path}: line {number}", "line-invalid")[0] for number, words in rows])
     times, first = np.unique(given, return_index=True)
     notes = []
     if len(earlier := np.flatnonzero(np.diff(given) < 0)):
@@ -184,16 +182,9 @@ def read_trajectory(path: Path) -> Trajectory:
     InputError : the file cannot be read, or a line has another layout; the message names the line.
     """
     times, rows, notes = sort_by_time(path, read_lines(path, 8, "time tx ty tz qx qy qz qw"))
-    values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
-    poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
+    poses = []
+    for number, words in rows:
+        where = f"{path}: line {number}"
+        values = numbers(words[1:8], 7, where, "line-invalid")
+        poses.append(pose_from(values[3:], values[:3], where))
     return Trajectory(times, np.array(poses), tuple(notes))
-
-
-def _number(path: Path, line: int, word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise InputError(f"{path}: line {line}: {word!r} is not a finite number", code="line-invalid")
-    return value

@@ -37,25 +37,18 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
     array = _read(path)
     array = array[..., 0] if array.ndim == 3 and array.shape[2] == 1 else array
     if array.ndim != 2:
-        raise InputError(
-            f"{path}: has shape {array.shape}, expected one depth image (H, W): save several frames as one NPZ, with "
-            "numpy.savez(file, depth=depth, K=K)",
-            code="depth-shape",
-        )
+        remedy = "save several frames as one NPZ, with numpy.savez(file, depth=depth, K=K)"
+        raise InputError(f"{path}: has shape {array.shape}, expected one depth image (H, W): {remedy}", code="depth-shape")
     if array.dtype.kind in "ui" and array.dtype.itemsize > 1:
         return np.asarray(array / np.float32(scale), dtype=np.float32)
     if array.dtype.kind != "f":
         raise InputError(f"{path}: has type {array.dtype}, expected integers of 16 bits or more, or floats", code="depth-type")
     with np.errstate(all="ignore"):
         metres = np.asarray(array / float_scale, dtype=np.float32)
-        measured = metres[np.isfinite(metres) & (metres > 0)]
-        median = float(np.median(measured)) if measured.size else 0.0
+        median = np.median(metres[np.isfinite(metres) & (metres > 0)] if (metres > 0).any() else 0.0)
     if median > _MAX_FLOAT_M:
-        raise InputError(
-            f"{path}: its median is {median:.4g}, but floats are metres: if they are millimetres, give --input-option "
-            "depth_scale=1000",
-            code="depth-unit",
-        )
+        remedy = "if they are millimetres, give --input-option depth_scale=1000"
+        raise InputError(f"{path}: its median is {median:.4g}, but floats are metres: {remedy}", code="depth-unit")
     return metres
 
 

@@ -73,12 +73,19 @@ def find_camera(
         plausible = [camera for camera in group if fits(camera, size)]
         if plausible:
             rest = [camera for camera in group if camera.size is not None and camera not in plausible]
-            chosen, note = choose_camera([*plausible, *rest], lambda: size or (0, 0), aligned) if size else (plausible[0], "")
-            return FoundCamera(chosen, [note] * bool(note) + describe_camera(chosen) + _path_note(chosen.file, root), group)
+            chosen, note = choose_camera([*plausible, *rest], size, aligned) if size else (plausible[0], "")
+            notes = [note] * bool(note) + describe_camera(chosen)
+            if chosen.file != root / RECORDER_FILE:
+                notes.append(f"the camera is read from {_below(chosen.file, root)}")
+            return FoundCamera(chosen, notes, group)
         misfits += group if is_own else []
     if misfits and size is not None:
         raise _misfit(misfits, size)
     return None
+
+
+def _below(file: Path, root: Path) -> Path:
+    return file.relative_to(root) if file.is_relative_to(root) else file
 
 
 def fits(camera: Calibration, size: Size | None) -> bool:
@@ -101,16 +108,16 @@ def search_folders(root: Path) -> list[Path]:
 
 def _groups(bases: Iterable[Path], parent: Path | None) -> Iterator[tuple[list[Calibration], bool]]:
     """Yield the cameras of each folder that has some, and whether the folder belongs to the capture."""
-    files = {folder: _files(folder) for base in bases for folder in search_folders(base)}
-    listed = [(found, True) for found in files.values()]
-    for found, is_own in [*listed, (_files(parent), False)] if parent else listed:
+    own = {folder: _files(folder) for base in bases for folder in search_folders(base)}
+    for found in [*own.values(), *([_files(parent)] if parent else [])]:
+        is_own = any(found is each for each in own.values())
         named = [file for file in found if file.name == RECORDER_FILE] or list(filter(_is_named, found))
         cameras, errors = _read_all(named)
         if cameras:
             yield cameras, is_own
         elif errors and is_own and any(file.suffix.lower() in _SUFFIXES for file in named):
             raise errors[0]
-    for found in files.values():
+    for found in own.values():
         others = [file for file in found if file.suffix.lower() in _SUFFIXES]
         if len(others) <= _MAX_OTHER_FILES and (cameras := _read_all(others)[0]):
             yield cameras, False
@@ -121,7 +128,7 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
     stated = next((camera for camera in cameras if camera.size is not None), None)
     if stated is not None:
         try:
-            choose_camera(cameras, lambda: size, aligned=False)
+            choose_camera(cameras, size, aligned=False)
             check_size(stated, size)
         except InputError as error:
             return error
@@ -131,12 +138,6 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
         f"this is the camera of others: {REMEDY}; --camera {file} takes this one all the same",
         code="intrinsics-size",
     )
-
-
-def _path_note(file: Path, root: Path) -> list[str]:
-    if file == root / RECORDER_FILE:
-        return []
-    return [f"the camera is read from {file.relative_to(root) if file.is_relative_to(root) else file}"]
 
 
 def _is_named(file: Path) -> bool:

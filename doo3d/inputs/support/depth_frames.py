@@ -16,7 +16,7 @@ from .calibration import Pinhole as Pinhole
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_LETTERS = 100  # of a wrong value that an error shows
-_MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
+_MAX_SHOWN = 7  # numbers of a wrong matrix that an error shows
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:
