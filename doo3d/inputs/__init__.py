@@ -25,12 +25,12 @@ from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_data import in_base_frame, with_masks, with_trajectory
 from .read_options import DEFAULT, ReadOptions, check_used
 from .support.calibration import Calibration
-from .support.camera_choice import check_size, choose_camera, describe_camera
 from .support.camera_files import read_camera_file
+from .support.camera_search import check_size, choose_camera, describe_camera
 from .support.git_lfs import check_not_pointer
 from .support.images import is_image
+from .support.listing import is_depth_content
 from .support.pose_file import TF, pose_file_beside, read_pose
-from .support.roles import is_depth_content
 from .unknown_format import unknown_format
 
 __all__ = [

@@ -25,14 +25,12 @@ from .formats.image_with_yaml import can_read_pair, list_pairs
 from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
 from .formats.video import VideoCapture
 from .read_options import OF_DEPTH, ReadOptions, without_color
-from .support.camera_choice import scaled
-from .support.camera_search import RECORDER_FILE, has_camera_file
+from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
 from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
 from .support.images import PHOTO_SUFFIXES, Size, is_image
 from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
-from .support.listing import images_in, match_images, natural_key
-from .support.roles import role_of
+from .support.listing import images_in, match_images, natural_key, role_of
 
 _LISTED_DEPTH, _LISTED_COLOR, _TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 _BOP_CAMERAS = "scene_camera.json"

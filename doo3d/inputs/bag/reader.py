@@ -15,7 +15,7 @@ from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, NONE, OF_DEPTH, ReadOptions, check_used, without_color
-from ..support.color_alignment import align_color
+from ..support.color_registration import align_color
 from ..support.pose_file import TF
 from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...types import Floats
-from ..support.poses import interpolate_pose
+from ..formats.trajectory import interpolate_pose
 
 FIXED = ("map", "odom", "world")
 """Fixed frames (REP 105) in order of preference; the first one above a camera in the tree is its world."""

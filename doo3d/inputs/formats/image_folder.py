@@ -16,8 +16,7 @@ from ...guard.guarding import read_bytes
 from ...types import Array, Bools, Floats, Frame, Image
 from ..capture import Capture, FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions
-from ..support.camera_choice import REMEDY
-from ..support.camera_search import RECORDER_FILE, find_camera
+from ..support.camera_search import RECORDER_FILE, REMEDY, find_camera
 from ..support.color_registration import ColorCamera, find_color_camera, sizes_differ
 from ..support.depth_frames import camera_for, check_pose, check_unit
 from ..support.images import Size, first_size, read_color, read_depth, read_mask

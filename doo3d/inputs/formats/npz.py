@@ -12,8 +12,7 @@ from ...errors import InputError
 from ...types import Array, Floats, Frame, check_mask
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
-from ..support.camera_choice import REMEDY
-from ..support.camera_search import find_camera
+from ..support.camera_search import REMEDY, find_camera
 from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
 from ._npz_arrays import SMALL, STACKS, ArrayStack, find_arrays, has_depth
 from .image_folder import DEFAULT_DEPTH_SCALE

@@ -12,7 +12,6 @@ from ...errors import InputError
 from ...guard.guarding import guarded
 from ...types import Floats
 from ..support.depth_frames import numbers
-from ..support.poses import interpolate_pose
 
 Row = tuple[int, list[str]]
 """Number of a line from 1, and its words."""
@@ -52,6 +51,20 @@ class Trajectory:
             return np.asarray(self.poses[first])
         share = (time - self.times[first]) / (self.times[last] - self.times[first])
         return interpolate_pose(self.poses[first], self.poses[last], float(share))
+
+
+def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
+    """Return the (4, 4) pose between two (4, 4) poses: linear in position, slerp in rotation.
+
+    `share` is the fraction of the path from `one` to `other`, 0 to 1: 0 gives `one`, 1 gives `other`.
+    """
+    from scipy.spatial.transform import Rotation
+
+    rotation = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
+    pose = np.eye(4)
+    pose[:3, :3] = one[:3, :3] @ Rotation.from_rotvec(share * rotation).as_matrix()
+    pose[:3, 3] = (1 - share) * one[:3, 3] + share * other[:3, 3]
+    return pose
 
 
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:

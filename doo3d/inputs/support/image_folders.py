@@ -9,8 +9,7 @@ from ...errors import InputError
 from ..formats.image_folder import Files
 from ..read_options import ReadOptions, without_color
 from .images import DEPTH_SUFFIXES, SUFFIXES
-from .listing import images_in, match_images, natural_key
-from .roles import Role, frame_key, is_depth_content, may_be_depth, role_of
+from .listing import Role, frame_key, images_in, is_depth_content, match_images, may_be_depth, natural_key, role_of
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
 _Parts = dict[str, Path | None]
