@@ -1,8 +1,8 @@
-"""Readers of captures: one file per format; the format is detected from content, not from the file name alone.
+"""Readers of captures; the format is detected from content, not from the file name alone.
 
-To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order of the lines is
-the order in which formats are tried. A program of your own adds its class at run time: `FORMATS["mine"] = MyCapture`; such
-formats are tried first.
+To add a format, write a file with one class like `VideoCapture`, or a row in `layouts`, and give it a line in `FORMATS`; the
+order of the lines is the order in which formats are tried. A program of your own adds its class at run time:
+`FORMATS["mine"] = MyCapture`; such formats are tried first.
 """
 
 from __future__ import annotations

@@ -89,6 +89,17 @@ class Files(NamedTuple):
     root: Path | None = None
     source: Path | None = None
 
+    def with_color(self, color: Path | FrameRef | None, missing: str) -> Files:
+        """Return the frame with a color image; if that is None, with the fault `missing`."""
+        return self._replace(color=color, fault=None if color is not None else (missing, "color-missing"))
+
+    def completed(self, complete: Callable[[Files], Files]) -> Files:
+        """Return the frame completed by a function, or with the InputError of the function as its fault."""
+        try:
+            return complete(self)
+        except InputError as error:
+            return self._replace(fault=(str(error), error.code))
+
 
 def no_poses(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | Path | None]:
     """Return the function frame -> pose of layouts whose frames have their poses already."""
