@@ -156,10 +156,8 @@ def _posed_in_base(capture: Capture, options: ReadOptions) -> Capture:
     if not isinstance(options.pose, str):
         return in_base_frame(capture, np.array(options.pose), "POSE")
     if options.pose.startswith(TF) and capture.format != "bag":
-        raise InputError(
-            f"pose={options.pose}: names a frame of a bag's tf, and {capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw",
-            code="pose-invalid",
-        )
+        remedy = f"{capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw"
+        raise InputError(f"pose={options.pose}: names a frame of a bag's tf, and {remedy}", code="pose-invalid")
     return in_base_frame(capture, None, options.pose)
 
 
@@ -216,10 +214,8 @@ def _can_read(name: str, path: Path) -> bool:
 def _checked(name: str, read: Any) -> Capture:
     """Return what a reader made, after a check that it is a capture."""
     if missing := [part for part in ("path", "format", "frames") if not hasattr(read, part)]:
-        raise ConfigError(
-            f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it",
-            code="plugin-broken",
-        )
+        sentence = f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it"
+        raise ConfigError(sentence, code="plugin-broken")
     return Capture.of(read)
 
 

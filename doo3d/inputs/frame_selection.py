@@ -50,10 +50,8 @@ class FramePosition:
         """
         match = _POSITION.fullmatch(text.strip())
         if match is None or ("." in match[2] and not match[3]):
-            raise InputError(
-                f"{option} {text}: expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s",
-                code="selection-invalid",
-            )
+            sentence = "expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s"
+            raise InputError(f"{option} {text}: {sentence}", code="selection-invalid")
         return FramePosition(float(match[2]), bool(match[3]), match[1] == "-")
 
 
@@ -175,10 +173,8 @@ class _FrameIndex:
     def _on_axis(self, position: FramePosition, option: str) -> tuple[Floats, float]:
         """Return (count,) the frames' values and the position's value: numbers, or s since the first frame."""
         if position.in_seconds and not self._has_times:
-            raise InputError(
-                f"{self.path}: {option} {position} is a time, but not all frames have one: give a frame's number",
-                code="times-missing",
-            )
+            sentence = f"{option} {position} is a time, but not all frames have one: give a frame's number"
+            raise InputError(f"{self.path}: {sentence}", code="times-missing")
         values = self._seconds if position.in_seconds else np.arange(self.count, dtype=float)
         if not position.from_end:
             return values, position.value

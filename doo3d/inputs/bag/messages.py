@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, check_points
 from ...types import Array
+from ..support.arrays import to_metres
 from ..support.native_output import capture_native_output
 
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
@@ -111,7 +112,7 @@ def depth_of(message: Any, scale: float) -> Array:
     if image.ndim != 2 or image.dtype == np.uint8:
         sentence = f"a depth image is of {image.dtype} and shape {image.shape}: is it a coloured preview of the depth?"
         raise InputError(sentence, code="depth-type")
-    return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
+    return to_metres(image, scale)
 
 
 def _compressed_depth(message: Any) -> Array:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from ...types import Floats
+from ...types import Floats, Ints
 from ..formats.trajectory import interpolate_pose
 
 FIXED = ("map", "odom", "world")
@@ -27,8 +26,9 @@ class Transforms:
     def __init__(self) -> None:
         self._parents: dict[str, str] = {}
         self._static: dict[str, Floats] = {}
-        self._times: dict[str, array[int]] = {}
-        self._values: dict[str, array[float]] = {}
+        self._times: dict[str, list[int]] = {}
+        self._values: dict[str, list[tuple[float, ...]]] = {}
+        self._tracks: dict[str, tuple[Ints, Floats]] = {}
 
     def add(self, parent: str, child: str, time: int, values: tuple[float, ...], static: bool) -> None:
         """Add the transform of one message, child to parent: x_parent = T @ x_child.
@@ -55,8 +55,8 @@ class Transforms:
             self._parents[child] = parent
         elif child not in self._static:
             if self._parents.setdefault(child, parent) == parent:  # a second parent would make it no tree
-                self._times.setdefault(child, array("q")).append(time)
-                self._values.setdefault(child, array("d")).extend(values)
+                self._times.setdefault(child, []).append(time)
+                self._values.setdefault(child, []).append(values)
 
     @property
     def frames(self) -> list[str]:
@@ -66,9 +66,8 @@ class Transforms:
     def finish(self) -> None:
         """Sort the transforms of each frame by time; call this once, after the last `add` and before `pose` or `between`."""
         for child, times in self._times.items():
-            order = np.argsort(np.array(times), kind="stable")
-            self._times[child] = array("q", np.array(times)[order].tolist())
-            self._values[child] = array("d", np.array(self._values[child]).reshape(-1, 7)[order].ravel().tolist())
+            order = np.argsort(times, kind="stable")
+            self._tracks[child] = np.array(times, np.int64)[order], np.array(self._values[child])[order]
 
     def pose(self, frame: str, time: int) -> Floats | None:
         """Return the (4, 4) pose of a frame in the world at a time (ns): x_world = pose @ x_frame, m.
@@ -119,8 +118,7 @@ class Transforms:
         return None
 
     def _transform_at(self, child: str, time: int) -> Floats | None:
-        times = np.frombuffer(self._times[child], dtype=np.int64)
-        values = np.frombuffer(self._values[child], dtype=float).reshape(-1, 7)
+        times, values = self._tracks[child]
         last = len(times) - 1
         after = int(np.searchsorted(times, time))
         if after > last or after == 0 or times[after] == time:  # that one, if it is near in time

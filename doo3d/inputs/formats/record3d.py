@@ -59,11 +59,8 @@ class Record3DCapture:
         changed = path.stat().st_mtime_ns
         self.frames = []
         for stem in stems:
-            pinhole, time, pose = (
-                _pinhole(path, metadata, stem, size, options),
-                _time(metadata, stem),
-                _row(metadata, "poses", stem),
-            )
+            pinhole, time = _pinhole(path, metadata, stem, size, options), _time(metadata, stem)
+            pose = _row(metadata, "poses", stem)
             load = partial(_load, path, changed, stem, size, pinhole, time, pose, without_color(options))
             self.frames.append(FrameRef(stem, path, load, time))
 

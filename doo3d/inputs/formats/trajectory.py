@@ -88,10 +88,8 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     rotation = np.asarray(quaternion, dtype=float)
     length = float(np.linalg.norm(rotation))
     if not abs(length - 1) <= _MAX_NORM_ERROR or not np.isfinite(position).all():
-        raise InputError(
-            f"{where}: the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)",
-            code="pose-invalid",
-        )
+        sentence = f"the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)"
+        raise InputError(f"{where}: {sentence}", code="pose-invalid")
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_quat(rotation).as_matrix()
     pose[:3, 3] = position

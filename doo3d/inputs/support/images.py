@@ -15,7 +15,7 @@ from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
-from .arrays import array_header, read_color_array, read_depth_array
+from .arrays import array_header, read_color_array, read_depth_array, to_metres
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
@@ -52,15 +52,14 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
     if image.ndim != 2:
         sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
         raise InputError(sentence, code="depth-shape")
-    if image.dtype == np.uint16:
-        return np.asarray(np.where(image == _SATURATED, 0, image) / np.float32(scale), dtype=np.float32)
-    if image.dtype in (np.float32, np.float64):
-        return np.asarray(image / np.float32(array_scale or 1), dtype=np.float32)
-    raise InputError(
-        f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
-        "or 32-bit float metres (TIFF): is it a preview of the depth?",
-        code="depth-type",
-    )
+    if image.dtype not in (np.uint16, np.float32, np.float64):
+        raise InputError(
+            f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
+            "or 32-bit float metres (TIFF): is it a preview of the depth?",
+            code="depth-type",
+        )
+    image = np.where(image == _SATURATED, 0, image).astype(image.dtype) if image.dtype == np.uint16 else image
+    return to_metres(image, scale, array_scale or 1.0)
 
 
 def image_size(path: Path) -> Size | None:

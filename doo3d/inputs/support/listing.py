@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Literal
@@ -52,21 +51,24 @@ def is_depth_content(file: Path) -> bool:
     """Return whether a file begins like a depth image: a 16-bit PNG of one channel, or a 2-D array of numbers (.npy)."""
     if file.suffix.lower() == ".npy":
         return _is_depth_array(file)
-    with file.open("rb") as opened:
-        head = opened.read(26)
-    return head.startswith(_PNG) and len(head) == 26 and head[24:26] == b"\x10\x00"
+    return _png_kind(file) == b"\x10\0"
 
 
 def may_be_depth(file: Path) -> bool:
     """Return whether a file whose name says depth can be a depth image: neither an 8-bit PNG nor a JPEG, which are previews."""
     suffix = file.suffix.lower()
-    return suffix in DEPTH_SUFFIXES and suffix not in (".jpg", ".jpeg", ".bmp") and (suffix != ".png" or not _is_8_bit(file))
+    return (
+        suffix in DEPTH_SUFFIXES
+        and suffix not in (".jpg", ".jpeg", ".bmp")
+        and (suffix != ".png" or not b"\0" < _png_kind(file)[:1] <= b"\x08")
+    )
 
 
-def _is_8_bit(file: Path) -> bool:
+def _png_kind(file: Path) -> bytes:
+    """Return the bytes of a PNG with its bits per channel and its kind of color (0: gray); none for another file."""
     with file.open("rb") as opened:
         head = opened.read(26)
-    return head.startswith(_PNG) and len(head) == 26 and struct.unpack_from("B", head, 24)[0] <= 8
+    return head[24:] if head.startswith(_PNG) else b""
 
 
 def _is_depth_array(file: Path) -> bool:
