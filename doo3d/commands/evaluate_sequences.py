@@ -9,30 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConfigError, InputError
+from . import evaluate_options as shared
 from .arguments import Overrides, Preset, config_of, split
-from .evaluate_options import (
-    Count,
-    Csv,
-    Json,
-    Out,
-    Outputs,
-    Pictures,
-    Sensor,
-    Size,
-    Start,
-    Workers,
-    Worst,
-    check_choice,
-    measure,
-    parse_sensor,
-    parse_size,
-    use_single_thread,
-)
 
 if TYPE_CHECKING:
     from ..evaluation.sequences.scenes import Sequence
 
 
+@shared.with_outputs(worst=6)
 def sequences(
     motions: Annotated[
         list[Path] | None,
@@ -46,22 +30,17 @@ def sequences(
         str, typer.Option(metavar="NAMES", help="Comma-separated motions that need no file: dragged, knot; all; or none.")
     ] = "all",
     seeds: Annotated[int, typer.Option(min=1, help="Sequences of each motion.")] = 1,
-    start: Start = 0,
+    start: shared.Start = 0,
     frames: Annotated[int, typer.Option(min=3, help="Frames of a sequence, 30 a second.")] = 120,
     level: Annotated[
         str, typer.Option(metavar="hard|easy", help="hard: hands pass before the cable, and depth is lost; easy: neither.")
     ] = "hard",
-    sensor: Sensor = "d435",
-    size: Size = "640x480",
-    count: Count = "given",
+    sensor: shared.Sensor = "d435",
+    size: shared.Size = "640x480",
+    count: shared.Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Csv = None,
-    document: Json = None,
-    pictures: Pictures = None,
-    worst: Worst = 6,
-    out: Out = None,
-    workers: Workers = 1,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
 
@@ -74,22 +53,21 @@ def sequences(
       doo3d evaluate sequences --own knot --seeds 3 --pictures hard --csv rows.csv
       doo3d evaluate sequences --motions motion/DLO1_101.npy --own none --level easy
     """
-    use_single_thread()
+    shared.use_single_thread()
     from ..evaluation.sequences.evaluate import sequence_benchmark, sequence_case
 
-    check_choice("--level", level, ("hard", "easy"))
-    check_choice("--count", count, ("given", "auto"))
-    effective, depth_camera, settings = _motions(motions or [], own), parse_sensor(sensor), config_of(config, overrides)
+    shared.check_choice("--level", level, ("hard", "easy"))
+    shared.check_choice("--count", count, ("given", "auto"))
+    effective, depth_camera, settings = _motions(motions or [], own), shared.parse_sensor(sensor), config_of(config, overrides)
     if settings.mode == "2d":
         from ..sequence.detect_sequence import check_mode
 
         check_mode(settings)
-    chosen = _sequences(effective, range(start, start + seeds), parse_size(size), frames, level, motions or [])
+    chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])
     stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
     stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
     cases = [sequence_case(sequence, depth_camera) for sequence in chosen]
-    outputs = Outputs(table, document, pictures, worst, out, workers)
-    measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
+    shared.measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
 
 
 def _motions(paths: list[Path], own: str) -> list[str | Path]:
@@ -104,7 +82,7 @@ def _motions(paths: list[Path], own: str) -> list[str | Path]:
 
     names = {"all": list(OWN_MOTIONS), "none": []}.get(own, split(own) or [])
     for name in names:
-        check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
+        shared.check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
     chosen: list[str | Path] = [*dict.fromkeys(names), *motion_files(paths)]
     if not chosen:
         raise ConfigError("--own none: no motion is left: give --motions FILE, or leave it out", code="options-conflict")
