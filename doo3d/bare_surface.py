@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from .geometry.noise import MAD_TO_DEVIATION
 from .geometry.polyline import unit
 from .kernels import nearest
 from .types import Array, Bools, Camera, Floats, Foreground, Ints
@@ -182,7 +183,7 @@ def _resolved_rise(behind: Floats) -> float:
     if len(known) < MIN_RISE_READINGS:
         return float("nan")
     rise = float(np.median(known))
-    noise = 1.4826 * float(np.median(np.abs(known - rise)))
+    noise = MAD_TO_DEVIATION * float(np.median(np.abs(known - rise)))
     return rise if rise > MIN_RISE_NOISE_RATIO * noise else float("nan")
 
 

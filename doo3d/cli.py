@@ -19,7 +19,7 @@ from . import __version__
 from .commands import bench, compare, config, detect, evaluate, explain, export, info, presets, report, samples, tune, video, view
 from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
 from .commands.progress_bars import remove_bars
-from .errors import IN_SHELL, DooError, DooWarning
+from .errors import DooError, DooWarning
 
 COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "detect": (detect.detect, None),
@@ -73,7 +73,7 @@ class CommandGroup(TyperGroup):
                 warnings.showwarning = partial(_note, warnings.showwarning)
                 return super().invoke(ctx)
         except DooError as error:
-            typer.echo(f"doo3d: {error.told(IN_SHELL)} [{error.code}]", err=True)
+            typer.echo(f"doo3d: {error.in_shell} [{error.code}]", err=True)
             raise typer.Exit(NOTHING_DONE) from None
         except KeyboardInterrupt:
             _exit_interrupted()

@@ -5,18 +5,13 @@ from __future__ import annotations
 import importlib
 import re
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
 _MAX_LETTERS = 1400  # of a message
 
-IN_PYTHON = {"out": "", "preset": "", "restart": "restart=True", "force": "force=True"}
-"""Argument that a remedy names -> how it is given in Python."""
-
-IN_SHELL = {"out": " with -o", "preset": " (-c image)", "restart": "--restart", "force": "--force"}
-"""The same for the command line."""
 _SWITCHES = ("force", "restart", "retry_failed", "fuse_views", "sequence")  # arguments of Python that are True or False
 
 UNEXPECTED = "unexpected"
@@ -32,18 +27,19 @@ class DooError(Exception):
         short text that identifies the cause, for scripts and tests: lower case with hyphens, such as "mask-shape". The
         sentence may be rewritten from version to version; the code stays.
     remedy
-        end of the sentence where what to do differs between Python and the shell: names of arguments are in braces, such as
-        "give another folder{out}, or {force} to write there". `str` has them as in Python, `told` in any words.
+        end of the sentence, in words of the shell, such as "give another folder with -o, or --force to write there". `str` has
+        it in those of Python, "give another folder, or force=True to write there"; `in_shell` as it is.
     """
 
     def __init__(self, message: str, *, code: str, remedy: str = "") -> None:
         self._message = _shortened(message)
         self.code, self.remedy = code, remedy
-        super().__init__(self.told(IN_PYTHON))
+        super().__init__(f"{self._message}: {_in_python(remedy)}" if remedy else self._message)
 
-    def told(self, words: Mapping[str, str]) -> str:
-        """Return the sentence; `words` has, for the name of an argument, how the reader gives it."""
-        return f"{self._message}: {self.remedy.format_map(words)}" if self.remedy else self._message
+    @property
+    def in_shell(self) -> str:
+        """The sentence for the shell."""
+        return f"{self._message}: {self.remedy}" if self.remedy else self._message
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep code and remedy when the error crosses a process boundary."""
@@ -136,7 +132,7 @@ def options_of_python() -> Iterator[None]:
 def _in_python(sentence: str) -> str:
     """Return a sentence with the options of the shell as arguments of Python."""
     sentence = re.sub(r"(?<![\w-])-c (\w+)", r"config='\1'", sentence)
-    sentence = re.sub(r"(?<![\w-])-o\b", "out", sentence)
+    sentence = re.sub(r"(?<![\w-])-o\b", "out", sentence.replace(" with -o", ""))
     sentence = re.sub(r"--(?:input-option|set) (?:'([^']*)'|(?=[\w.]+=))", r"\1", sentence)
 
     def argument(option: re.Match[str]) -> str:

@@ -11,7 +11,7 @@ from builders.errors import refuses
 from builders.paths import ROOT
 
 import doo3d
-from doo3d.errors import IN_SHELL, ConfigError, DooError, InputError, MissingDependency, describe_error, error_code, require
+from doo3d.errors import ConfigError, DooError, InputError, MissingDependency, describe_error, error_code, require
 
 
 def test_one_family():
@@ -53,20 +53,22 @@ def test_an_exception_that_nobody_foresaw_names_its_type_and_line_and_has_a_code
 
 
 def test_a_remedy_names_arguments_in_the_words_of_the_reader():
-    error = InputError("out {0}: is not empty", code="out-foreign", remedy="give another folder{out}, or {force}")
+    error = InputError("out {0}: is not empty", code="out-foreign", remedy="give another folder with -o, or --force")
     assert str(error) == "out {0}: is not empty: give another folder, or force=True"
-    assert error.told(IN_SHELL) == "out {0}: is not empty: give another folder with -o, or --force"
+    assert error.in_shell == "out {0}: is not empty: give another folder with -o, or --force"
     again = pickle.loads(pickle.dumps(error))
-    assert (str(again), again.told(IN_SHELL), again.code) == (str(error), error.told(IN_SHELL), "out-foreign")
+    assert (str(again), again.in_shell, again.code) == (str(error), error.in_shell, "out-foreign")
 
 
 def test_what_python_raises_speaks_of_no_option_of_a_run():
-    """Texts in packages that Python calls for runs, their docstrings aside, which describe the shell as well."""
+    """Texts in packages that Python calls for runs. Docstrings describe the shell as well, and remedies are put into Python."""
     for path in sorted((ROOT / "doo3d").rglob("*.py")):
         if path.relative_to(ROOT / "doo3d").parts[0] not in ("outputs", "runs", "exports", "compare", "sequence"):
             continue
         tree = ast.parse(path.read_text(encoding="utf-8"))
         described = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        remedies = [node for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "remedy"]
+        described |= {id(part) for remedy in remedies for part in ast.walk(remedy)}
         texts = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
         for node in texts:
             found = re.search(r"--(restart|force|retry-failed|time-limit|workers|out)\b|with -o|\(-c image", node.value)

@@ -15,7 +15,7 @@ from builders.hostile_values import hostile_values
 
 import doo3d
 from doo3d.errors import DooError
-from doo3d.inputs import FrameData, FrameRef, OpenedCapture, ReadOptions
+from doo3d.inputs import Capture, FrameData, FrameRef, ReadOptions
 from doo3d.types import ChainEnd, Connection, Crossing, Junction, LinearObject, Plane, SegmentRef, as_pose
 
 COLOR, DEPTH = np.zeros((4, 4, 3), np.uint8), np.full((4, 4), 0.5, np.float32)
@@ -29,13 +29,13 @@ ROPE, MASK = frame_of(wave())
 FOUND = doo3d.detect(ROPE, {"merge.chains": 1}, MASK)
 
 
-def capture() -> OpenedCapture:
+def capture() -> Capture:
     loaded = FrameData(FRAME, pose=np.eye(4))
 
     class Memory:
         path, format, frames = Path("memory"), "memory", [FrameRef(f"{i}", Path("memory"), lambda: loaded) for i in range(1)]
 
-    return OpenedCapture(Memory())
+    return Capture.of(Memory())
 
 
 # function or class -> arguments that work, by name; each is replaced in turn

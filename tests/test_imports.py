@@ -35,6 +35,8 @@ ORDER = [
 ]
 INPUTS = "inputs"  # stands beside the method: whoever reads frames may import it
 INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config", "plausibility"}
+# imported by name, upwards, once asked for: results draw themselves in a prompt and in a notebook
+UPWARDS_BY_NAME = {("types.display", "viz.figure"), ("types.display", "viz.notebook")}
 HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
 
 
@@ -64,6 +66,13 @@ def imported(name: str, path: Path) -> set[str]:
                 deeper = ".".join([*base, alias.name])
                 names.add(deeper if deeper in MODULES else ".".join(base))
     return {item for item in names if item}
+
+
+def imported_by_name(path: Path) -> set[str]:
+    """The modules of doo3d that a module imports through a function, `import_module("doo3d.viz.figure")`, without the doo3d."""
+    calls = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call))
+    texts = (str(argument.value) for call in calls for argument in call.args if isinstance(argument, ast.Constant))
+    return {text.removeprefix("doo3d.") for text in texts if text.startswith("doo3d.")} & set(MODULES)
 
 
 MODULES = modules()
@@ -101,6 +110,11 @@ def test_imports_go_one_way(name):
             assert rank(name) > rank("pipeline") or name.startswith("stages.segment.methods."), f"{name} imports {other}"
         else:
             assert rank(other) < rank(name), f"{name} imports {other}: upwards or sideways"
+
+
+def test_upwards_only_results_that_draw_themselves_import_by_name():
+    named = {(name, other) for name in EDGES for other in imported_by_name(MODULES[name])}
+    assert {(name, other) for name, other in named if rank(other) >= rank(name)} == UPWARDS_BY_NAME
 
 
 def test_stages_never_import_each_other():

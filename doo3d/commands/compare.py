@@ -54,13 +54,13 @@ def compare(
     Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
     """
     from ..config import load_config, parse_overrides
-    from ..inputs import Capture, ReadOptions, open_capture
+    from ..inputs import ReadOptions, open_capture
     from ..inputs.frame_selection import Selection, select_frames
 
     effective = config_of(config, overrides)
     shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
-    opened: Capture = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
+    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
     opened = select_frames(opened, Selection(every, start, end, frames))
     from ..compare import compare_capture
 

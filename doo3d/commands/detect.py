@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -105,39 +105,40 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..inputs import Capture, ReadOptions, open_capture
-        from ..inputs.capture import notes_of
+        from ..inputs import ReadOptions, open_capture
         from ..inputs.frame_selection import Selection, select_frames
 
         effective = config_of(config, overrides)
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
         read_options = ReadOptions.from_pairs(given, camera)
         check_pose_use(read_options, effective, fuse_views)
-        opened: Capture = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
+        opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
         opened = select_frames(opened, Selection(every, start, end, frames))
-        for note in () if quiet else notes_of(opened):
+        for note in () if quiet else opened.notes:
             typer.echo(f"note: {note}", err=True)
         if fuse_views and sequence:
             raise InputError(
                 "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
             )
         if fuse_views:
-            from ..sequence.fused_capture import FusedCapture
+            from ..sequence.fused_capture import fused_capture
 
-            opened = FusedCapture(opened, effective)
+            opened = fused_capture(opened, effective)
         debugged = debug_frames(opened, debug_frame)
         names = [entry.name for entry in opened.frames]
         width = max(map(len, names), default=0)
-        options: dict[str, Any] = {
-            "options": read_options,
-            "workers": workers,
-            "scheduler": scheduler,
-            "executor": executor,
-            "restart": restart,
-            "force": force,
-            "retry_failed": retry_failed,
-            "time_limit": time_limit,
-        }
+        from ..runs.run_options import RunOptions
+
+        options = RunOptions(
+            reading=read_options,
+            workers=workers,
+            scheduler=scheduler,
+            executor=executor,
+            restart=restart,
+            force=force,
+            retry_failed=retry_failed,
+            time_limit=time_limit,
+        )
         if sequence:
             from ..runs.sequence_run import run_sequence
 
@@ -147,14 +148,13 @@ def detect(
                     interruption.reporter = reporter
                     yield reporter
 
-            summary = run_sequence(opened, out, effective, passes, **options)
+            summary = run_sequence(opened, out, effective, passes, options)
         else:
             from ..runs.run import run
 
             with reporting(len(names), width, quiet, time_limit=time_limit) as reporter:
                 interruption.reporter = reporter
-                functions: dict[str, Any] = {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}
-                summary = run(opened, out, effective, **options, **functions)
+                summary = run(opened, out, effective, options.with_progress(reporter))
     if not summary.succeeded:
         if len(names) > 1:
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)

@@ -10,17 +10,16 @@ import typer
 
 from . import evaluate_options as shared
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, split
+from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
-from .progress_bars import counting
 
 if TYPE_CHECKING:
     from ..evaluation.benchmark.cases import Case
 
 app = typer.Typer(no_args_is_help=True, help="Measure the detection against known truth.", rich_markup_mode=None)
 
-ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[
     str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
@@ -162,35 +161,7 @@ def results(
     shared.show(result_rows(folder, truth), frame_benchmark(Config()), settings, shared.Outputs(table, document))
 
 
-@app.command()
-def ablations(
-    families: Families = ABLATION_FAMILIES,
-    seeds: shared.Seeds = 10,
-    start: shared.Start = 0,
-    sensor: shared.Sensor = "d435",
-    size: shared.Size = "1280x720",
-    config: Preset = "default",
-    overrides: Overrides = None,
-) -> None:
-    """Detect in hard rendered scenes with one part of the method turned off at a time, and compare with the truth.
-
-    Prints a table with a line of scores per part that was turned off.
-
-    \b
-    Example:
-      doo3d evaluate ablations --families knots --seeds 5
-    """
-    shared.use_single_thread()
-    from ..config import parse_overrides
-    from ..evaluation.benchmark.ablations import format_ablations, run_ablations
-    from ..evaluation.benchmark.cases import scene_cases
-
-    chosen = scene_cases(_families(families), range(start, start + seeds), shared.parse_sensor(sensor), shared.parse_size(size))
-    with counting(len(chosen)) as report:
-        rows = run_ablations(chosen, config, parse_overrides(overrides or []), report)
-    typer.echo(format_ablations(rows))
-
-
+app.command()(ablations)
 app.command()(sequences)
 app.command()(dataset)
 app.command()(trees)
@@ -228,10 +199,10 @@ def _run(
 
 def _families(names: str) -> list[str]:
     """Return the families of a comma-separated list."""
-    from ..evaluation.scenes.registry import FAMILIES, GROUPS, WITHOUT
+    from ..evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT
 
     chosen: list[str] = []
     for name in split(names) or []:
-        shared.check_choice("--families", name, [*FAMILIES, *WITHOUT, *GROUPS])
+        shared.check_choice("--families", name, [*FAMILIES, *WITHOUT, *TOUGH, *GROUPS])
         chosen += GROUPS.get(name, (name,))
     return list(dict.fromkeys(chosen))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -79,15 +79,21 @@ def remove_bars() -> None:
         progress.stop()
 
 
-def with_progress(items: Sequence[T]) -> Iterable[T]:
-    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are."""
-    return _stepping(items) if has_bar(len(items)) else items
+def with_progress(items: Iterable[T], total: int | None = None) -> Iterable[T]:
+    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are.
+
+    `total` is their number; None for that of a sequence.
+    """
+    if total is None:
+        assert isinstance(items, Sized)
+        total = len(items)
+    return _stepping(items, total) if has_bar(total) else items
 
 
-def _stepping(items: Sequence[T]) -> Iterator[T]:
+def _stepping(items: Iterable[T], total: int) -> Iterator[T]:
     with progress_display() as progress:
         with uninterrupted():
-            task = progress.add_task("", total=len(items))
+            task = progress.add_task("", total=total)
             progress.refresh()
         for item in items:
             yield item

@@ -153,13 +153,13 @@ def _check_folder(out: Path, source: Path, force: bool) -> None:
             raise InputError(
                 f"{out}: the folder holds the comparison of another input ({former_source})",
                 code="out-other-input",
-                remedy="give another folder{out}, or {force} to write there nevertheless",
+                remedy="give another folder with -o, or --force to write there nevertheless",
             )
         if not is_comparison:
             raise InputError(
                 f"{out}: holds other files than a comparison",
                 code="out-foreign",
-                remedy="give another folder{out}, or {force} to write there nevertheless",
+                remedy="give another folder with -o, or --force to write there nevertheless",
             )
 
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import require
-from ..inputs.formats.open3d_folder import read_intrinsics
+from ..inputs.support.camera_files import read_camera_file
+from ..types import Camera
 
 TIMESTAMP_NS = 10**9
 """Time of the messages in ns, the one second of their headers."""
@@ -38,7 +39,8 @@ def write_bag(capture: Path, path: Path) -> Path:
     """
     rosbag2, typesys = require("rosbags.rosbag2", "bags"), require("rosbags.typesys", "bags")
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-    camera, _ = read_intrinsics(capture / "camera_intrinsic.json")
+    found = read_camera_file(capture / "camera_intrinsic.json")[0]
+    camera = Camera(*found.pinhole, *(found.size or (0, 0)))
 
     def make(kind: str, **values: Any) -> Any:
         return store.types[kind](**values)

@@ -204,7 +204,7 @@ def _check_replaceable(plan: Plan, force: bool, made: Products | None) -> None:
     existing = [target for target, _ in plan if target.exists() and not (made is not None and made.are_unchanged(target))]
     if existing and not force:
         more = f", and {len(existing) - 1} more files" if len(existing) > 1 else ""
-        raise InputError(f"{existing[0]} exists{more}", code="out-exists", remedy="{force} replaces them")
+        raise InputError(f"{existing[0]} exists{more}", code="out-exists", remedy="--force replaces them")
     for target in existing:
         if target.is_dir() and not (target / "metadata.yaml").is_file():
             raise InputError(f"{target} is a folder with other content and is not replaced", code="out-foreign")

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..types import Bools, Floats, Foreground
+from .noise import MAD_TO_DEVIATION
 
 POSITIONS = (np.arange(5) + 0.5) / 5
 """Fractions of a segment's length at which its readings are taken."""
@@ -29,9 +30,6 @@ MIN_SUPPORT = 0.3
 
 MIN_READINGS = 3
 """Readings of a segment that make a median."""
-
-MAD_TO_DEVIATION = 1.4826
-"""Standard deviations per median absolute deviation of normal errors."""
 
 
 class DepthSupport(NamedTuple):

@@ -7,8 +7,10 @@ formats are tried first.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +21,10 @@ from ..guard.limits import Limits, limited
 from ..plugins import READERS, Registry
 from ..types import Frame
 from ..types.arguments import file_path, flag, refused
-from .base_pose import BasePoseCapture
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
-from .external_masks import MaskedCapture
-from .formats.trajectory import PosedCapture
-from .opened_capture import OpenedCapture
+from .external_data import in_base_frame, with_masks, with_trajectory
 from .read_options import DEFAULT, ReadOptions, check_used
+from .support.calibration import Calibration
 from .support.camera_choice import check_size, choose_camera, describe_camera
 from .support.camera_files import read_camera_file
 from .support.git_lfs import check_not_pointer
@@ -45,21 +45,23 @@ __all__ = [
     "open_capture",
 ]
 
+OpenedCapture = Capture
+"""The former name of Capture."""
 FORMATS: Registry[CaptureFormat] = Registry(
     READERS,
     {
         "bag": "bag.reader:BagCapture",
-        "tum": "formats.tum:TumCapture",
-        "bop": "formats.bop:BopCapture",
-        "stray": "formats.stray:StrayCapture",
-        "icl": "formats.redwood:IclCapture",
-        "redwood": "formats.redwood:RedwoodCapture",
+        "tum": "layouts:TUM_RGBD",
+        "bop": "layouts:BOP",
+        "stray": "layouts:STRAY",
+        "icl": "layouts:ICL",
+        "redwood": "layouts:REDWOOD_INDOOR",
         "record3d": "formats.record3d:Record3DCapture",
         "arrays": "formats.npz:ArraysCapture",
-        "pairs": "formats.depth_yaml:PairsCapture",
-        "folder": "formats.open3d_folder:FolderCapture",
+        "pairs": "layouts:PAIRS",
+        "folder": "layouts:FOLDER",
         "cloud": "formats.cloud:CloudCapture",
-        "photos": "formats.photos:PhotosCapture",
+        "photos": "layouts:PHOTOS",
         "video": "formats.video:VideoCapture",
     },
     __name__,
@@ -84,7 +86,7 @@ def open_capture(
     options: ReadOptions = DEFAULT,
     camera: str | Path | None = None,
     limits: Limits = DEFAULT_LIMITS,
-) -> OpenedCapture:
+) -> Capture:
     """Open a recording, a cloud or an image as a sequence of frames.
 
     Opening lists the frames and reads what they share (times, intrinsics). `capture[i].load()` reads one frame's data and
@@ -112,8 +114,8 @@ def open_capture(
 
     Returns
     -------
-    OpenedCapture : a sequence of FrameRef in recording order, with `len`, iteration and indexing by number, slice or name; has
-        `format` (a key of `FORMATS`) and `path`; most have `notes`, sentences about what was assumed or mended.
+    Capture : a sequence of FrameRef in recording order, with `len`, iteration and indexing by number, slice or name; has
+        `format` (a key of `FORMATS`), `path`, and `notes`, sentences about what was assumed or mended.
 
     Raises
     ------
@@ -140,25 +142,25 @@ def open_capture(
             raise InputError(f"{path} does not exist", code="file-missing")
         capture = _open_with_camera_file(path, images_only, options)
         if options.trajectory is not None:
-            capture = PosedCapture(capture, options.trajectory, options.tolerance)
+            capture = with_trajectory(capture, options.trajectory, options.tolerance)
         if masks is not None:
-            capture = MaskedCapture(capture, masks)
-        return OpenedCapture(capture if images_only else _in_base_frame(capture, options), options)
+            capture = with_masks(capture, masks)
+        return replace(capture if images_only else _posed_in_base(capture, options), options=options)
 
 
-def _in_base_frame(capture: Capture, options: ReadOptions) -> Capture:
+def _posed_in_base(capture: Capture, options: ReadOptions) -> Capture:
     """Return the capture with the camera's pose in the robot's base frame, if one is given or lies beside the images."""
     if options.pose is None:
         file = pose_file_beside(capture.path)
-        return capture if file is None else BasePoseCapture(capture, read_pose(file), str(file))
+        return capture if file is None else in_base_frame(capture, read_pose(file), str(file))
     if not isinstance(options.pose, str):
-        return BasePoseCapture(capture, np.array(options.pose), "POSE")
+        return in_base_frame(capture, np.array(options.pose), "POSE")
     if options.pose.startswith(TF) and capture.format != "bag":
         raise InputError(
             f"pose={options.pose}: names a frame of a bag's tf, and {capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw",
             code="pose-invalid",
         )
-    return BasePoseCapture(capture, None, options.pose)
+    return in_base_frame(capture, None, options.pose)
 
 
 def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) -> Capture:
@@ -168,9 +170,13 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     """
     if options.camera_file is None or options.camera is not None:
         return _open(path, images_only, options, options)
+
+    def opened_with(camera: Calibration) -> Capture:
+        given = {"camera": camera.pinhole, "depth_scale": options.depth_scale or camera.scale}
+        return _open(path, images_only, options.model_copy(update=given), options)
+
     cameras = read_camera_file(options.camera_file)
-    given = {"camera": cameras[0].pinhole, "depth_scale": options.depth_scale or cameras[0].scale}
-    capture = _open(path, images_only, options.model_copy(update=given), options)
+    capture = opened_with(cameras[0])
     first = _first_frame(capture)
     if first is None:
         return capture
@@ -178,18 +184,14 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     chosen, note = choose_camera(cameras, lambda: size, aligned=first.color is not None)
     check_size(chosen, size)
     if chosen != cameras[0]:
-        given = {"camera": chosen.pinhole, "depth_scale": options.depth_scale or chosen.scale}
-        capture = _open(path, images_only, options.model_copy(update=given), options)
-    notes = [*getattr(capture, "notes", ()), *([note] if note else []), *describe_camera(chosen)]
-    if notes:
-        capture.notes = notes  # type: ignore[attr-defined]
-    return capture
+        capture = opened_with(chosen)
+    return replace(capture, notes=[*capture.notes, *([note] if note else []), *describe_camera(chosen)])
 
 
 def _first_frame(capture: Capture) -> Frame | None:
     """Return the depth frame that the capture begins with; None if it has none, or it cannot be read."""
     try:
-        data = capture.frames[0].load().data if len(capture.frames) else None
+        data = capture[0].load().data if len(capture) else None
     except InputError:
         return None
     return data if isinstance(data, Frame) else None
@@ -211,15 +213,14 @@ def _can_read(name: str, path: Path) -> bool:
     return FORMATS.call(name, format_class(name).can_read, path)
 
 
-def _checked(name: str, capture: Capture) -> Capture:
+def _checked(name: str, read: Any) -> Capture:
     """Return what a reader made, after a check that it is a capture."""
-    missing = [part for part in ("path", "format", "frames") if not hasattr(capture, part)]
-    if missing:
+    if missing := [part for part in ("path", "format", "frames") if not hasattr(read, part)]:
         raise ConfigError(
-            f"the reader {name} returned a {type(capture).__name__} without {' and '.join(missing)}: mend or uninstall it",
+            f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it",
             code="plugin-broken",
         )
-    return capture
+    return Capture.of(read)
 
 
 def _check_options(path: Path, name: str, reader: CaptureFormat, images_only: bool, given: ReadOptions) -> None:

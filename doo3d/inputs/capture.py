@@ -1,17 +1,22 @@
-"""The interface of every format: a capture is a sequence of frame references, each of which loads one frame's data."""
+"""A capture is a sequence of frame references, each of which loads one frame's data."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import operator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, overload
 
 from ..config import Config
+from ..errors import ArgumentError, InputError, UnknownFrame
 from ..guard.guarding import guarded
 from ..guard.limits import Limits, current_limits, limited
 from ..types import Bools, Cloud, Floats, Frame, Image
 from .read_options import DEFAULT, ReadOptions
+
+_SHOWN_NAMES = 5  # of frames, in errors
+_OF_READERS = ("path", "format", "frames", "notes", "topics", "extra_files")  # attributes that readers fill
 
 
 @dataclass(frozen=True)
@@ -80,43 +85,132 @@ class FrameRef:
             return self.loader()
 
 
-class Capture(Protocol):
-    """The interface of an opened recording: a sequence of frames in recording order.
+@dataclass(repr=False, eq=False)
+class Capture(Sequence[FrameRef]):
+    """A capture is a sequence of its frames: `len`, iteration, and indexing by number, slice or name.
 
-    A capture may also have `topics`, a list of str: a line for each topic or stream, printed by `doo3d info`; and `notes`, a list
-    of str: a sentence for each thing that was assumed or mended in reading it, printed by `doo3d info` and `doo3d detect`;
-    and `extra_files`, a list of Path: files outside of `path` that were read, such as a camera file, whose change is noticed.
+    `capture[3]` and `capture["000003"]` are the FrameRef of one frame, whose data `load()` reads; `capture[-1]` is the last.
+    `capture[10:20]` is a capture of these frames.
 
     Attributes
     ----------
-    format
-        name of the format, a key of `doo3d.inputs.FORMATS`.
     path
         the file or folder, as given by the user.
+    format
+        name of the format, a key of `doo3d.inputs.FORMATS`.
     frames
         references to the frames; their data is read by `FrameRef.load`.
+    notes
+        a sentence for each thing that was assumed or mended in reading the capture, printed by `doo3d info` and `doo3d detect`.
+    topics
+        a line for each topic or stream of a bag, printed by `doo3d info`.
+    extra_files
+        files outside of `path` that were read, such as a camera file, whose change is noticed.
+    options
+        the options that the capture was read with.
+    masks
+        path of the mask files that the user gave; None if there are none.
+    base_pose
+        the pose of the camera in a robot's base frame as nested lists, or the option ("capture", "tf:base_link"); None without.
+    selection
+        the selection of frames as on the command line, such as "--start 2s --every 5"; None if `frames` are all frames.
+    indices
+        numbers of the frames in the whole capture, from 0, increasing; None if `frames` are all frames.
+    whole
+        the capture with all frames; None if this is the one.
     """
 
-    format: str
     path: Path
+    format: str
     frames: Sequence[FrameRef]
+    notes: Sequence[str] = ()
+    topics: Sequence[str] = ()
+    extra_files: Sequence[Path] = ()
+    options: ReadOptions = DEFAULT
+    masks: Path | None = None
+    base_pose: Any = None
+    selection: str | None = None
+    indices: Sequence[int] | None = None
+    whole: Capture | None = None
 
+    @staticmethod
+    def of(read: Any) -> Capture:
+        """Return what a reader made, an object with `path`, `format`, `frames` and maybe more of the attributes, as a Capture."""
+        if isinstance(read, Capture):
+            return read
+        return Capture(**{name: getattr(read, name) for name in _OF_READERS if hasattr(read, name)})
 
-def extra_files_of(capture: Capture) -> list[Path]:
-    """Return the files outside of its path that a capture was read from; empty if it has none."""
-    return list(getattr(capture, "extra_files", ()))
+    def selected(self, indices: Sequence[int], selection: str) -> Capture:
+        """Return a capture with the frames of some numbers alone; `selection` is how they are chosen on the command line."""
+        numbers = list(indices) if self.indices is None else [self.indices[i] for i in indices]
+        frames = [self.frames[i] for i in indices]
+        return replace(self, frames=frames, selection=selection, indices=numbers, whole=self.whole or self)
 
+    def __len__(self) -> int:
+        return len(self.frames)
 
-def notes_of(capture: Capture) -> list[str]:
-    """Return the notes of a capture, or of the whole capture of a selection; empty if it has none."""
-    return list(getattr(getattr(capture, "whole", capture), "notes", ()))
+    def __iter__(self) -> Iterator[FrameRef]:
+        return iter(self.frames)
+
+    def __contains__(self, frame: object) -> bool:
+        """Return whether a frame, or a frame of this name, is in the capture."""
+        return any(frame in (each, each.name) for each in self.frames)
+
+    @overload
+    def __getitem__(self, key: int | str) -> FrameRef: ...
+    @overload
+    def __getitem__(self, key: slice) -> Capture: ...
+    def __getitem__(self, key: int | str | slice) -> FrameRef | Capture:
+        """Return the frame of a number or a name, or a capture of the frames of a slice.
+
+        Raises
+        ------
+        UnknownFrame (an IndexError) : the capture has no such frame.
+        ArgumentError (a TypeError) : the key is neither a whole number, a text nor a slice of whole numbers.
+        InputError : the step of a slice is not positive.
+        """
+        try:
+            if isinstance(key, slice):
+                return self._slice(key)
+            if isinstance(key, str):
+                return next(reference for reference in self.frames if reference.name == key)
+            return self.frames[range(len(self))[operator.index(key)]]
+        except (StopIteration, IndexError):
+            names = ", ".join([each.name for each in self.frames[:_SHOWN_NAMES]] + ["..."] * (len(self) > _SHOWN_NAMES))
+            has = f"it has {len(self)}, from 0: {names}" if names else "it has none"
+            raise UnknownFrame(f"{self.path}: has no frame {key!r}; {has}", code="frame-unknown") from None
+        except TypeError:
+            raise ArgumentError(
+                f"a capture was given a {type(key).__name__} for a frame, expected its number, its name or a slice of numbers",
+                code="argument-type",
+            ) from None
+
+    def _slice(self, part: slice) -> Capture:
+        if part.step is not None and operator.index(part.step) < 1:
+            raise InputError(
+                f"a slice of a capture with the step {part.step}: frames keep their order, so give 1 or more",
+                code="selection-invalid",
+            )
+        chosen = range(*part.indices(len(self)))
+        if len(chosen) == len(self):
+            return self
+        if not chosen:
+            return self.selected((), "no frames")
+        if self.indices is not None:
+            return self.selected(chosen, f"--frames {','.join(str(self.indices[i]) for i in chosen)}")
+        every = f" --every {chosen.step}" if chosen.step > 1 else ""
+        return self.selected(chosen, f"--start {chosen[0]} --end {chosen[-1]}{every}")
+
+    def __repr__(self) -> str:
+        return f"Capture({str(self.path)!r}, {self.format}, {len(self)} frame{'s' * (len(self) != 1)})"
 
 
 class CaptureFormat(Protocol):
-    """The interface of a class that reads one capture format; calling it with a path and options returns an opened Capture.
+    """The interface of a class that reads one capture format; calling it with a path and options opens a capture.
 
-    A class may also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused. Without
-    it no option is refused.
+    What it returns has `path`, `format` and `frames` of a Capture, and may have `notes`, `topics` and `extra_files`. A class may
+    also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused. Without it no option
+    is refused.
 
     Attributes
     ----------
@@ -129,5 +223,5 @@ class CaptureFormat(Protocol):
     def can_read(self, path: Path) -> bool:
         """Return whether `path` (an existing file or folder) is in this format, judged quickly from its content."""
 
-    def __call__(self, path: Path, options: ReadOptions = DEFAULT) -> Capture:
+    def __call__(self, path: Path, options: ReadOptions = DEFAULT) -> Any:
         """Open the capture at `path`; raise InputError if something that all frames need is missing or damaged."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import operator
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
 from ..types import Bools, Floats
-from .capture import Capture, FrameRef, extra_files_of
+from .capture import Capture
 
 _POSITION = re.compile(r"(-?)(\d+(?:\.\d+)?|\.\d+)(s?)")
 _TOKEN = r"-?(?:\d+\.?\d*|\.\d+)s?"
@@ -98,33 +95,6 @@ class Selection:
         return " ".join([*options, *([f"--every {self.every}"] if self.every > 1 else [])])
 
 
-class SelectedCapture:
-    """A capture reduced to its selected frames, in their order.
-
-    Attributes
-    ----------
-    path, format
-        path and format of the whole capture.
-    masks
-        path of the mask files that the user gave for the capture; None if there are none.
-    selection
-        the selection as on the command line, such as "--start 2s --every 5".
-    whole
-        the capture with all frames.
-    indices
-        numbers of the selected frames in the whole capture, from 0, increasing.
-    frames
-        references to the selected frames.
-    """
-
-    def __init__(self, capture: Capture, indices: Sequence[int], selection: str) -> None:
-        self.path, self.format, self.whole = capture.path, capture.format, capture
-        self.masks: Path | None = getattr(capture, "masks", None)
-        self.base_pose: object = getattr(capture, "base_pose", None)
-        self.selection, self.extra_files, self.indices = selection, extra_files_of(capture), list(indices)
-        self.frames: Sequence[FrameRef] = [capture.frames[i] for i in self.indices]
-
-
 def select_frames(capture: Capture, selection: Selection) -> Capture:
     """Return a capture with the selected frames alone, or `capture` itself if `selection` has only its defaults.
 
@@ -145,32 +115,7 @@ def select_frames(capture: Capture, selection: Selection) -> Capture:
     indices = np.flatnonzero(selected)[:: selection.every].tolist()
     if not indices:
         raise InputError(f"{capture.path}: {selection} selects no frame; {index.describe()}", code="selection-empty")
-    return SelectedCapture(capture, indices, str(selection))
-
-
-def select_slice(capture: Capture, part: slice) -> Capture:
-    """Return a capture with the frames of a slice, which may be none, or `capture` itself if the slice has all.
-
-    Raises
-    ------
-    InputError : the step is not positive.
-    TypeError : a bound or the step is not a whole number.
-    """
-    if part.step is not None and operator.index(part.step) < 1:
-        raise InputError(
-            f"a slice of a capture with the step {part.step}: frames keep their order, so give 1 or more",
-            code="selection-invalid",
-        )
-    chosen = range(*part.indices(len(capture.frames)))
-    if len(chosen) == len(capture.frames):
-        return capture
-    whole = capture.whole if isinstance(capture, SelectedCapture) else capture
-    indices = [capture.indices[i] for i in chosen] if isinstance(capture, SelectedCapture) else chosen
-    if not indices:
-        return SelectedCapture(whole, (), "no frames")
-    if whole is not capture:
-        return SelectedCapture(whole, indices, str(Selection(frames=",".join(map(str, indices)))))
-    return SelectedCapture(whole, indices, str(Selection(chosen.step, str(chosen[0]), str(chosen[-1]))))
+    return capture.selected(indices, str(selection))
 
 
 class _FrameIndex:

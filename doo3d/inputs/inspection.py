@@ -13,7 +13,7 @@ from ..plausibility.camera import camera_notes
 from ..plausibility.depth_unit import depth_samples, depth_step, unit_notes
 from ..plausibility.registration import ColorShift, color_shift, registration_notes
 from ..types import Camera, Cloud, Floats, Frame
-from .capture import Capture, FrameData, FrameRef, notes_of
+from .capture import Capture, FrameData, FrameRef
 
 SCHEMA = "doo3d/info/2"
 PERCENTILES = (1, 50, 99)  # of the depth; the extremes themselves are often single wrong measurements
@@ -199,23 +199,22 @@ def summarize_capture(
     """
     count = len(capture.frames)
     checked = []
-    numbers: list[int] = getattr(capture, "indices", None) or list(range(count))
+    numbers = capture.indices or range(count)
     for i in np.unique(np.rint(np.linspace(0, count - 1, min(samples, count))).astype(int)).tolist() if count else []:
         summary, data = _summarize_frame(numbers[i], capture.frames[i])
         checked.append(summary)
         visit(summary, data)
-    whole: Capture = getattr(capture, "whole", capture)
     return CaptureSummary(
         path=str(capture.path),
         format=capture.format,
         frames=count,
-        total=len(whole.frames),
-        selection=getattr(capture, "selection", ""),
+        total=len(capture.whole or capture),
+        selection=capture.selection or "",
         names=(capture.frames[0].name, capture.frames[-1].name) if count else None,
-        topics=tuple(getattr(whole, "topics", ())),
+        topics=tuple(capture.topics),
         timing=_timing(capture),
         checked=tuple(checked),
-        notes=tuple(notes_of(capture)),
+        notes=tuple(capture.notes),
     )
 
 

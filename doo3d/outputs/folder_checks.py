@@ -47,7 +47,7 @@ def check_writable(path: Path) -> None:
         raise InputError(f"{path}: {existing} is a file, expected a folder for the results", code="out-is-file")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError(
-            f"{path}: no permission to write in {existing}", code="out-unwritable", remedy="give another folder{out}"
+            f"{path}: no permission to write in {existing}", code="out-unwritable", remedy="give another folder with -o"
         )
 
 

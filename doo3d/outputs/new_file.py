@@ -38,7 +38,9 @@ def check_new_file(path: Path, force: bool, results: Path | None = None) -> None
     if path.is_dir():
         raise InputError(f"{path}: is a folder, expected the name of a file to write", code="out-is-folder")
     if path.exists() and not force and not (results is not None and Products(results).are_unchanged(path)):
-        raise InputError(f"{path}: exists already", code="out-exists", remedy="give another name{out}, or {force} to replace it")
+        raise InputError(
+            f"{path}: exists already", code="out-exists", remedy="give another name with -o, or --force to replace it"
+        )
     if not path.absolute().parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist: create it first", code="out-folder-missing")
 

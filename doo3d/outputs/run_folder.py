@@ -93,7 +93,7 @@ class ResultsFolder:
             raise InputError(
                 f"{path}: belongs to the input, results there could overwrite it",
                 code="out-in-input",
-                remedy="give another folder{out}",
+                remedy="give another folder with -o",
             )
         self._created = [folder for folder in (path, *path.parents) if not folder.exists()]
         try:
@@ -112,9 +112,12 @@ class ResultsFolder:
         manifest, lines = self._former_run()
         conflict = find_conflict(self.path, manifest, self._identity, self._inputs.digest_before(lines))
         if conflict and not (force or conflict.is_setting or (restart and conflict.can_restart)):
-            option = "{restart} to replace them" if conflict.can_restart else "{force} to write there nevertheless"
-            remedy = f"give another folder{{out}}, or {option}"
-            raise InputError(f"{self.path}: {conflict.reason}", code=conflict.code, remedy=remedy)
+            raise InputError(
+                f"{self.path}: {conflict.reason}",
+                code=conflict.code,
+                remedy="give another folder with -o, or "
+                + ("--restart to replace them" if conflict.can_restart else "--force to write there nevertheless"),
+            )
         if self._lock.former is not None:
             self.notes.append(f"a run of {self._lock.former} did not end by itself; its lock is taken over")
         if conflict and conflict.is_setting:

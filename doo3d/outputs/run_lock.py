@@ -138,7 +138,7 @@ class RunLock:
                     raise InputError(
                         f"{folder}: another run writes there ({_holder(self._path)})",
                         code="out-in-use",
-                        remedy="wait for it, or give another folder{out}",
+                        remedy="wait for it, or give another folder with -o",
                     )
                 if _is_at(file, self._path):
                     return file
@@ -157,7 +157,7 @@ class RunLock:
                 f"{self._path.parent}: another run writes there ({self.former}); if it was killed, remove {self._path}, or wait "
                 f"{MAX_SILENCE_SECONDS / 60:.0f} minutes",
                 code="out-in-use",
-                remedy="wait for it, or give another folder{out}",
+                remedy="wait for it, or give another folder with -o",
             )
 
 

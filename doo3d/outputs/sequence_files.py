@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..sequence.objects import Anchor, SequenceObject
-from ..sequence.observations import Observation, Strand
+from ..sequence.observations import Observation, ObservedStrand
 from ..sequence.topology import Node
 from ..types import Detection
 from . import STRANDS
@@ -81,12 +81,12 @@ def read_observation(folder: Path, frame: str) -> Observation:
     return Observation(read_detection(file), strands)
 
 
-def _strand(values: dict[str, Any]) -> Strand:
+def _strand(values: dict[str, Any]) -> ObservedStrand:
     points, arcs = np.array(values["points"], dtype=float), np.array(values["arcs"], dtype=float)
     if points.shape != (len(arcs), 3) or not len(arcs):
         raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
     start, end = values["tips"]
-    return Strand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]))
+    return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]))
 
 
 def write_objects(folder: Path, known: SequenceFile) -> None:
@@ -125,7 +125,7 @@ def _object(values: dict[str, Any]) -> SequenceObject:
 
 def _damaged(path: Path, error: Exception) -> InputError:
     return InputError(
-        f"{path}: a value is missing or invalid ({error!r})", code="results-damaged", remedy="start over with {restart}"
+        f"{path}: a value is missing or invalid ({error!r})", code="results-damaged", remedy="start over with --restart"
     )
 
 

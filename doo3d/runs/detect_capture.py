@@ -10,16 +10,16 @@ from typing import Any
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, InputError, options_of_python
-from ..inputs import Capture, OpenedCapture, ReadOptions, open_capture
-from ..inputs.capture import notes_of
+from ..inputs import Capture, ReadOptions, open_capture
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
-from ..sequence.fused_capture import FusedCapture
+from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, whole
 from .base_pose import check_pose_use
 from .frame_record import FrameRecord
 from .run import RunSummary
 from .run import run as run_capture
+from .run_options import RunOptions
 from .sequence_run import run_sequence
 from .time_limit import DEFAULT_SECONDS
 
@@ -135,22 +135,22 @@ def run(
             raise InputError(
                 "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
             )
-        remarks = _Remarks(notes_of(chosen), progress)
+        remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:
-            chosen = FusedCapture(chosen, settings)
-        options: dict[str, Any] = {
-            "options": opened.options,
-            "workers": workers,
-            "scheduler": scheduler,
-            "restart": flag(restart, "restart"),
-            "force": flag(force, "force"),
-            "retry_failed": flag(retry_failed, "retry_failed"),
-            "time_limit": time_limit,
-        }
+            chosen = fused_capture(chosen, settings)
+        options = RunOptions(
+            reading=opened.options,
+            workers=workers,
+            scheduler=scheduler,
+            restart=restart,
+            force=force,
+            retry_failed=retry_failed,
+            time_limit=time_limit,
+        )
         if sequence:
-            summary = run_sequence(chosen, folder, settings, remarks.of_pass, **options)
+            summary = run_sequence(chosen, folder, settings, remarks.of_pass, options)
         else:
-            summary = run_capture(chosen, folder, settings, **options, report=remarks, note=remarks.note)
+            summary = run_capture(chosen, folder, settings, options.with_progress(remarks))
         return replace(summary, remarks=tuple(remarks.notes))
 
 
@@ -205,7 +205,7 @@ def _read_options(
 
 def _opened(
     capture: Capture | str | PathLike[str], config: Config, mask: str | PathLike[str] | None, options: ReadOptions | None
-) -> OpenedCapture:
+) -> Capture:
     if isinstance(capture, str | PathLike):
         masks = None if mask is None else file_path(mask, "mask")
         return open_capture(
@@ -221,4 +221,4 @@ def _opened(
         raise ConfigError(
             "mask, input_options, pose and camera are for a path: give them to doo3d.open_capture", code="options-conflict"
         )
-    return capture if isinstance(capture, OpenedCapture) else OpenedCapture(capture)
+    return Capture.of(capture)

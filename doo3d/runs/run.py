@@ -7,7 +7,6 @@ the run. Interrupted runs resume: call `run` again with the same arguments.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -31,9 +30,12 @@ from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .methods import Method, detect_alone
 from .remaining_frames import remaining_frames
+from .run_options import RunOptions
 from .select_executor import select_executor
 from .serial_executor import SerialExecutor
-from .time_limit import DEFAULT_SECONDS
+
+DEFAULTS = RunOptions()
+"""Options of a run in this process that resumes an earlier one."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,20 +111,10 @@ def run(
     capture: Capture,
     out: str | Path,
     config: Config,
+    options: RunOptions = DEFAULTS,
     *,
-    options: ReadOptions | None = None,
-    workers: int = 0,
-    scheduler: str | None = None,
-    executor: Executor | None = None,
-    restart: bool = False,
-    force: bool = False,
-    retry_failed: bool = False,
-    time_limit: float | None = DEFAULT_SECONDS,
     method: Method = detect_alone,
     extra: dict[str, Any] | None = None,
-    report: Callable[[FrameRecord], None] = lambda record: None,
-    resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None,
-    note: Callable[[str], None] = lambda sentence: None,
 ) -> RunSummary:
     """Detect in every frame of a capture and write the results to a folder.
 
@@ -138,35 +130,11 @@ def run(
     config
         configuration of the detection.
     options
-        the options that the capture was opened with, to be noted in the manifest; None for the defaults.
-    workers
-        number of worker processes to start on this machine; 0 works in this process alone. Workers do not import the calling
-        script: loaders of a capture of your own have to be in a module.
-    scheduler
-        address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
-        must have the same path on their machines.
-    executor
-        does the jobs, instead of one made for `workers` or `scheduler`; it stays open. None to make one.
-    restart
-        do all frames again, and replace results of the same capture that are in `out`, also those of other versions of doo3d or
-        of an input that has changed since. Results of another configuration are replaced in any case.
-    force
-        write into `out` even if it holds other files, which stay, or results of another capture, which are removed.
-    retry_failed
-        do all frames again that failed in an earlier run. Those whose files have changed since are done again in any case.
-    time_limit
-        s that a frame may take, reading and rendering included; then it fails, and a worker that was busy with it is replaced.
-        None for no limit. Without effect on the workers of a scheduler and on a given executor.
+        how the capture was opened, who does the work, what happens to earlier results, and who is told of the progress.
     method
         how the chains of a frame are found; with another than `detect_alone` ids are those that the method gives.
     extra
         entries of the manifest besides those of every run, such as "sequence"; a run with extra entries of other names differs.
-    report
-        called with each frame's record once its files are written.
-    resumed
-        called once, before the first frame, with the records of frames finished by an earlier run; not called without any.
-    note
-        called with each sentence about what an earlier run left, such as the lock of a killed one.
 
     Returns
     -------
@@ -183,25 +151,24 @@ def run(
         raise InputError(
             f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json",
             code="mode-needs-depth",
-            remedy="use a 2-D config, the preset image or paper_2d{preset}",
+            remedy="use a 2-D config, the preset image or paper_2d (-c image)",
         )
     names = [frame.name for frame in capture.frames]
-    choices = {"restart": restart, "force": force, "retry_failed": retry_failed}
-    with open_folder(capture, Path(out), config, options, extra, **choices) as folder:
+    with open_folder(capture, Path(out), config, options, extra) as folder:
         for sentence in folder.notes:
-            note(sentence)
+            options.note(sentence)
         former = folder.done | folder.later
         records = {name: FrameRecord.from_journal(former[name]) for name in names if name in former}
         if records:
-            resumed(list(records.values()))
+            options.resumed(list(records.values()))
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
-        with _executor(executor if frames else SerialExecutor(), workers, scheduler, time_limit) as chosen:
+        with _executor(options if frames else replace(options, executor=SerialExecutor())) as chosen:
             thorough = thorough_frames(names)
             for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough):
                 folder.add(record.name, record.to_journal(), files)
                 records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
-                report(record)
+                options.report(record)
         summary = RunSummary(tuple(records[name] for name in names))
         if summary.succeeded:
             entries = [record.to_dict() for record in summary.records]
@@ -212,33 +179,37 @@ def run(
     return summary
 
 
-def open_folder(
-    capture: Capture, out: Path, config: Config, options: ReadOptions | None, extra: dict[str, Any] | None, **choices: bool
-) -> ResultsFolder:
-    """Return the folder of a run, locked until it is closed; the parameters are those of `run`, `choices` those of ResultsFolder.
+def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions, extra: dict[str, Any] | None) -> ResultsFolder:
+    """Return the folder of a run, locked until it is closed; the parameters are those of `run`.
 
     Raises
     ------
     InputError : as for `run`.
     """
     check_names(out, [frame.name for frame in capture.frames])
-    source = _describe_input(capture, options) | ({} if extra is None else {"method": sorted(extra)[0]})
-    return ResultsFolder(out, source, config, _input_state(capture, options, out), **choices)
+    source = _describe_input(capture, options.reading) | ({} if extra is None else {"method": sorted(extra)[0]})
+    return ResultsFolder(
+        out,
+        source,
+        config,
+        _input_state(capture, options.reading, out),
+        restart=options.restart,
+        force=options.force,
+        retry_failed=options.retry_failed,
+    )
 
 
-def _executor(
-    given: Executor | None, workers: int, scheduler: str | None, time_limit: float | None
-) -> AbstractContextManager[Executor]:
+def _executor(options: RunOptions) -> AbstractContextManager[Executor]:
     """Return the given executor, or a new one for the workers or the scheduler, for a `with` block."""
-    return select_executor(workers, scheduler, time_limit) if given is None else nullcontext(given)
+    if options.executor is not None:
+        return nullcontext(options.executor)
+    return select_executor(options.workers, options.scheduler, options.time_limit)
 
 
 def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> InputState:
     """Return the state of all files of the input; `out` is the folder of the results, which may lie inside."""
     paths = [capture.path, *(frame.source for frame in capture.frames)]
-    if (masks := getattr(capture, "masks", None)) is not None:
-        paths.append(masks)
-    paths += getattr(capture, "extra_files", [])
+    paths += [*([] if capture.masks is None else [capture.masks]), *capture.extra_files]
     if options is not None:
         paths += [file for file in (options.trajectory, options.camera_file, options.color) if file]
     return InputState(file_states(paths, out), FramePaths(capture.frames))
@@ -247,14 +218,14 @@ def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> In
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:
     """Return what distinguishes the input of this run from another's, but for the state of its files, for the manifest."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
-    if (masks := getattr(capture, "masks", None)) is not None:
-        source["masks"] = str(masks.resolve())
+    if capture.masks is not None:
+        source["masks"] = str(capture.masks.resolve())
     if options is not None and (changed := options.model_dump(mode="json", exclude_defaults=True)):
         source["reading"] = changed
-    if (base_pose := getattr(capture, "base_pose", None)) is not None:
-        source["pose"] = base_pose
-    if (selection := getattr(capture, "selection", None)) is not None:
-        source["selection"] = selection
+    if capture.base_pose is not None:
+        source["pose"] = capture.base_pose
+    if capture.selection is not None:
+        source["selection"] = capture.selection
     return source
 
 

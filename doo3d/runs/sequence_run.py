@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ..config import Config
 from ..errors import InputError
@@ -19,7 +19,8 @@ from ..sequence.given_length import length_notes
 from ..sequence.objects import find_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
-from .run import RunSummary, open_folder, run
+from .run import DEFAULTS, RunSummary, open_folder, run
+from .run_options import Progress, RunOptions
 
 FIRST_PASS = f"{PREFIX}first-pass"
 """Folder, in that of the results, that the first pass writes and the second reads; an interrupted run resumes from it."""
@@ -34,10 +35,8 @@ def run_sequence(
     capture: Capture,
     out: str | Path,
     config: Config,
-    passes: Callable[[str], AbstractContextManager[Any]],
-    *,
-    restart: bool = False,
-    **options: Any,
+    passes: Callable[[str], AbstractContextManager[Progress]],
+    options: RunOptions = DEFAULTS,
 ) -> RunSummary:
     """Detect in all frames of a capture together, and write the results to a folder.
 
@@ -49,12 +48,9 @@ def run_sequence(
     capture, out, config
         as for `run`.
     passes
-        called with the name of each pass, "first pass" and "second pass": a context of the pass, with functions `report`,
-        `resumed` and `note` of `run` as attributes.
-    restart
-        do both passes again.
+        called with the name of each pass, "first pass" and "second pass": a context of the pass, which follows it.
     options
-        further arguments of `run`.
+        as for `run`, for both passes; those of its progress are without effect.
 
     Raises
     ------
@@ -62,19 +58,17 @@ def run_sequence(
     """
     check_mode(config)
     # before the first pass, which takes long: whether the second may write there; what has changed is its own question
-    read, force = options.get("options"), options.get("force", False)
-    open_folder(capture, Path(out), config, read, {"sequence": None}, restart=True, force=force).close()
+    anew = replace(options, restart=True, retry_failed=False)
+    open_folder(capture, Path(out), config, anew, {"sequence": None}).close()
     folder = Path(out) / FIRST_PASS
     with passes("first pass") as reporter:
         first = run(
             capture,
             folder,
             config,
-            **options,
-            restart=restart,
+            options.with_progress(reporter),
             method=first_pass,
             extra={"sequence": "first pass"},
-            **_functions(reporter),
         )
     names = [frame.name for frame in capture.frames]
     if not first.succeeded:
@@ -94,23 +88,20 @@ def run_sequence(
             reporter.note(NO_OBJECTS)
         for note in notes:
             reporter.note(note)
-        functions = _functions(reporter)
 
         def report(record: FrameRecord) -> None:
             if is_other or not begun.exists():
                 with _writing(folder):
                     write_text(begun, digest)
-            functions["report"](record)
+            reporter(record)
 
         return run(
             capture,
             out,
             config,
-            **options,
-            restart=restart or is_other,
+            replace(options.with_progress(reporter), report=report, restart=options.restart or is_other),
             method=SecondPass(folder.resolve(), digest),
             extra={"sequence": {"objects": summary(objects, len(names))}},
-            **functions | {"report": report},
         )
 
 
@@ -139,8 +130,3 @@ def _digest(folder: Path) -> str:
         if file.name != MANIFEST:
             result.update(file.name.encode() + _read(file))
     return result.hexdigest()
-
-
-def _functions(reporter: Any) -> dict[str, Any]:
-    """Return the functions that a run calls with its progress."""
-    return {"report": reporter, "resumed": reporter.resumed, "note": reporter.note}

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 from ..config import Config
 from ..errors import InputError
@@ -12,11 +10,10 @@ from ..inputs import Capture, FrameData, FrameRef
 from .fusion import FUSED_NAME, fuse
 
 
-class FusedCapture:
-    """A capture of a single frame, named "static": the point cloud made by fusing all frames of another capture.
+def fused_capture(capture: Capture, config: Config) -> Capture:
+    """Return a capture of a single frame, named "static": the point cloud made by fusing all frames of another capture.
 
-    It has the attributes of a capture (`path`, `format`, `masks`, `selection`, `frames`). The other capture is read and fused
-    when the single frame is loaded: `frames[0].load()`.
+    The other capture is read and fused when the single frame is loaded: `frames[0].load()`.
 
     Parameters
     ----------
@@ -29,18 +26,13 @@ class FusedCapture:
     ------
     InputError : the config is for images (mode "2d").
     """
-
-    def __init__(self, capture: Capture, config: Config) -> None:
-        if config.mode == "2d":
-            raise InputError(
-                "--fuse-views fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
-                code="config-mode",
-            )
-        self.path, self.format = capture.path, f"{capture.format}, fused"
-        self.masks: Path | None = getattr(capture, "masks", None)
-        self.selection: str | None = getattr(capture, "selection", None)
-        loader = partial(_load_fused, tuple(capture.frames), config)
-        self.frames: Sequence[FrameRef] = [FrameRef(FUSED_NAME, capture.path, loader)]
+    if config.mode == "2d":
+        raise InputError(
+            "--fuse-views fuses frames in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
+            code="config-mode",
+        )
+    frame = FrameRef(FUSED_NAME, capture.path, partial(_load_fused, tuple(capture.frames), config))
+    return Capture(capture.path, f"{capture.format}, fused", [frame], masks=capture.masks, selection=capture.selection)
 
 
 def _load_fused(frames: tuple[FrameRef, ...], config: Config) -> FrameData:

@@ -10,7 +10,7 @@ import numpy as np
 from ..config import Config, TrackingConfig
 from ..types import Chain, Floats
 from .observations import Observation
-from .topology import OPEN, Nodes, Pattern, TrackedChain, pattern_of, trees_of, vote_nodes, vote_pattern, vote_trunk
+from .topology import OPEN, ChainInFrame, Nodes, Pattern, pattern_of, trees_of, vote_nodes, vote_pattern, vote_trunk
 from .tracking import Tracker
 
 MIN_CONFIDENCE = 0.15
@@ -122,10 +122,10 @@ class _Track:
         return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= MAX_LENGTH_ERROR * length + slack
 
     @property
-    def tracked(self) -> list[TrackedChain]:
+    def tracked(self) -> list[ChainInFrame]:
         """The chains that end at junctions as most do, by frame and index."""
         return [
-            TrackedChain(frame, chain, self.backwards[frame])
+            ChainInFrame(frame, chain, self.backwards[frame])
             for frame, chain, _ in self.items
             if self.patterns[frame] == self.pattern
         ]

@@ -34,7 +34,7 @@ TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
 
 
 @dataclass(frozen=True)
-class Strand:
+class ObservedStrand:
     """A stretch of an object as one frame shows it, perhaps with hidden parts that are bridged.
 
     Attributes
@@ -71,7 +71,7 @@ class Observation:
     """
 
     detection: Detection
-    strands: tuple[Strand, ...]
+    strands: tuple[ObservedStrand, ...]
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
@@ -88,7 +88,7 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
     """
     context = stages.context
     joined = {end for junction in detection.junctions for end in junction.ends}
-    strands: list[Strand] = []
+    strands: list[ObservedStrand] = []
     for number, chain in enumerate(detection.chains):
         at_junctions = (ChainEnd(number, 0) in joined, ChainEnd(number, 1) in joined)
         strands += _strands(chain, number, context, at_junctions)
@@ -99,7 +99,7 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
 
 def _strands(
     chain: Chain, number: int, context: FrameContext, at_junctions: tuple[bool, bool] = (False, False)
-) -> Iterator[Strand]:
+) -> Iterator[ObservedStrand]:
     """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out.
 
     Parameters
@@ -136,7 +136,7 @@ def _strands(
         at = np.flatnonzero(seen)
         line = chain.joints[low : high + 1]
         tips = TIP if ends_there[0] else _is_tip(line[::-1], context), TIP if ends_there[1] else _is_tip(line, context)
-        yield Strand(chain.joints[at], (at - low) * chain.segment_length, length, tips, number)
+        yield ObservedStrand(chain.joints[at], (at - low) * chain.segment_length, length, tips, number)
 
 
 def _seen_joints(chain: Chain, first: int, end: int) -> Bools:
@@ -174,7 +174,7 @@ def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
     return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
 
 
-def cut_strands(strands: Sequence[Strand], place: Floats, least: float, tolerance: float) -> list[Strand]:
+def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
     """Return strands, cut in two where they pass a junction: a frame may join two parts through one that it does not show.
 
     Parameters
@@ -198,9 +198,9 @@ def cut_strands(strands: Sequence[Strand], place: Floats, least: float, toleranc
             continue
         first, last = strand.tips
         before, after = slice(0, k + 1), slice(k, None)
-        result.append(Strand(strand.points[before], strand.arcs[before], arc, (first, UNKNOWN), strand.chain))
+        result.append(ObservedStrand(strand.points[before], strand.arcs[before], arc, (first, UNKNOWN), strand.chain))
         rest = strand.length - arc
-        result.append(Strand(strand.points[after], strand.arcs[after] - arc, rest, (UNKNOWN, last), strand.chain))
+        result.append(ObservedStrand(strand.points[after], strand.arcs[after] - arc, rest, (UNKNOWN, last), strand.chain))
     return result
 
 

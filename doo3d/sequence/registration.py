@@ -17,7 +17,7 @@ from scipy.spatial.distance import cdist
 from ..geometry.polyline import arc_length, resample
 from ..kernels import equalize_lengths
 from ..types import Bools, Floats
-from .observations import Strand
+from .observations import ObservedStrand
 
 STEPS_PER_SEGMENT = 3
 """Steps per segment at which the place of a strand is tried."""
@@ -76,7 +76,7 @@ class Placed:
     cost: float
 
 
-def place_strands(strands: Sequence[Strand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
     """Find where along an object the strands of a frame lie.
 
     The longest are laid first. A strand goes where it is nearest to the expected shape and where its tips are the object's, not
@@ -109,7 +109,7 @@ def place_strands(strands: Sequence[Strand], expected: Floats, length: float, to
 
 
 def _best_place(
-    strand: Strand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
+    strand: ObservedStrand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
 ) -> Placed | None:
     """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
     overhang = MAX_OVERHANG_SHARE * length
@@ -148,7 +148,7 @@ def _capped(values: Floats) -> Floats:
     return np.minimum(values**2, MAX_TIP_COST)
 
 
-def _reachable(strand: Strand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:
+def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:
     """Tell from which starts a strand lies on no other strand, and near enough to all others for the object between them."""
     result = np.ones(len(starts), dtype=bool)
     ends = strand.points[[-1, 0]] if backwards else strand.points[[0, -1]]

@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Chain, Floats, Ints
 from .objects import SequenceObject
-from .observations import MIN_STRAND_RADII, Observation, Strand, cut_strands, runs
+from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, runs
 from .registration import Placed, bend, place_strands, to_lengths
 
 SPEED_SHARE = 0.7
@@ -204,7 +204,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
     return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen))
 
 
-def _total_cost(strands: Sequence[Strand], placed: Sequence[Placed]) -> float:
+def _total_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
     """Return how badly strands fit where they were laid, a mean over their lengths; a strand that fits nowhere costs much."""
     total = sum(strand.length for strand in strands)
     if not total:

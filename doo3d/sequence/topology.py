@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.disjoint_set import DisjointSet
 from ..types import ChainEnd, Detection
 
 MIN_PATTERN_SHARE = 1 / 3
@@ -34,7 +35,7 @@ Nodes = tuple[Node | None, Node | None]
 """The junctions at the first and the last end of an object; None for a tip."""
 
 
-class TrackedChain(NamedTuple):
+class ChainInFrame(NamedTuple):
     """A chain of one frame that tracking took for an object.
 
     Attributes
@@ -74,7 +75,7 @@ def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
     return max(supported, key=lambda pattern: (sum(pattern), counts[pattern], pattern), default=OPEN)
 
 
-def vote_nodes(tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[Detection], least: int) -> list[Nodes]:
+def vote_nodes(tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection], least: int) -> list[Nodes]:
     """Return for each object the junctions at its ends, those that most frames agree on first; an end is at one junction.
 
     Parameters
@@ -101,7 +102,7 @@ def vote_nodes(tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[D
 
 
 def _junctions(
-    tracked: Sequence[Sequence[TrackedChain]], detections: Sequence[Detection]
+    tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection]
 ) -> Iterator[tuple[float, list[tuple[int, int]]]]:
     """Yield the confidence of each junction of each frame, and the ends (object, side) that meet there, if all are known."""
     places = {(each.frame, each.chain): (item, each.backwards) for item, chains in enumerate(tracked) for each in chains}
@@ -115,16 +116,14 @@ def _junctions(
 
 def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
     """Return the objects that junctions connect: indices, in ascending order, of each connected tree."""
-    group = list(range(len(nodes)))
+    objects = DisjointSet(range(len(nodes)))
     owners: dict[int, int] = {}
     for item, pair in enumerate(nodes):
         for node in pair:
             if node is not None:
-                first = owners.setdefault(node.junction, item)
-                former, own = group[first], group[item]
-                group = [min(former, own) if each in (former, own) else each for each in group]
+                objects.join(owners.setdefault(node.junction, item), item)
     trees: dict[int, list[int]] = {}
-    for item, number in enumerate(group):
+    for item, number in enumerate(objects.group.tolist()):
         trees.setdefault(number, []).append(item)
     return list(trees.values())
 
@@ -132,7 +131,7 @@ def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
 def vote_trunk(
     tree: Sequence[int],
     lengths: Mapping[int, float],
-    tracked: Sequence[Sequence[TrackedChain]],
+    tracked: Sequence[Sequence[ChainInFrame]],
     detections: Sequence[Detection],
 ) -> list[int]:
     """Return the objects along the trunk of a tree that most frames agree on; the longest object if none has them all.

@@ -155,7 +155,7 @@ class Tracker:
             raise InputError(
                 f"the results so far are damaged ({error!r})",
                 code="results-damaged",
-                remedy="start over with {restart}",
+                remedy="start over with --restart",
             ) from None
         return Tracker(config, state)
 

@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.mask import bounding_box, mask_radius
+from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
 from ..kernels import connected_components, neighbor_table, thin_pixels
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
@@ -51,9 +52,6 @@ MIN_COMPONENT_COARSE = 3
 
 MIN_MASK_RADIUS_PX = 0.5
 """px; least radius of a mask: a line of single pixels."""
-
-MAD_TO_DEVIATION = 1.4826
-"""Standard deviations per median absolute deviation, for normally distributed noise."""
 
 NOISE_DEVIATIONS = 3.0
 """Standard deviations of the depth noise that a step in depth must exceed."""

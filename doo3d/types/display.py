@@ -1,6 +1,7 @@
 """How data shows itself: one short line in a prompt, a table and a drawing in a notebook, a figure on request.
 
-Figures are drawn by `viz`, which stands above this package: its modules are imported by name, when a figure is asked for.
+Figures are drawn by `viz`, which stands above this package: its modules are imported by name, when a figure is asked for. No
+other import goes against the order of the packages; `tests/test_imports.py` names these two.
 """
 
 from __future__ import annotations

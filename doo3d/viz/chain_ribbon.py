@@ -21,7 +21,7 @@ MIN_CROSSING_SINE = 0.4  # flatter crossings are drawn as long as at this angle
 
 
 @dataclass(frozen=True)
-class Strand:
+class ChainRibbon:
     """A chain of N segments projected to an image, to be drawn as a ribbon as wide as the object.
 
     Attributes
@@ -57,7 +57,7 @@ class Strand:
     unit: float
 
     @staticmethod
-    def of(chain: Chain, backdrop: Backdrop, style: ChainStyle, unit: float) -> Strand:
+    def of(chain: Chain, backdrop: Backdrop, style: ChainStyle, unit: float) -> ChainRibbon:
         """Return a chain projected to the image that it will be drawn on.
 
         Parameters
@@ -78,7 +78,9 @@ class Strand:
         half_width = np.maximum(0.0 * distance if style.doubt else radii * view.scale(distance), 0.5 * unit)
         points = view.project(chain.joints)
         radius = chain.radius if np.isfinite(chain.radius) else 0.0
-        return Strand(points, half_width, distance, radius, chain.occluded, segment_kinds(chain), style.color, chain.closed, unit)
+        return ChainRibbon(
+            points, half_width, distance, radius, chain.occluded, segment_kinds(chain), style.color, chain.closed, unit
+        )
 
     @property
     def middles(self) -> Floats:
@@ -233,7 +235,7 @@ def _dashes(points: Floats, dash: float, gap: float) -> list[Floats]:
     return dashes
 
 
-def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
+def upper_pieces(strands: list[ChainRibbon], crossings: Sequence[Crossing]) -> list[tuple[int, Bools, bool]]:
     """Return the pieces of chains that pass over another chain, in the order to draw them: far pieces first.
 
     Parameters
@@ -270,7 +272,7 @@ def upper_pieces(strands: list[Strand], crossings: Sequence[Crossing]) -> list[t
     return [(index, chosen, known) for index, chosen, known, _ in sorted(pieces, key=lambda piece: -piece[3])]
 
 
-def _nearer_pieces(strands: list[Strand]) -> list[tuple[int, Bools, float]]:
+def _nearer_pieces(strands: list[ChainRibbon]) -> list[tuple[int, Bools, float]]:
     """Return the pieces of strands nearer than a touching strand: index, (N,) bool, distance; far ones first."""
     middles = [strand.middles for strand in strands]
     distance = [(strand.distance[1:] + strand.distance[:-1]) / 2 for strand in strands]

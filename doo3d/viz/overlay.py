@@ -10,7 +10,7 @@ from ..types.arguments import refused
 from ..types.display import doubt_text, tree_text
 from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
-from .chain_ribbon import Strand, upper_pieces
+from .chain_ribbon import ChainRibbon, upper_pieces
 from .palette import DARK, LIGHT, UNIT_PX, chain_numbers, chain_styles
 from .segment_kinds import DEPTH_FILLED, FROM_TIME, segment_kinds
 
@@ -54,7 +54,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / UNIT_PX)
     styles = chain_styles(detection)
-    strands = [Strand.of(chain, backdrop, style, unit) for chain, style in zip(detection.chains, styles, strict=True)]
+    strands = [ChainRibbon.of(chain, backdrop, style, unit) for chain, style in zip(detection.chains, styles, strict=True)]
     canvas = Canvas(height, width)
     for strand in reversed(strands):
         strand.paint(canvas, np.ones(len(strand.occluded), dtype=bool))

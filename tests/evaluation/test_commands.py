@@ -137,15 +137,21 @@ def test_how_a_capture_is_to_be_read_is_lines_to_evaluate(doo3d):
 
 
 @pytest.mark.slow
-def test_ablations_are_a_line_each(doo3d):
-    code, out, _ = doo3d("evaluate", "ablations", *SMALL, "--seeds", 1)
+def test_ablations_are_two_lines_each_and_rows_of_csv_and_json(doo3d):
+    options = ("--data", "frames,images", "--families", "straight", "--seeds", 1, "--size", "320x240")
+    steps = ("--steps", "smoothing of the axis,corners", "--csv", "bill.csv", "--json", "bill.json")
+    code, out, _ = doo3d("evaluate", "ablations", *options, *steps)
     assert code == 0
     lines = out.splitlines()
-    assert lines[1].startswith("everything on")
-    assert "1/1" in lines[1]
-    surface = next(line for line in lines if line.startswith("no refinement"))
-    seen = [float(line.split()[-2]) for line in (lines[1], surface)]
-    assert seen[1] > 2 + seen[0]  # mm: a radius or so beside the axis
+    assert len(lines) == 1 + 2 * 2
+    rows = json.loads(Path("bill.json").read_text())["rows"]
+    assert [(row["step"], row["data"], row["frames"]) for row in rows] == [
+        ("smoothing of the axis", "own", 1),
+        ("smoothing of the axis", "all", 2),
+        ("corners", "own", 1),
+        ("corners", "all", 2),
+    ]
+    assert len(Path("bill.csv").read_text().splitlines()) == 5
 
 
 @pytest.mark.slow

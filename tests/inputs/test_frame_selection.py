@@ -8,22 +8,19 @@ import pytest
 from builders.errors import refuses
 
 from doo3d.inputs import open_capture
-from doo3d.inputs.capture import FrameRef
+from doo3d.inputs.capture import Capture, FrameRef
 from doo3d.inputs.frame_selection import Selection, select_frames
 
 
-class Recording:
+def recording(count=10, stamps=True):
     """Return a capture of ten frames, 0.1 s apart, with times of a recorder's clock."""
-
-    format = "folder"
     path = Path("recording")
-
-    def __init__(self, count=10, stamps=True):
-        self.frames = [FrameRef(f"{i + 100}", self.path, lambda: None, 1.7e9 + 0.1 * i if stamps else None) for i in range(count)]
+    times = [1.7e9 + 0.1 * i if stamps else None for i in range(count)]
+    return Capture(path, "folder", [FrameRef(f"{i + 100}", path, lambda: None, time) for i, time in enumerate(times)])
 
 
 def chosen(count=10, **selection) -> list[int]:
-    return [int(frame_ref.name) - 100 for frame_ref in select_frames(Recording(count), Selection(**selection)).frames]
+    return [int(frame_ref.name) - 100 for frame_ref in select_frames(recording(count), Selection(**selection)).frames]
 
 
 @pytest.mark.parametrize(
@@ -56,12 +53,12 @@ def test_selected_frames(selection, expected):
 
 
 def test_empty_selection_returns_the_capture_itself():
-    capture = Recording()
+    capture = recording()
     assert select_frames(capture, Selection()) is capture
 
 
 def test_selection_as_text():
-    capture = select_frames(Recording(), Selection(every=2, start="1", end="0.6s", frames="0-3, 7"))
+    capture = select_frames(recording(), Selection(every=2, start="1", end="0.6s", frames="0-3, 7"))
     assert capture.selection == "--frames 0-3,7 --start 1 --end 0.6s --every 2"
     assert (capture.path, capture.format) == (Path("recording"), "folder")
 
@@ -99,8 +96,8 @@ def test_invalid_selections(selection, code, parts):
 
 def test_frames_without_times():
     with refuses("times-missing", "recording", "--end 2s"):
-        select_frames(Recording(stamps=False), Selection(end="2s"))
-    assert len(select_frames(Recording(stamps=False), Selection(end="2")).frames) == 3
+        select_frames(recording(stamps=False), Selection(end="2s"))
+    assert len(select_frames(recording(stamps=False), Selection(end="2")).frames) == 3
 
 
 def test_no_frames_at_all():
@@ -110,4 +107,4 @@ def test_no_frames_at_all():
         (Selection(start="0"), "selection-empty"),
     ):
         with refuses(code, "recording"):
-            select_frames(Recording(0), selection)
+            select_frames(recording(0), selection)

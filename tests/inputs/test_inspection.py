@@ -10,21 +10,16 @@ import pytest
 
 from doo3d.errors import InputError
 from doo3d.inputs import open_capture
-from doo3d.inputs.capture import FrameData, FrameRef
+from doo3d.inputs.capture import Capture, FrameData, FrameRef
 from doo3d.inputs.frame_selection import Selection, select_frames
 from doo3d.inputs.inspection import summarize_capture
 from doo3d.types import Camera, Cloud, Frame
 
 
-class MadeCapture:
-    """A capture of frames made in memory; an exception stands for a frame that cannot be read."""
-
-    format, path = "folder", "made"
-
-    def __init__(self, frames, stamps=None):
-        stamps = stamps or [None] * len(frames)
-        pairs = enumerate(zip(frames, stamps, strict=True))
-        self.frames = [FrameRef(f"f{i}", self.path, partial(load, data), stamp) for i, (data, stamp) in pairs]
+def made_capture(frames, stamps=None):
+    """Return a capture of frames made in memory; an exception stands for a frame that cannot be read."""
+    pairs = enumerate(zip(frames, stamps or [None] * len(frames), strict=True))
+    return Capture("made", "folder", [FrameRef(f"f{i}", "made", partial(load, data), stamp) for i, (data, stamp) in pairs])
 
 
 def load(data):
@@ -53,7 +48,7 @@ def test_depth_percentiles_and_missing_share():
     depth = np.full((30, 40), 0.5)
     depth[:, :10] = 0
     depth[0, 39] = 99.0  # a single measurement does not make the range
-    summary = summarize_capture(MadeCapture([frame(depth), frame(0.7)]), 8)
+    summary = summarize_capture(made_capture([frame(depth), frame(0.7)]), 8)
     assert summary.depth == pytest.approx((0.5, 0.6, 0.7))
     assert summary.missing == pytest.approx(0.125)
     assert len(summary.checked) == 2
@@ -72,12 +67,12 @@ def test_depth_percentiles_and_missing_share():
     ],
 )
 def test_warnings(frames, expected):
-    (warning,) = summarize_capture(MadeCapture(frames), 8).warnings
+    (warning,) = summarize_capture(made_capture(frames), 8).warnings
     assert re.search(expected, warning), warning
 
 
 def test_times_rate_and_longest_step():
-    summary = summarize_capture(MadeCapture([frame(0.5)] * 5, [10.0, 10.1, 10.2, 12.2, 12.3]), 1)
+    summary = summarize_capture(made_capture([frame(0.5)] * 5, [10.0, 10.1, 10.2, 12.2, 12.3]), 1)
     assert summary.timing.rate == pytest.approx(10)
     assert (summary.timing.first, summary.timing.last) == (10.0, 12.3)
     assert (summary.timing.longest, summary.timing.longest_after) == (pytest.approx(2.0), "f2")
@@ -85,7 +80,7 @@ def test_times_rate_and_longest_step():
 
 
 def test_selected_frames_keep_their_numbers():
-    summary = summarize_capture(select_frames(MadeCapture([frame(0.5)] * 10), Selection(every=4, start="1")), 8)
+    summary = summarize_capture(select_frames(made_capture([frame(0.5)] * 10), Selection(every=4, start="1")), 8)
     assert [frame.index for frame in summary.checked] == [1, 5, 9]
     assert (summary.frames, summary.total, summary.selection) == (3, 10, "--start 1 --every 4")
 
@@ -94,16 +89,13 @@ def test_one_frame_in_memory_at_a_time():
     """Each frame is passed on before the next is read, and not kept."""
     order = []
 
-    class Recorder(MadeCapture):
-        def __init__(self, count):
-            super().__init__([frame(0.5)] * count)
-            self.frames = [FrameRef(e.name, e.source, lambda e=e: order.append(e.name) or e.loader()) for e in self.frames]
-
-    summary = summarize_capture(Recorder(3), 3, lambda frame, loaded: order.append(loaded.data.depth.shape))
+    recorder = made_capture([frame(0.5)] * 3)
+    recorder.frames = [FrameRef(e.name, e.source, lambda e=e: order.append(e.name) or e.loader()) for e in recorder]
+    summary = summarize_capture(recorder, 3, lambda frame, loaded: order.append(loaded.data.depth.shape))
     assert order == ["f0", (30, 40), "f1", (30, 40), "f2", (30, 40)]
     assert not any(isinstance(value, FrameData | Frame) for frame in summary.checked for value in vars(frame).values())
 
 
 def test_a_capture_without_frames():
-    summary = summarize_capture(MadeCapture([]), 8)
+    summary = summarize_capture(made_capture([]), 8)
     assert (summary.frames, summary.checked, summary.depth, summary.warnings) == (0, (), None, [])

@@ -43,7 +43,7 @@ def frames(tmp_path_factory):
 def expected(frames, tmp_path_factory):
     """The files of a run of `frames` by one process."""
     out = tmp_path_factory.mktemp("expected") / "out"
-    batch.run(open_capture(frames), out, Config(), options=ReadOptions())
+    batch.run(open_capture(frames), out, Config(), batch.RunOptions(reading=ReadOptions()))
     return files_of(out)
 
 

@@ -83,7 +83,7 @@ def test_two_workers_that_share_no_memory(frames, tmp_path, cluster, monkeypatch
     assert {state[1:3] for state in before.values()} == {(str(each / "work"), str(each / "tmp")) for each in folders}
     assert not any(state[3] for state in before.values())
     monkeypatch.chdir(frames.parent)
-    batch.run(open_capture(frames.name), tmp_path / "out", Config(), scheduler=address)
+    batch.run(open_capture(frames.name), tmp_path / "out", Config(), batch.RunOptions(scheduler=address))
     batch.run(open_capture(frames.name), tmp_path / "serial", Config())
     assert files_of(tmp_path / "out") == files_of(tmp_path / "serial")
     after = states(address)
@@ -102,7 +102,7 @@ def test_a_worker_is_killed_midway(frames, expected, tmp_path, cluster, in_group
             killed.append(record.name)
             os.killpg(processes[0].pid, signal.SIGKILL)
 
-    batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler=address, report=kill_one)
+    batch.run(open_capture(frames), tmp_path / "out", Config(), batch.RunOptions(scheduler=address, report=kill_one))
     assert killed
     assert files_of(tmp_path / "out") == expected
 
@@ -135,5 +135,5 @@ def test_nobody_answers(frames, refused):
 def test_the_package_that_is_missing_is_named(monkeypatch, frames, tmp_path):
     monkeypatch.setitem(sys.modules, "dask.distributed", None)
     with refuses("missing-package", "doo3d[cluster]", kind=MissingDependency):
-        batch.run(open_capture(frames), tmp_path / "out", Config(), scheduler="tcp://127.0.0.1:1")
+        batch.run(open_capture(frames), tmp_path / "out", Config(), batch.RunOptions(scheduler="tcp://127.0.0.1:1"))
     assert not (tmp_path / "out").exists()

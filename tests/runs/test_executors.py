@@ -37,7 +37,7 @@ def test_workers_make_the_same_bytes(frames, expected, tmp_path, monkeypatch, fr
     if frames_per_job is not None:
         monkeypatch.setattr(JobSize, "frames", lambda self, remaining: frames_per_job)
     reported = []
-    summary = batch.run(open_capture(frames), tmp_path / "out", Config(), workers=2, report=reported.append)
+    summary = batch.run(open_capture(frames), tmp_path / "out", Config(), batch.RunOptions(workers=2, report=reported.append))
     assert files_of(tmp_path / "out") == expected
     assert (summary.succeeded, summary.failed) == (7, 1)
     assert [record.name for record in reported] == [f"{i:06d}" for i in range(8)]
@@ -63,7 +63,7 @@ def test_a_frame_that_kills_its_worker_fails_and_the_others_of_its_job_do_not(fr
     deadly = capture.frames[2]
     # as a loader would be that crashes in a library: what is pickled is the name of a function and its argument
     object.__setattr__(deadly, "loader", Deadly("import os; os._exit(1)"))
-    summary = batch.run(capture, tmp_path / "out", Config(), options=ReadOptions(), workers=2)
+    summary = batch.run(capture, tmp_path / "out", Config(), batch.RunOptions(reading=ReadOptions(), workers=2))
     assert [record.name for record in summary.records if record.error] == ["000002", "000004"]
     assert [record.code for record in summary.records if record.error] == ["worker-lost", "file-damaged"]
     made = files_of(tmp_path / "out")
@@ -93,7 +93,7 @@ def test_a_full_disk_under_workers(frames, tmp_path, monkeypatch):
 
     monkeypatch.setattr(results, "write_bytes", full)
     with refuses("out-unwritable", "No space left"):
-        batch.run(open_capture(frames), tmp_path / "out", Config(), workers=1)
+        batch.run(open_capture(frames), tmp_path / "out", Config(), batch.RunOptions(workers=1))
     assert not (tmp_path / "out").exists()
 
 
@@ -270,12 +270,12 @@ def count_cached(cache):
 def test_scripts_may_start_workers_at_their_top_level(frames, tmp_path):
     """Whether they are files or come from standard input."""
     code = f"""
-from doo3d.runs.run import run
+from doo3d.runs.run import RunOptions, run
 from doo3d.config import Config
 from doo3d.inputs import open_capture
 capture = open_capture({str(frames)!r})
 capture.frames = capture.frames[:2]
-assert run(capture, 'out', Config(), workers=2, restart=True).succeeded == 2
+assert run(capture, 'out', Config(), RunOptions(workers=2, restart=True)).succeeded == 2
 """
     (tmp_path / "script.py").write_text(code)
     for arguments in (["script.py"], ["-"]):
@@ -296,12 +296,12 @@ def test_a_function_that_workers_cannot_import_is_named(monkeypatch):
 def test_only_a_scheduler_needs_dask(frames, workers):
     code = f"""
 import sys
-from doo3d.runs.run import run
+from doo3d.runs.run import RunOptions, run
 from doo3d.config import Config
 from doo3d.inputs import open_capture
 capture = open_capture({str(frames)!r})
 capture.frames = capture.frames[:1]
-run(capture, 'out{workers}', Config(), workers={workers})
+run(capture, 'out{workers}', Config(), RunOptions(workers={workers}))
 assert not {{'dask', 'distributed'}} & set(sys.modules)
 """
     done = started(sys.executable, "-c", code, cwd=frames.parent)

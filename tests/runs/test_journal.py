@@ -26,7 +26,7 @@ def made(capture, tmp_path):
 
 def done_again(folder, out):
     done = []
-    batch.run(open_capture(folder), out, Config(), report=lambda record: done.append(record.name))
+    batch.run(open_capture(folder), out, Config(), batch.RunOptions(report=lambda record: done.append(record.name)))
     return done
 
 

@@ -64,7 +64,7 @@ def test_a_run_that_was_ended_anywhere_goes_on_and_repeats_one_frame_at_most(cap
                 moments += 1
             lines = (out / "progress.jsonl").read_bytes().count(b"\n") if (out / "progress.jsonl").exists() else 0
             before, done = [], []
-            batch.run(open_capture(folder), out, Config(), report=done.append, resumed=before.extend)
+            batch.run(open_capture(folder), out, Config(), batch.RunOptions(report=done.append, resumed=before.extend))
             assert (len(before), len(done)) == (lines, 4 - lines)
             assert files_of(out) == expected
         else:
@@ -82,7 +82,7 @@ def test_half_a_line_in_the_journal_is_written_over(capture, tmp_path):
     for rest, left in ((first + second[:-1], 2), (first + second + b'{"name": \n', 1), (b"", 3), (b"\0" * 900, 3)):
         journal.write_bytes(rest)
         done = []
-        batch.run(open_capture(folder), out, Config(), report=done.append)
+        batch.run(open_capture(folder), out, Config(), batch.RunOptions(report=done.append))
         assert len(done) == left
         assert [json.loads(line)["name"] for line in journal.read_bytes().splitlines()] == ["000000", "000001", "000002"]
         assert files_of(out) == expected
@@ -102,7 +102,7 @@ def test_nothing_is_done_again_when_all_is_finished(capture, tmp_path, fake_dete
     first = batch.run(open_capture(folder), out, Config())
     fake_detection["do"] = None
     again = []
-    assert batch.run(open_capture(folder), out, Config(), resumed=again.extend).counts() == first.counts()
+    assert batch.run(open_capture(folder), out, Config(), batch.RunOptions(resumed=again.extend)).counts() == first.counts()
     assert len(again) == 2
 
 
@@ -114,14 +114,14 @@ def test_an_input_that_has_changed_is_noticed(capture, tmp_path, part):
     os.utime(folder / part, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
     with refuses("input-changed", "restart=True"):
         batch.run(open_capture(folder), out, Config())
-    batch.run(open_capture(folder), out, Config(), restart=True)
+    batch.run(open_capture(folder), out, Config(), batch.RunOptions(restart=True))
 
 
 def test_other_ways_of_reading_are_another_input(capture, tmp_path):
     folder, out = capture(), tmp_path / "out"
-    batch.run(open_capture(folder), out, Config(), options=ReadOptions())
+    batch.run(open_capture(folder), out, Config(), batch.RunOptions(reading=ReadOptions()))
     with refuses("out-other-input", "reading", "force=True"):
-        batch.run(open_capture(folder), out, Config(), options=ReadOptions(depth_scale=5000))
+        batch.run(open_capture(folder), out, Config(), batch.RunOptions(reading=ReadOptions(depth_scale=5000)))
 
 
 def test_results_of_other_versions_are_not_mixed(capture, tmp_path):

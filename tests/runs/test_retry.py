@@ -22,7 +22,12 @@ from doo3d.types import Chain, Detection
 def detected(folder, out, **options):
     """Run; the names of the frames that were done, and the sentences about earlier runs."""
     done, notes = [], []
-    batch.run(open_capture(folder), out, Config(), report=lambda record: done.append(record.name), note=notes.append, **options)
+    batch.run(
+        open_capture(folder),
+        out,
+        Config(),
+        batch.RunOptions(report=lambda record: done.append(record.name), note=notes.append, **options),
+    )
     return done, notes
 
 
@@ -121,7 +126,7 @@ def test_a_retry_that_is_killed_goes_on(capture, tmp_path, fake_detection):
         raise Killed
 
     with pytest.raises(Killed):
-        batch.run(open_capture(folder), out, Config(), report=dies)
+        batch.run(open_capture(folder), out, Config(), batch.RunOptions(report=dies))
     assert read_manifest(out)["finished"] is False
     assert detected(folder, out)[0] == []
     assert files_of(out) == files_of(tmp_path / "whole")

@@ -28,7 +28,7 @@ def test_what_a_run_writes(capture, tmp_path):
     config = load_config("default", {"merge.chains": 2})
     out = tmp_path / "a" / "b"
     seen = []
-    summary = batch.run(open_capture(capture(frames=2)), out, config, report=seen.append)
+    summary = batch.run(open_capture(capture(frames=2)), out, config, batch.RunOptions(report=seen.append))
     assert sorted(os.listdir(out)) == [
         "000000.json",
         "000000.png",
@@ -157,7 +157,7 @@ def test_a_fresh_run_replaces_what_the_last_one_left(capture, tmp_path):
     break_frame(folder, "000001")
     with refuses("input-changed", "restart=True"):
         batch.run(open_capture(folder), out, Config())
-    batch.run(open_capture(folder), out, Config(), restart=True)
+    batch.run(open_capture(folder), out, Config(), batch.RunOptions(restart=True))
     assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "progress.jsonl"]
 
 
@@ -166,7 +166,7 @@ def test_earlier_results_stay_when_a_fresh_run_fails(capture, tmp_path):
     batch.run(open_capture(folder), out, Config())
     before = {file: (out / file).read_bytes() for file in os.listdir(out)}
     break_frame(folder, "000000")
-    assert batch.run(open_capture(folder), out, Config(), restart=True).failed == 1
+    assert batch.run(open_capture(folder), out, Config(), batch.RunOptions(restart=True)).failed == 1
     assert {file: (out / file).read_bytes() for file in os.listdir(out)} == before
 
 
@@ -185,7 +185,7 @@ def test_force_removes_the_other_results_and_nothing_else(capture, tmp_path):
     out = tmp_path / "out"
     batch.run(open_capture(capture(frames=3)), out, Config())
     (out / "mine.txt").write_text("keep")
-    batch.run(open_capture(capture("second", frames=1)), out, Config(), force=True)
+    batch.run(open_capture(capture("second", frames=1)), out, Config(), batch.RunOptions(force=True))
     assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "mine.txt", "progress.jsonl"]
 
 
@@ -195,7 +195,7 @@ def test_names_in_a_foreign_manifest_do_not_reach_outside(capture, tmp_path):
     (tmp_path / "victim.json").write_text("keep")
     text = json.dumps({"schema": "doo3d/manifest/1", "input": {}, "frames": [{"name": "../victim"}, {"name": 3}, 7]})
     (out / "manifest.json").write_text(text)
-    batch.run(open_capture(capture()), out, Config(), force=True)
+    batch.run(open_capture(capture()), out, Config(), batch.RunOptions(force=True))
     assert (tmp_path / "victim.json").read_text() == "keep"
 
 
@@ -211,7 +211,7 @@ def test_the_input_is_never_written_over(capture, inside):
     folder = capture()
     before = (folder / "depth" / "000000.png").read_bytes()
     with refuses("out-in-input"):
-        batch.run(open_capture(folder), folder / inside, Config(), force=True)
+        batch.run(open_capture(folder), folder / inside, Config(), batch.RunOptions(force=True))
     assert (folder / "depth" / "000000.png").read_bytes() == before
     for _ in range(2):  # a new folder inside is fine, again and again
         batch.run(open_capture(folder), folder / "results", Config())
@@ -244,7 +244,7 @@ def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(capture, tmp_path, mo
         assert sorted(os.listdir(out)) == ["000000.json", "000000.png", "config.yaml", "manifest.json", "progress.jsonl"]
         assert read_manifest(out)["finished"] is False
     seen = []
-    assert batch.run(open_capture(folder), out, Config(), report=seen.append).succeeded == 3
+    assert batch.run(open_capture(folder), out, Config(), batch.RunOptions(report=seen.append)).succeeded == 3
     assert len(seen) == 3 - frames_before
 
 
@@ -293,7 +293,7 @@ def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypa
         most.append(len(alive))
         after.append(tracemalloc.get_traced_memory()[0])
 
-    batch.run(folder, tmp_path / "out", Config(), report=report)
+    batch.run(folder, tmp_path / "out", Config(), batch.RunOptions(report=report))
     tracemalloc.stop()
     assert max(most) <= 2
     assert np.median(np.diff(after)) < 4000

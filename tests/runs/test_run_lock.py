@@ -31,7 +31,7 @@ def test_a_folder_that_another_run_writes_to_is_refused(capture, tmp_path, fake_
     lock = RunLock(out)
     for options in ({}, {"restart": True}, {"force": True}):
         with refuses("out-in-use", f"process {os.getpid()} on {socket.gethostname()}"):
-            batch.run(folder, out, Config(), **options)
+            batch.run(folder, out, Config(), batch.RunOptions(**options))
     assert os.listdir(out) == [LOCK]
     lock.release()
     assert batch.run(folder, out, Config()).succeeded == 1
@@ -41,7 +41,7 @@ def test_a_folder_that_another_run_writes_to_is_refused(capture, tmp_path, fake_
 def test_a_lock_left_behind_is_taken_over_with_a_note(capture, tmp_path, fake_detection):
     folder, out, notes = open_capture(capture()), tmp_path / "out", []
     left_behind(out)
-    assert batch.run(folder, out, Config(), note=notes.append).succeeded == 1
+    assert batch.run(folder, out, Config(), batch.RunOptions(note=notes.append)).succeeded == 1
     assert len(notes) == 1
     assert f"process 4194305 on {socket.gethostname()}" in notes[0]
     assert LOCK not in os.listdir(out)

@@ -26,7 +26,7 @@ def test_a_frame_that_hangs_fails_and_the_others_do_not(capture, tmp_path, fake_
     inner = fake_detection["do"]
     fake_detection["do"] = lambda data, config, mask: (data.name == "000001" and time.sleep(30), inner(data, config, mask))[1]
     start = time.monotonic()
-    summary = batch.run(open_capture(capture(frames=3)), tmp_path / "out", Config(), time_limit=0.5)
+    summary = batch.run(open_capture(capture(frames=3)), tmp_path / "out", Config(), batch.RunOptions(time_limit=0.5))
     assert time.monotonic() - start < 10
     assert [record.code for record in summary.records] == [None, "time-limit", None]
     assert "0.5 s" in summary.records[1].error
@@ -46,7 +46,7 @@ def test_a_pipe_among_the_images_is_given_up(capture, tmp_path, fake_detection):
     folder = capture(frames=2)
     (folder / "depth" / "000000.png").unlink()
     os.mkfifo(folder / "depth" / "000000.png")
-    summary = batch.run(open_capture(folder), tmp_path / "out", Config(), time_limit=0.5)
+    summary = batch.run(open_capture(folder), tmp_path / "out", Config(), batch.RunOptions(time_limit=0.5))
     assert [record.status for record in summary.records] == ["failed", "ok"]
 
 

@@ -42,7 +42,12 @@ def run_again(folder, out, **options):
     """Repeat the run; the notes, and the names of the frames that are done."""
     notes, done = [], []
     values = {"config": Config()} | options
-    batch.run(open_capture(folder), out, **values, note=notes.append, report=lambda record: done.append(record.name))
+    batch.run(
+        open_capture(folder),
+        out,
+        **values,
+        options=batch.RunOptions(note=notes.append, report=lambda record: done.append(record.name)),
+    )
     return notes, done
 
 

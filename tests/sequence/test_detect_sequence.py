@@ -14,7 +14,7 @@ from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.sequence.given_length import length_notes
 from doo3d.sequence.objects import find_objects, vote_length
-from doo3d.sequence.observations import CUT_OFF, TIP, Observation, Strand
+from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.registration import exact_lengths
 from doo3d.types import Chain, Detection
 
@@ -38,7 +38,7 @@ def seen_in(time, parts, reverse=False):
         points = joints[first : last + 1]
         arcs = np.arange(len(points)) * SEGMENT
         tips = (TIP if first == 0 else CUT_OFF, TIP if last == COUNT else CUT_OFF)
-        strands.append(Strand(points, arcs, float(arcs[-1]), tips, 0 if not chains else -1))
+        strands.append(ObservedStrand(points, arcs, float(arcs[-1]), tips, 0 if not chains else -1))
         if not chains:
             chains.append(Chain(points, SEGMENT, RADIUS))
     return Observation(Detection(tuple(chains), coordinates="camera", frame=f"{time:.3f}", timestamp=time), tuple(strands))

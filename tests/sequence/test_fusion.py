@@ -18,10 +18,10 @@ from doo3d.errors import InputError
 from doo3d.evaluation.benchmark.fused_views import RenderedView, circle_views, fused_score, seen_fraction, with_block
 from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
-from doo3d.inputs import FrameData, FrameRef
+from doo3d.inputs import Capture, FrameData, FrameRef
 from doo3d.pipeline import detect
 from doo3d.sequence import fusion
-from doo3d.sequence.fused_capture import FusedCapture
+from doo3d.sequence.fused_capture import fused_capture
 from doo3d.sequence.fusion import check_camera_moved, fuse
 from doo3d.types import Cloud, Image
 from doo3d.visibility import MultiViewVisibility, PointVisibility
@@ -192,9 +192,8 @@ def test_what_only_one_frame_sees_stays_where_no_other_sees_through_it():
 
 
 def test_a_2d_config_is_refused():
-    capture = FusedCapture.__new__(FusedCapture)
     with refuses("config-mode"):
-        capture.__init__(capture, load_config("image"))
+        fused_capture(Capture(Path("views"), "memory", frame_refs()), load_config("image"))
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.sequence.observations import CUT_OFF, TIP, Strand
+from doo3d.sequence.observations import CUT_OFF, TIP, ObservedStrand
 from doo3d.sequence.registration import bend, exact_lengths, place_strands, to_lengths
 
 SEGMENT = 0.01
@@ -23,7 +23,7 @@ def strand(joints, first, last, tips=(CUT_OFF, CUT_OFF), moved=(0.0, 0.0, 0.0), 
     points = joints[first : last + 1] + moved
     points, tips = (points[::-1], tips[::-1]) if backwards else (points, tips)
     arcs = np.arange(len(points)) * SEGMENT
-    return Strand(points, arcs, float(arcs[-1]), tips, 0)
+    return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0)
 
 
 @pytest.mark.parametrize("backwards", [False, True])
@@ -58,7 +58,7 @@ def test_strands_do_not_lie_on_each_other():
 def test_a_strand_of_something_else_is_left_out():
     joints = curve()
     assert place_strands([strand(joints, 5, 20, moved=(0.0, 0.0, 0.6))], joints, 0.5, 0.03) == []
-    too_long = Strand(np.zeros((90, 3)), np.arange(90) * SEGMENT, 0.9, (CUT_OFF, CUT_OFF), 0)
+    too_long = ObservedStrand(np.zeros((90, 3)), np.arange(90) * SEGMENT, 0.9, (CUT_OFF, CUT_OFF), 0)
     assert place_strands([too_long], joints, 0.5, 1.0) == []
 
 

@@ -15,7 +15,7 @@ from doo3d.outputs.sequence_files import SequenceFile, read_objects, summary, wr
 from doo3d.sequence import detect_sequence as module
 from doo3d.sequence.detect_sequence import combine, detect_sequence
 from doo3d.sequence.objects import find_objects
-from doo3d.sequence.observations import CUT_OFF, TIP, Observation, Strand
+from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.topology import OPEN, trees_of, vote_pattern
 from doo3d.types import Chain, ChainEnd, Detection, Junction, LinearObject
 
@@ -58,7 +58,7 @@ def seen_in(time, parts, flipped=False):
         points, tips = (points[::-1], tips[::-1]) if backwards else (points, tips)
         chains.append(Chain(points, SEGMENT, radius))
         arcs = np.arange(len(points)) * SEGMENT
-        strands.append(Strand(points, arcs, float(arcs[-1]), tips, number))
+        strands.append(ObservedStrand(points, arcs, float(arcs[-1]), tips, number))
         if meets and side is not None:
             ends.append(ChainEnd(number, 1 if backwards else 0))
     junctions = (Junction(joints[0][0], tuple(ends), np.array(RADII), 0.9),) if meets else ()

@@ -1,174 +1,357 @@
-"""Measure what each part of the method contributes: the same frames with one part turned off at a time."""
+"""The bill of the method: what each step gives, and what it costs.
+
+Each step is taken out alone, by a setting or by putting something that does nothing in its place, on the same frames. A row tells
+how many frames become right and wrong by the step, whether that may be chance, and how long the step takes in ms, lines and
+numbers. Frames in which the step is not called are not run again.
+"""
 
 from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from multiprocessing import get_context
+from types import FunctionType
+from typing import Any, NamedTuple
 
-from ...config import Config, load_config
-from ..metrics.record import Record, Records
-from ..metrics.score import COLUMNS
-from .cases import Case
-from .evaluate import detect_case
-from .tables import grouped
+import numpy as np
+
+from ...runs.threads import single_thread
+from ...stages.confidence.confidence import TOLD
+from .source_size import SourceSize, size_of
+from .trials import Outcome, Run, Trial
+
+_STAGES = "doo3d.stages"
 
 
 @dataclass(frozen=True)
 class Ablation:
-    """The changes of settings and of constants in the source code that turn one part of the method off.
+    """How one step of the method is taken out.
 
     Attributes
     ----------
     settings
         dotted key of the config -> value, such as "merge.strategy" -> "greedy".
-    constants
-        "module:NAME" of a constant in the source code -> value, such as "doo3d.stages.voxelize:USE_FILTERED_POINTS" -> False; for
-        parts that no setting turns off.
+    places
+        "module:NAME" in the source code -> what is put there: a function that does nothing, or a value of a constant.
+    modules
+        modules in `doo3d` that go with the step, whose lines and numbers are its price.
+    made_for
+        kinds of data (keys of `trials.KINDS`) that the step was made for; the row is for them, beside that for all.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
-    constants: Mapping[str, Any] = field(default_factory=dict)
+    places: Mapping[str, Any] = field(default_factory=dict)
+    modules: tuple[str, ...] = ()
+    made_for: tuple[str, ...] = ("frames", "stereo", "ragged")
 
 
-DEFAULT = "everything on"
+def _first(value: Any, *_: Any) -> Any:
+    """Return the first argument: in place of a function that changes it."""
+    return value
+
+
+def _no_split(mask: Any, *_: Any) -> Any:
+    from ...stages.segment.split_strands import SplitMask
+
+    return SplitMask(mask, 0, None)
+
+
+def _no_strand_filter(readings: Any, *_: Any) -> Any:
+    from ...stages.segment.strand_filter import StrandDepth
+
+    return StrandDepth(readings, np.zeros((0, 3)), 0)
+
+
+def _no_cuts(paths: Any, *_: Any) -> Any:
+    from ...stages.traverse.corners import CutPaths
+
+    return CutPaths(paths, 0, 0.0)
+
+
+def _all(_: Any, pixels: Any, *__: Any) -> Any:
+    return np.ones(len(pixels), dtype=bool)
+
+
+def _none(*_: Any, **__: Any) -> None:
+    return None
+
+
+def _nothing(*_: Any, **__: Any) -> list[Any]:
+    return []
+
+
+class _NoBareSurface:
+    beside = staticmethod(_none)
+
+
+def _confidence_without(kind: str) -> Ablation:
+    weights = {name: 0.0 if name == kind else weight for name, weight in TOLD.items()}
+    return Ablation(places={f"{_STAGES}.confidence.confidence:TOLD": weights}, made_for=("frames", "stereo", "ragged", "images"))
+
+
+DEPTH = ("stereo", "ragged")
+BRANCHED = ("harnesses",)
 ABLATIONS: dict[str, Ablation] = {
-    DEFAULT: Ablation(),
-    "no cost for free space": Ablation({"merge.free_space_weight": 0}),
-    "no cost for free or unknown space": Ablation({"merge.free_space_weight": 0, "merge.unknown_weight": 0}),
-    "greedy merging": Ablation({"merge.strategy": "greedy"}),
-    "end tangents of the last segment": Ablation({"merge.tangent_window_radii": 0}),
-    "no curvature persistence": Ablation({"merge.curvature_persistence": 0}),
-    "paths not cut back at junctions": Ablation(constants={"doo3d.stages.traverse.traverse:JUNCTION_CLEARANCE_RADII": 0.0}),
-    "voxels from the whole strand width": Ablation({"voxelize.core_fraction": 0}),
-    "voxels from unfiltered depth": Ablation(
-        constants={
-            "doo3d.stages.voxelize:USE_FILTERED_POINTS": False,
-            "doo3d.stages.segment.depth_filter:MAX_DEPTH_ERROR_RADII": math.inf,
-        }
+    "mask repair": Ablation(
+        places={f"{_STAGES}.segment.segment:repair_mask": _first}, modules=("stages.segment.mask_repair",), made_for=("ragged",)
     ),
-    "no refinement from surface to axis": Ablation({"refine.iterations": 0}),
-    "no smoothing of the axis": Ablation(constants={"doo3d.stages.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
-    "depth weighted as lateral offset": Ablation(constants={"doo3d.stages.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
+    "split strands": Ablation(
+        places={f"{_STAGES}.segment.segment:split_strands": _no_split},
+        modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
+    ),
+    "strand filter": Ablation(
+        places={f"{_STAGES}.segment.segment:filter_along_strands": _no_strand_filter},
+        modules=("stages.segment.strand_filter",),
+        made_for=DEPTH,
+    ),
+    "sigma filter": Ablation(places={f"{_STAGES}.segment.depth_filter:MAX_DEPTH_ERROR_RADII": math.inf}),
+    "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
+    "inpainting of depth": Ablation(
+        places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
+    ),
+    "sparse strands": Ablation(
+        places={f"{_STAGES}.segment.segment:find_sparse_strands": _none},
+        modules=("stages.segment.sparse_strands",),
+        made_for=("lines",),
+    ),
+    "voxels of the core alone": Ablation({"voxelize.core_fraction": 0}),
+    "voxels of middle lines between touching strands": Ablation(places={f"{_STAGES}.voxelize:middle_pixels": _all}),
+    "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
+    "cut between touching strands": Ablation(places={f"{_STAGES}.voxelize:BETWEEN_RADII": math.inf}),
+    "small loops": Ablation(places={f"{_STAGES}.traverse.branch_graph:MIN_LOOP_RADII": 0.0}),
+    "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.branch_graph:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
+    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_CLEARANCE_RADII": 0.0}),
+    "corners": Ablation(places={f"{_STAGES}.traverse.traverse:cut_corners": _no_cuts}, modules=("stages.traverse.corners",)),
+    "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
+    "cost of free space": Ablation({"merge.free_space_weight": 0}),
+    "all connections decided together": Ablation({"merge.strategy": "greedy"}),
+    "bare surface": Ablation(
+        places={"doo3d.visibility:BareSurface": _NoBareSurface},
+        modules=("bare_surface",),
+        made_for=("stereo", "ragged", "images"),
+    ),
+    "ends extended to the surface": Ablation(places={f"{_STAGES}.refine.refine:extend_to_surface": _first}),
+    "fragments attached": Ablation(places={f"{_STAGES}.refine.refine:attach_fragments": _first}),
+    "second iteration of the axis": Ablation({"refine.iterations": 1}),
+    "smoothing of the axis": Ablation(places={f"{_STAGES}.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
+    "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
+    "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
+    "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
+    "upper strand by the surface": Ablation(places={f"{_STAGES}.crossings.upper_strand:SURFACE_LOG_ODDS": 0.0}),
+    "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:COLOR_LOG_ODDS": 0.0}),
+    "leftovers": Ablation(
+        places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
+    ),
+    "exchanges": Ablation(
+        places={f"{_STAGES}.branches.branches:exchanged": lambda chains, *_: (list(chains), ())},
+        modules=("stages.branches.exchanges",),
+        made_for=BRANCHED,
+    ),
+    "tails": Ablation(
+        places={f"{_STAGES}.branches.branches:without_tails": lambda chains, *_: (list(chains), False)},
+        modules=("stages.branches.tails",),
+        made_for=BRANCHED,
+    ),
+    "bodies": Ablation(
+        places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
+    ),
+    "necks": Ablation(
+        places={f"{_STAGES}.branches.attachments:NECK_COST": 0.0}, modules=("stages.branches.necks",), made_for=BRANCHED
+    ),
+    "gap links": Ablation(places={f"{_STAGES}.branches.branches:gap_links": _nothing}, made_for=BRANCHED),
+    "elbows": Ablation(
+        places={f"{_STAGES}.branches.branches:bridges": _nothing}, modules=("stages.branches.elbows",), made_for=BRANCHED
+    ),
+    **{f"confidence by {kind}": _confidence_without(kind) for kind in TOLD if kind != "base"},
 }
+"""Name of a step -> how it is taken out."""
+
+
+class Bill(NamedTuple):
+    """What a step gives on one or more kinds of data. Changes are by the step: with it against without it.
+
+    Attributes
+    ----------
+    frames
+        frames tried.
+    gained, lost
+        frames that the step makes right, and wrong, by the strict rule.
+    gained_in_image, lost_in_image
+        the same in the image.
+    crossings_gained
+        crossings whose upper strand is right by the step, less those that are wrong by it.
+    brier
+        change of the mean squared difference of confidence and rightness in the image; less is better.
+    ms
+        mean time of the step.
+    """
+
+    frames: int
+    gained: int
+    lost: int
+    gained_in_image: int
+    lost_in_image: int
+    crossings_gained: int
+    brier: float
+    ms: float
+
+    @property
+    def chance(self) -> float:
+        """The chance of so uneven a change, strict and in the image together, if the step did nothing: a sign test."""
+        return sign_test(self.gained + self.gained_in_image, self.lost + self.lost_in_image)
+
+
+def sign_test(gained: int, lost: int) -> float:
+    """Return the chance that of so many changes at least as many go one way, if both are equally likely: two-sided, 0 to 1."""
+    changes = gained + lost
+    tail: float = sum(math.comb(changes, k) for k in range(max(gained, lost), changes + 1)) / 2**changes
+    return min(1.0, 2 * tail)
 
 
 @contextmanager
-def constants_set(constants: Mapping[str, Any]) -> Iterator[None]:
-    """Give constants in the source code other values inside a `with` block, and restore them at its end.
+def replaced(places: Mapping[str, Any]) -> Iterator[None]:
+    """Put functions or constants in the source code's places inside a `with` block, and the former ones back at its end.
 
     Parameters
     ----------
-    constants
-        "module:NAME" -> value, such as "doo3d.stages.voxelize:USE_FILTERED_POINTS" -> False.
+    places
+        "module:NAME" -> value.
 
     Raises
     ------
     ImportError : there is no such module.
-    AttributeError : a module has no such constant.
+    AttributeError : a module has no such name.
     """
-    places = [(importlib.import_module(module), name) for module, _, name in (key.partition(":") for key in constants)]
-    before = [getattr(module, name) for module, name in places]
+    found = [(importlib.import_module(module), name) for module, _, name in (key.partition(":") for key in places)]
+    before = [getattr(module, name) for module, name in found]
     try:
-        for (module, name), value in zip(places, constants.values(), strict=True):
+        for (module, name), value in zip(found, places.values(), strict=True):
             setattr(module, name, value)
         yield
     finally:
-        for (module, name), value in zip(places, before, strict=True):
+        for (module, name), value in zip(found, before, strict=True):
             setattr(module, name, value)
 
 
-def ablated_config(preset: str, overrides: Mapping[str, Any], ablation: Ablation) -> Config:
-    """Return a preset's config changed by overrides and then by the settings of an ablation, which take precedence.
+Result = tuple[Trial, Outcome, dict[str, Outcome]]
+"""A frame, what the whole method came to, and for each step what it came to without it."""
+
+
+def run_ablations(trial: Trial, steps: Sequence[str]) -> Result:
+    """Detect in a frame with all steps, and then without one at a time.
 
     Parameters
     ----------
-    preset
-        name of a preset, or path of a YAML file.
-    overrides
-        dotted key -> value, such as "merge.chains" -> 2.
-    ablation
-        the ablation; its constants are not applied here (see `constants_set`).
+    trial
+        the frame; it is rendered or read once.
+    steps
+        keys of ABLATIONS.
 
     Raises
     ------
-    ConfigError : there is no such preset, or a key or value is invalid.
+    ConfigError : a setting of a step is invalid.
     """
-    return load_config(preset, {**overrides, **ablation.settings})
+    run = trial.load()
+    called: set[str] = set()
+    with replaced(_listening(steps, called)):
+        run({})  # not timed; tells which functions are called
+    complete = run({})
+    return trial, complete, {name: _without(ABLATIONS[name], run, complete, called) for name in steps}
 
 
-def run_ablations(
-    cases: Sequence[Case],
-    preset: str = "default",
-    overrides: Mapping[str, Any] | None = None,
-    report: Callable[[Record], None] = lambda row: None,
-) -> dict[str, list[Record]]:
-    """Score the detection on the same cases with one part of the method turned off at a time.
+def run_all(trials: Sequence[Trial], steps: Sequence[str], workers: int = 1) -> Iterator[Result]:
+    """Yield the result of each trial, in order, as `run_ablations` returns it; in so many processes."""
+    if workers < 2:
+        yield from (run_ablations(trial, steps) for trial in trials)
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), single_thread) as pool:
+        yield from pool.map(partial(run_ablations, steps=steps), trials)
 
-    The detection is given the true mask and the true number of cables.
 
-    Parameters
-    ----------
-    cases
-        the frames with known truth; each is rendered or read once.
-    preset
-        name of a preset, or path of a YAML file: the config that the ablations change.
-    overrides
-        dotted key -> value, applied to the preset; None for none.
-    report
-        called for each finished case with its row of the unchanged method ("everything on").
+def _without(ablation: Ablation, run: Run, complete: Outcome, called: set[str]) -> Outcome:
+    """Return the outcome without a step: that with it, if the frame does not call the functions of the step."""
+    if ablation.places and not ablation.settings and not called.intersection(ablation.places):
+        return complete
+    with replaced(ablation.places):
+        return run(dict(ablation.settings))
 
-    Returns
-    -------
-    Name of the ablation -> a row for each case, in the order of `cases`; the unchanged method, "everything on", comes first.
 
-    Raises
-    ------
-    ConfigError : there is no such preset, or a key or value is invalid.
-    """
-    configs = {name: ablated_config(preset, overrides or {}, ablation) for name, ablation in ABLATIONS.items()}
-    rows: dict[str, list[Record]] = {name: [] for name in ABLATIONS}
-    for case in cases:
-        known = case.load()
-        for name, ablation in ABLATIONS.items():
-            with constants_set(ablation.constants):
-                rows[name].append(detect_case(case, known, configs[name]))
-        report(rows[DEFAULT][-1])
+def _listening(steps: Sequence[str], called: set[str]) -> dict[str, Any]:
+    """Return for each function that a step replaces one that calls it and notes that it was called; constants always are."""
+
+    def noting(place: str, function: Any) -> Any:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            called.add(place)
+            return function(*args, **kwargs)
+
+        return call
+
+    found: dict[str, Any] = {}
+    for place in sorted({place for name in steps for place in ABLATIONS[name].places}):
+        module, _, name = place.partition(":")
+        value = getattr(importlib.import_module(module), name)
+        if isinstance(value, FunctionType):
+            found[place] = noting(place, value)
+        else:
+            called.add(place)
+    return found
+
+
+def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> Bill:
+    """Return what a step gives on the frames of some kinds of data; of all without any."""
+    pairs = [(complete, without[step]) for trial, complete, without in results if not kinds or trial.kind in kinds]
+
+    def changes(name: str) -> tuple[int, int]:
+        each = [(getattr(complete, name), getattr(without, name)) for complete, without in pairs]
+        return sum(a and not b for a, b in each), sum(b and not a for a, b in each)
+
+    squared = [(a.confidence - a.in_image) ** 2 - (b.confidence - b.in_image) ** 2 for a, b in pairs]
+    return Bill(
+        len(pairs),
+        *changes("right"),
+        *changes("in_image"),
+        sum(complete.crossings_right - without.crossings_right for complete, without in pairs),
+        float(np.mean(squared)) if pairs else 0.0,
+        1e3 * float(np.mean([complete.seconds - without.seconds for complete, without in pairs])) if pairs else 0.0,
+    )
+
+
+def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[dict[str, Any]]:
+    """Return two flat rows for each step, on the data that it was made for and on all, ready for a table, CSV and JSON."""
+    rows = []
+    for step in steps:
+        ablation = ABLATIONS[step]
+        size = size_of(ablation.modules) if ablation.modules else SourceSize(0, 0)
+        for data, kinds in (("own", ablation.made_for), ("all", ())):
+            bill = bill_of(results, step, kinds)
+            own = {"lines": size.lines, "numbers": size.numbers}
+            rows.append({"step": step, "data": data, **bill._asdict(), "chance": round(bill.chance, 4), **own})
     return rows
 
 
-def format_ablations(rows: Mapping[str, Records]) -> str:
-    """Return a text table with a line for each ablation.
-
-    The columns are, for each ablation:
-
-    - correct frames of all frames, for each family of cases and for all;
-    - occlusions passed correctly, of all occlusions;
-    - the number of wrong connections;
-    - the median RMS distance in mm from the true axis, where the axis is seen and where it is hidden.
-
-    Parameters
-    ----------
-    rows
-        name of the ablation -> its rows, as returned by `run_ablations`.
-    """
-    families = list(grouped(next(iter(rows.values()))))
-    name_width = max(map(len, rows))
-    columns = [(name, max(7, len(name))) for name in (*families, "all")]
-    columns += [("occlusions", 10), ("wrong", 6), ("RMS seen", 9), ("hidden", 7)]
-    lines = [" ".join([" " * name_width, *(f"{name:>{width}s}" for name, width in columns)])]
-    for name, group in rows.items():
-        total = {key: value for column in COLUMNS for key, value in column.summarize(group).items()}
-        cells = [_share([row.correct for row in part]) for part in (*grouped(group).values(), group)]
-        cells += [f"{total['occlusions_correct']}/{total['occlusions']}", f"{total['connections_wrong']}"]
-        cells += [f"{total['rms_seen']:.2f}", f"{total['rms_hidden']:.2f}"]
-        values = zip(cells, columns, strict=True)
-        lines.append(" ".join([f"{name:{name_width}s}", *(f"{cell:>{width}s}" for cell, (_, width) in values)]))
+def format_ablations(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the bill as a text table: a line for each step on its own data, and one on all."""
+    titles = ("frames", "strict", "in image", "chance", "crossings", "Brier", "ms", "lines", "numbers")
+    width = max(len(row["step"]) for row in rows)
+    lines = [f"{'step':{width}s} data " + " ".join(f"{title:>9s}" for title in titles)]
+    for row in rows:
+        cells = (
+            str(row["frames"]),
+            f"+{row['gained']} -{row['lost']}",
+            f"+{row['gained_in_image']} -{row['lost_in_image']}",
+            f"{row['chance']:.3f}",
+            f"{row['crossings_gained']:+d}",
+            f"{row['brier']:+.4f}",
+            f"{row['ms']:+.1f}",
+            str(row["lines"] or ""),
+            str(row["numbers"] or ""),
+        )
+        lines.append(
+            f"{row['step'] if row['data'] == 'own' else '':{width}s} {row['data']}  " + " ".join(f"{c:>9s}" for c in cells)
+        )
     return "\n".join(lines)
-
-
-def _share(correct: Sequence[bool]) -> str:
-    return f"{sum(correct)}/{len(correct)}"

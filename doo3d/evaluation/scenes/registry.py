@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from . import families, harnesses, knots, tubes, without
+from . import families, harnesses, knots, tough, tubes, without
 from . import handled_families as handled
 from . import hard_families as hard
 from . import wound_families as wound
@@ -51,13 +51,17 @@ FAMILIES: dict[str, Builder] = {
 WITHOUT = without.WITHOUT
 """The families of scenes without a cable: name -> builder. Right is: no chain."""
 
+TOUGH = tough.TOUGH
+"""The families of scenes as hard as those of other generators: name -> builder."""
+
 GROUPS = {
     "all": tuple(FAMILIES),
     "basic": tuple(FAMILIES)[:14],
     "more": tuple(FAMILIES)[14:],
     "without": tuple(WITHOUT),
+    "tough": tuple(TOUGH),
 }
-"""Names of several families: cables of one kind in common and hard positions, as they are handled and wound, and no cable."""
+"""Names of several families: cables in common and hard positions, as they are handled and wound, no cable, and tough scenes."""
 
 TREES = harnesses.TREES
 """The families of branched objects: name -> builder."""
@@ -94,9 +98,9 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     Parameters
     ----------
     family
-        name of a kind of scene such as "crossing" (a key of FAMILIES), of branched object (a key of TREES) or of scene without a
-        cable (a key of WITHOUT); "tubes:" and the path of a text file of tubes, in the format that `read_tubes` reads; or
-        "tree_motion:" and the path of a motion capture, in the format that `motion_tree` reads.
+        name of a kind of scene such as "crossing" (a key of FAMILIES), of branched object (a key of TREES), of scene without a
+        cable (a key of WITHOUT) or of tough scene (a key of TOUGH); "tubes:" and the path of a text file of tubes, in the format
+        that `read_tubes` reads; or "tree_motion:" and the path of a motion capture, in the format that `motion_tree` reads.
     seed
         integer, 0 or more.
     size
@@ -110,7 +114,7 @@ def make_scene(family: str, seed: int, size: tuple[int, int] = (1280, 720)) -> S
     """
     family, _, path = family.partition(":")
     readers: dict[str, Callable[..., Scene | None]] = {TUBES: tubes.tubes, MOTION: harnesses.motion_tree}
-    known = FAMILIES | TREES | WITHOUT
+    known = FAMILIES | TREES | WITHOUT | TOUGH
     if family not in known and not (family in readers and path):
         raise ValueError(f"no scene family {family!r}: there are {', '.join(known)}, {TUBES}:FILE and {MOTION}:FILE")
     builder = partial(readers[family], path) if family in readers else known[family]

@@ -20,8 +20,7 @@ from ..support.git_lfs import check_not_pointer
 from . import mcap_storage as _mcap
 from . import rosbag1_storage as _rosbag1
 from . import sqlite_storage as _db3
-from .mcap_storage import unzstd
-from .records import DamagedRecord, Message, MessageLocation, Storage, Topic
+from .records import DamagedRecord, Message, MessageLocation, Storage, Topic, unzstd
 
 METADATA = "metadata.yaml"
 STORAGES: dict[bytes, Any] = {_rosbag1.MAGIC: _rosbag1.Rosbag1, _mcap.MAGIC: _mcap.Mcap, _db3.MAGIC: _db3.Db3}

@@ -22,9 +22,11 @@ from .messages import cloud_of, color_of, depth_of
 from .pairing import color_geometry, pair_by_time, transforms_of
 from .records import MessageLocation, Topic
 from .tf import Transforms
-from .topics import Stream, Streams
+from .topics import Streams
 from .undistortion import Lens
 
+_CLOUD = "/PointCloud2"  # end of the type of a message
+_Listed = tuple[list[FrameRef], list[str]]
 _OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 103)
 
 
@@ -67,11 +69,14 @@ class BagCapture:
             _check_base_frame(path, transforms, options)
             self.topics = _topic_lines(index, streams)
             if streams.cloud is not None:
-                self.frames = _cloud_frames(path, streams.cloud, transforms, options)
+                viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in streams.cloud.frame else None
+                setup = _BagSetup(path, stamp_of(path), streams.cloud.topic, viewpoint=viewpoint)
+                self.frames = _frames(setup, streams.cloud, transforms, options)
             elif streams.depth is not None:
-                self.frames = _depth_frames(bag, index, streams.depth, streams.color, transforms, options, self.notes)
+                self.frames, self.notes = _depth_frames(bag, index, streams, transforms, options)
             elif streams.color is not None:
-                self.frames = _color_frames(path, streams.color)
+                topic_index = streams.color.topic_index
+                self.frames = _frames(_BagSetup(path, stamp_of(path), topic_index.topic), topic_index, None, options)
             else:
                 raise _no_frames(bag, faults)
         finally:
@@ -106,56 +111,50 @@ def _topic_lines(index: Mapping[str, TopicIndex], streams: Streams) -> list[str]
 
 @dataclass(frozen=True)
 class _BagSetup:
-    """The parts common to all depth frames of a bag. extrinsics : rows of the (4, 4) from depth to colour, None if aligned."""
+    """The parts common to all frames of a bag. extrinsics : rows of the (4, 4) from depth to colour, None if aligned."""
 
     path: Path
     stamp: Stamp
-    depth: Topic
-    lens: Lens
-    scale: float
+    topic: Topic
+    lens: Lens | None = None
+    scale: float = 1.0
     color: Topic | None = None
     color_lens: Lens | None = None
     extrinsics: tuple[tuple[float, ...], ...] | None = None
+    viewpoint: tuple[float, ...] | None = None
 
 
-def _depth_frames(
-    bag: Bag,
-    index: Mapping[str, TopicIndex],
-    depth: Stream,
-    color: Stream | None,
-    transforms: Transforms,
-    options: ReadOptions,
-    notes: list[str],
-) -> list[FrameRef]:
+def _depth_frames(bag: Bag, index: Mapping[str, TopicIndex], streams: Streams, tf: Transforms, options: ReadOptions) -> _Listed:
+    depth, color, notes, locations = streams.depth, streams.color, list[str](), dict[int, MessageLocation]()
+    assert depth is not None
     assert depth.lens is not None
-    times = depth.topic_index.clock()
     setup = _BagSetup(bag.path, stamp_of(bag.path), depth.topic_index.topic, depth.lens, depth.scale)
-    color_indices = np.full(len(times), -1)
     if color is not None:
         required = options.color_topic is not None
-        color_indices, note = pair_by_time(bag.path, depth.topic_index, color.topic_index, options.tolerance, required)
-        if note:
-            notes.append(note)
-            color = None
-    if color is not None:
-        lens, extrinsics = color_geometry(bag, index, depth, color, transforms, int(times[0]))
-        setup = replace(setup, color=color.topic_index.topic, color_lens=lens, extrinsics=extrinsics)
-        notes += [] if extrinsics is None else baseline_notes(np.array(extrinsics))
-    frames = []
+        pairs, note = pair_by_time(bag.path, depth.topic_index, color.topic_index, options.tolerance, required)
+        notes += [note] if note else []
+        locations = {i: color.topic_index.location(j) for i, j in enumerate(pairs.tolist()) if j >= 0}
+        if not note:
+            lens, extrinsics = color_geometry(bag, index, depth, color, tf, int(depth.topic_index.clock()[0]))
+            setup = replace(setup, color=color.topic_index.topic, color_lens=lens, extrinsics=extrinsics)
+            notes += [] if extrinsics is None else baseline_notes(np.array(extrinsics))
+    return _frames(setup, depth.topic_index, tf, options, locations), notes
+
+
+def _frames(
+    setup: _BagSetup,
+    topic_index: TopicIndex,
+    transforms: Transforms | None,
+    options: ReadOptions,
+    color: Mapping[int, MessageLocation] | None = None,
+) -> list[FrameRef]:
+    """Return the frames of a topic in order of time; `color` has the location of the color image by number of the message."""
+    times, frames = topic_index.clock(), []
     for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
-        time, color_location = int(times[i]), None
-        if color is not None and color_indices[i] >= 0:
-            color_location = color.topic_index.location(int(color_indices[i]))
-        load = partial(
-            _load,
-            setup,
-            f"{number:06d}",
-            time / 1e9,
-            depth.topic_index.location(i),
-            color_location,
-            _pose(transforms, depth.topic_index.frame, time, options),
-        )
-        frames.append(FrameRef(f"{number:06d}", bag.path, load, time / 1e9))
+        name, time = f"{number:06d}", int(times[i])
+        pose = None if transforms is None else _pose(transforms, topic_index.frame, time, options)
+        load = partial(_load, setup, name, time / 1e9, topic_index.location(i), (color or {}).get(i), pose)
+        frames.append(FrameRef(name, setup.path, load, time / 1e9))
     return frames
 
 
@@ -190,78 +189,33 @@ def _pose(transforms: Transforms, frame: str, time: int, options: ReadOptions) -
 
 
 def _load(
-    setup: _BagSetup, name: str, time: float, depth: MessageLocation, color: MessageLocation | None, pose: Floats | None
+    setup: _BagSetup, name: str, time: float, location: MessageLocation, color: MessageLocation | None, pose: Floats | None
 ) -> FrameData:
     bag = open_bag(setup.path, setup.stamp)
     try:
-        raw = depth_of(bag.message(setup.depth, depth), setup.scale)
-        camera = setup.lens.camera
+        message = bag.message(setup.topic, location)
+        if setup.topic.kind.endswith(_CLOUD):
+            points, colors = cloud_of(message)
+            if not len(points):
+                raise InputError(f"the cloud on {setup.topic.name} holds no points with finite coordinates", code="cloud-empty")
+            viewpoint = None if setup.viewpoint is None else np.array(setup.viewpoint)
+            return FrameData(Cloud(points, colors, viewpoint, name, time), pose=pose)
+        if setup.lens is None:
+            return FrameData(Image(color_of(message), name, time))
+        raw, camera = depth_of(message, setup.scale), setup.lens.camera
         if raw.shape != (camera.height, camera.width):
-            raise InputError(
-                f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first one is {camera.width}x{camera.height}",
-                code="depth-shape",
-            )
-        metres = setup.lens.undistorted(raw, nearest=True)
-        image = None
+            sentence = f"the depth image is {raw.shape[1]}x{raw.shape[0]}, the first one is {camera.width}x{camera.height}"
+            raise InputError(sentence, code="depth-shape")
+        metres, image = setup.lens.undistorted(raw, nearest=True), None
         if color is not None and setup.color is not None and setup.color_lens is not None:
             image = setup.color_lens.undistorted(color_of(bag.message(setup.color, color)), nearest=False)
             if setup.extrinsics is not None:
                 image = align_color(image, setup.color_lens.camera, metres, camera, np.array(setup.extrinsics))
         return FrameData(Frame(image, metres, camera, name, time), pose=pose)
     except InputError as error:
-        raise _with_frame(error, setup.path, name) from None
-
-
-def _cloud_frames(path: Path, topic_index: TopicIndex, transforms: Transforms, options: ReadOptions) -> list[FrameRef]:
-    times, stamp = topic_index.clock(), stamp_of(path)
-    viewpoint = (0.0, 0.0, 0.0) if _OPTICAL in topic_index.frame else None
-    frames = []
-    for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
-        time, name = int(times[i]), f"{number:06d}"
-        pose = _pose(transforms, topic_index.frame, time, options)
-        message = (topic_index.topic, name, time / 1e9, topic_index.location(i))
-        frames.append(FrameRef(name, path, partial(_load_cloud, path, stamp, *message, viewpoint, pose), time / 1e9))
-    return frames
-
-
-def _load_cloud(
-    path: Path,
-    stamp: Stamp,
-    topic: Topic,
-    name: str,
-    time: float,
-    location: MessageLocation,
-    viewpoint: tuple[float, ...] | None,
-    pose: Floats | None,
-) -> FrameData:
-    try:
-        points, colors = cloud_of(open_bag(path, stamp).message(topic, location))
-        if not len(points):
-            raise InputError(f"the cloud on {topic.name} holds no points with finite coordinates", code="cloud-empty")
-        return FrameData(Cloud(points, colors, None if viewpoint is None else np.array(viewpoint), name, time), pose=pose)
-    except InputError as error:
-        raise _with_frame(error, path, name) from None
-
-
-def _color_frames(path: Path, color: Stream) -> list[FrameRef]:
-    times, stamp = color.topic_index.clock(), stamp_of(path)
-    frames = []
-    for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
-        name, time = f"{number:06d}", int(times[i]) / 1e9
-        load = partial(_load_image, path, stamp, color.topic_index.topic, name, time, color.topic_index.location(i))
-        frames.append(FrameRef(name, path, load, time))
-    return frames
-
-
-def _load_image(path: Path, stamp: Stamp, topic: Topic, name: str, time: float, location: MessageLocation) -> FrameData:
-    try:
-        return FrameData(Image(color_of(open_bag(path, stamp).message(topic, location)), name, time))
-    except InputError as error:
-        raise _with_frame(error, path, name) from None
-
-
-def _with_frame(error: InputError, path: Path, name: str) -> InputError:
-    return error if str(path) in str(error) else InputError(f"{path}: frame {name}: {error}", code=error.code)
+        if str(setup.path) in str(error):
+            raise
+        raise InputError(f"{setup.path}: frame {name}: {error}", code=error.code) from None
 
 
 def _fail(sentence: str) -> FrameData:

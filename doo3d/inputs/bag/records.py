@@ -7,10 +7,15 @@ as a complete one. If the file is not compressed, the scan reads only the header
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Protocol
+from typing import Any, BinaryIO, Generic, NamedTuple, TypeVar
+
+from ...errors import require
+
+R = TypeVar("R")  # what a format says of a record: its op code, or its fields
 
 MessageLocation = tuple[int, int, int, int]
 """Number of the file, offset of its chunk (-1: not compressed), offset in the chunk or in the file, length; bytes."""
@@ -69,28 +74,44 @@ class Message(NamedTuple):
     location: MessageLocation
 
 
-class Storage(Protocol):
-    """The interface of one open file of a bag.
+class Storage:
+    """Base class of the open files of a bag.
+
+    Parameters
+    ----------
+    path, number
+        the file, and its number in its bag, from 0.
 
     Attributes
     ----------
-    path
-        the file.
+    size
+        number of bytes of the file.
     topics
         all topics in the file; complete after `scan`.
     faults
         damage found by `scan`: phrases to be put after the file's name, such as "ends after 3 of 7 chunks".
     """
 
-    path: Path
-    topics: list[Topic]
-    faults: list[str]
+    def __init__(self, path: Path, number: int = 0) -> None:
+        self.path, self.number, self.size = path, number, path.stat().st_size
+        self.topics: list[Topic] = []
+        self.faults: list[str] = []
 
     def scan(self) -> Iterator[Message]:
-        """Yield the messages of the types that doo3d reads, in file order, without their content; fill `topics` and `faults`."""
+        """Yield the messages of the types that doo3d reads, in file order, without their content; fill `topics` and `faults`.
+
+        Damage raises no error.
+        """
+        raise NotImplementedError
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`."""
+        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`.
+
+        Raises
+        ------
+        DamagedRecord : the file ends before the end of the message, or is damaged there.
+        """
+        raise NotImplementedError
 
     def close(self) -> None:
         """Close the file."""
@@ -105,27 +126,16 @@ def ros2_type(kind: str) -> str:
     return f"{parts[0]}/msg/{parts[-1]}" if len(parts) == 2 else kind
 
 
-class Chunked:
+class Chunked(Storage, Generic[R]):
     """Base class of open bag files whose messages lie in chunks, blocks compressed as a whole (ROS 1 and MCAP).
 
-    The chunk decompressed last is kept in memory.
-
-    Attributes
-    ----------
-    path, file, size
-        path of the bag file, the open binary file, and its size in bytes.
-    number
-        number of this file in its bag, from 0.
-    topics, faults
-        filled by `scan`: all topics, and the damage found.
+    The chunk decompressed last is kept in memory. A record is what the format says of it, the offset of its data, and its length.
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
-        self.path, self.number = path, number
-        self.topics: list[Topic] = []
-        self.faults: list[str] = []
-        self.size = path.stat().st_size
+        super().__init__(path, number)
         self.file: BinaryIO = path.open("rb")
+        self.channels: dict[int, Topic] = {}
         self._cached_chunk: tuple[int, bytes] = (-1, b"")
 
     def close(self) -> None:
@@ -135,71 +145,83 @@ class Chunked:
 
     __del__ = close
 
-    def decompress(self, at: int) -> bytes:
-        """Return the decompressed content of a chunk; each subclass defines this for its format.
-
-        `at` is the byte offset in the file of the chunk record's data.
-
-        Raises
-        ------
-        DamagedRecord : the chunk is damaged, or its compression is unknown.
-        """
+    def records(self, file: BinaryIO, at: int, end: int) -> Iterator[tuple[R, int, int]]:
+        """Yield the records of a file or a decompressed chunk from byte `at` to `end`; DamagedRecord if they are damaged."""
         raise NotImplementedError
 
-    def chunk_content(self, at: int) -> bytes:
-        """Return the decompressed content of a chunk, kept in memory until another chunk is requested.
+    def record(self, source: BinaryIO, chunk: int, head: R, at: int, length: int) -> Iterator[Message]:
+        """Yield the message of a record, if it is one of a type that is read; take note of schemas and topics."""
+        raise NotImplementedError
 
-        `at` is the byte offset in the file of the chunk record's data.
+    def decompress(self, at: int) -> bytes:
+        """Return the decompressed content of the chunk whose record's data is at a byte of the file; DamagedRecord if damaged."""
+        raise NotImplementedError
 
-        Raises
-        ------
-        DamagedRecord : the chunk cannot be decompressed.
+    def add_topic(self, number: int, topic: Topic) -> None:
+        """Take note of the topic of a channel, unless the channel has one."""
+        if self.channels.setdefault(number, topic) is topic and topic not in self.topics:
+            self.topics.append(topic)
+
+    def scan_chunk(self, at: int, length: int, first: Callable[[], int | None]) -> Iterator[Message]:
+        """Yield the messages of the chunk whose record has `length` bytes of data at a byte of the file.
+
+        `first` returns the offset of its first record in the file, or None if the chunk is compressed.
         """
+        try:
+            begin = first()
+            content = self._chunk_content(at) if begin is None else None
+            source, end = (self.file, min(at + length, self.size)) if content is None else (BytesIO(content), len(content))
+            for head, start, size in self.records(source, begin or 0, end):
+                if start + size <= end:
+                    yield from self.record(source, at if begin is None else -1, head, start, size)
+        except DamagedRecord as error:
+            if at + length <= self.size:  # else the file ends here, reported once by `scan`
+                self.faults.append(f"has a damaged chunk at byte {at} ({error}), its messages are lost")
+
+    def _chunk_content(self, at: int) -> bytes:
+        """Return the decompressed content of a chunk, kept in memory until another chunk is requested."""
         if self._cached_chunk[0] != at:
             self._cached_chunk = (at, self.decompress(at))
         return self._cached_chunk[1]
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`.
-
-        Raises
-        ------
-        DamagedRecord : the file ends before the end of the message, or its chunk cannot be decompressed.
-        """
+        """Return the bytes of one message; see Storage."""
         _, chunk, at, length = location
         count = length if limit is None else min(limit, length)
-        if chunk >= 0:
-            return self.chunk_content(chunk)[at : at + count]
-        return read_exactly(self.file, at, count)
-
-    def source(self, chunk: int) -> BinaryIO:
-        """Return a binary file from which to read records: a chunk's decompressed content, or the bag file itself.
-
-        `chunk` is the byte offset in the bag file of the chunk record's data; -1 returns the bag file, for records that are not
-        compressed.
-
-        Raises
-        ------
-        DamagedRecord : the chunk cannot be decompressed.
-        """
-        return self.file if chunk < 0 else BytesIO(self.chunk_content(chunk))
+        return self._chunk_content(chunk)[at : at + count] if chunk >= 0 else read_exactly(self.file, at, count)
 
 
-def complete(decompressor: Any, data: bytes) -> bytes:
+def decompress(data: bytes, decompressor: Any) -> bytes:
     """Return what data decompress to, by a decompressor of bz2, lz4 or zstd; at most `MAX_CHUNK_BYTES`.
 
     Raises
     ------
-    DamagedRecord : they decompress to more. EOFError : they are cut off.
+    DamagedRecord : they decompress to more, are cut off or damaged.
     """
-    content = bytearray(decompressor.decompress(data, _PIECE_BYTES))
-    while not decompressor.eof:
-        piece = b"" if decompressor.needs_input else decompressor.decompress(b"", _PIECE_BYTES)
-        if not piece:
-            raise EOFError("it ends too early")
-        content += piece
-        check_chunk(len(content))
+    try:
+        content = bytearray(decompressor.decompress(data, _PIECE_BYTES))
+        while not decompressor.eof:
+            piece = b"" if decompressor.needs_input else decompressor.decompress(b"", _PIECE_BYTES)
+            if not piece:
+                raise DamagedRecord("cannot be decompressed: it ends too early")
+            content += piece
+            check_chunk(len(content))
+    except DamagedRecord:
+        raise
+    except Exception as error:  # each library has its own
+        raise DamagedRecord(f"cannot be decompressed: {error}") from None
     return bytes(content)
+
+
+def unzstd(data: bytes) -> bytes:
+    """Decompress Zstandard data; DamagedRecord if it is damaged, MissingDependency without backports.zstd (Python < 3.14)."""
+    zstd = require("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd", "bags")
+    return decompress(data, zstd.ZstdDecompressor())
+
+
+def unlz4(data: bytes) -> bytes:
+    """Decompress LZ4 data; the errors are those of `unzstd`."""
+    return decompress(data, require("lz4.frame", "bags").LZ4FrameDecompressor())
 
 
 def check_chunk(size: int) -> None:

@@ -8,28 +8,25 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from .records import READ_TYPES, DamagedRecord, Message, MessageLocation, Topic, ros2_type
+from .records import READ_TYPES, DamagedRecord, Message, MessageLocation, Storage, Topic, ros2_type
 
 MAGIC = b"SQLite format 3\0"
 
 
-class Db3:
+class Db3(Storage):
     """An open SQLite file (`.db3`) of a ROS 2 bag: `scan` lists its messages, `read` returns the bytes of one.
 
     The location of a message is (number of the file in the bag, -1, `id` in the table `messages`, length in bytes).
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
-        self.path, self.number = path, number
-        self.topics: list[Topic] = []
-        self.faults: list[str] = []
+        super().__init__(path, number)
         # immutable: SQLite writes nothing beside the file; not if a killed recorder left a journal, which has to be read
         immutable = int(not path.with_name(f"{path.name}-wal").exists())
         uri = f"{path.resolve().as_uri()}?mode=ro&immutable={immutable}"
         self._database = sqlite3.connect(uri, uri=True, check_same_thread=False)
-        self._size = path.stat().st_size
         if sys.version_info >= (3, 11):  # what a row announces is refused before memory is taken
-            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(self._size, 2**31 - 1))
+            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(self.size, 2**31 - 1))
         self._database.text_factory = lambda text: text.decode("utf-8", "replace")
         with suppress(sqlite3.Error):  # `scan` meets the same error and reports it
             self._database.execute("PRAGMA writable_schema = ON")  # else SQLite refuses a file with fewer pages than declared
@@ -42,10 +39,7 @@ class Db3:
     __del__ = close
 
     def scan(self) -> Iterator[Message]:
-        """Yield a Message (topic, time, location; not the content) for each message of a type that doo3d reads, in file order.
-
-        The scan fills `topics` with all topics of the file, and `faults` with the damage found; damage raises no error.
-        """
+        """Yield the messages of the types that doo3d reads; see Storage."""
         try:
             rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
             topics = {row[0]: Topic(row[1], ros2_type(row[2]), row[3]) for row in rows}
@@ -60,13 +54,8 @@ class Db3:
             self.faults.append(f"is cut off or damaged ({error})")
 
     def read(self, location: MessageLocation, limit: int | None = None) -> bytes:
-        """Return the bytes of one message, or only its first `limit` bytes; `location` is that of a Message from `scan`.
-
-        Raises
-        ------
-        DamagedRecord : the file is damaged, or has no such message.
-        """
-        if location[3] > self._size:
+        """Return the bytes of one message; see Storage."""
+        if location[3] > self.size:
             raise DamagedRecord(f"announces {location[3]} bytes for message {location[2]}, more than the file has")
         column = "data" if limit is None else f"substr(data, 1, {int(limit)})"
         try:

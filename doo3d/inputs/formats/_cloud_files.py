@@ -13,15 +13,16 @@ import numpy as np
 from ...errors import InputError
 from ...guard.limits import check_points, current_limits
 from ...types import Array
+from ..support.arrays import read_header
 from ..support.native_output import capture_native_output
 from ..support.open3d import open3d
+from ._npz_arrays import MAX_ZIP_RATIO
 
 MAX_CLOUD_HEADER_BYTES = 1 << 16  # of PLY and PCD
 _MAX_LZF_RATIO = 100  # bytes that a byte of a compressed PCD unpacks to at most (LZF: 88)
 HEAD_BYTES = 4096  # read to detect the format, and of a header
 _MAX_LINE = 1000  # letters of a line of XYZ
 _MAX_POINT_BYTES = 64  # of an array of points: three coordinates of 16 bytes
-_MAX_ZIP_RATIO = 1100  # bytes that a byte of a ZIP unpacks to at most (deflate: 1032)
 COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
@@ -196,10 +197,8 @@ def _check_arrays(path: Path, names: list[str]) -> None:
     with zipfile.ZipFile(path) as archive:
         for name in names:
             with archive.open(f"{name}.npy") as file:
-                version = np.lib.format.read_magic(file)
-                read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-                shape, _, dtype = read(file)
+                shape, _, dtype = read_header(file)
             check_points(shape[0] if shape else 0, f"{path}: {name}")
             size = math.prod(shape) * dtype.itemsize
-            if size > min(_MAX_POINT_BYTES * current_limits().max_points, _MAX_ZIP_RATIO * path.stat().st_size):
+            if size > min(_MAX_POINT_BYTES * current_limits().max_points, MAX_ZIP_RATIO * path.stat().st_size):
                 raise InputError(f"{path}: {name} has shape {shape}, too large for this file", code="array-too-large")

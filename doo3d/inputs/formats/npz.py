@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import ClassVar
@@ -16,8 +15,8 @@ from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
 from ..support.camera_choice import REMEDY
 from ..support.camera_search import find_camera
 from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
-from ._npz_arrays import SMALL, STACKS, ArrayHeader, ArrayStack, find_arrays, has_depth
-from .open3d_folder import DEFAULT_DEPTH_SCALE
+from ._npz_arrays import SMALL, STACKS, ArrayStack, find_arrays, has_depth
+from .image_folder import DEFAULT_DEPTH_SCALE
 
 
 class ArraysCapture:
@@ -50,41 +49,34 @@ class ArraysCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         changed = path.stat().st_mtime_ns
-        headers = find_arrays(path)
+        arrays = find_arrays(path)
         if without_color(options):
-            headers.pop("color", None)
-        if "depth" not in headers:
+            arrays.pop("color", None)
+        if "depth" not in arrays:
             raise InputError(f"{path}: has no array depth, (H, W) or (N, H, W)", code="array-shape")
-        count = _frame_count(path, headers)
-        small = {name: _per_frame(path, name, headers[name], count) for name in SMALL if name in headers}
+        count, is_stacked = _frame_count(path, arrays), arrays["depth"].stacked
+        small = {name: arrays[name].numbers(count) for name in SMALL if name in arrays}
         self.notes: list[str] = []
         self.extra_files: list[Path] = []
         camera: Pinhole | None = options.camera
         if camera is None and "K" not in small:
-            camera, self.notes, self.extra_files = _camera_beside(path, headers["depth"])
-        times = _times(path, small.get("timestamps"))
-        parts = tuple((name, headers[name].stored) for name in STACKS if name in headers)
+            height, width = arrays["depth"].part_shape
+            found = find_camera(path.parent, (width, height), aligned=True)
+            if found is None:
+                raise InputError(f"{path}: has no K, the (3, 3) camera matrix: add it, or {REMEDY}", code="intrinsics-missing")
+            camera, self.notes, self.extra_files = found.camera.pinhole, found.notes, [found.camera.file]
+        times = small.get("timestamps", np.zeros(0))
+        if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+            raise InputError(f"{path}: timestamps must increase from frame to frame and be finite, in s", code="times-not-rising")
+        parts = tuple((name, arrays[name].stored) for name in STACKS if name in arrays)
         digits = max(len(str(count - 1)), 6)
-        self.frames = [
-            FrameRef(
-                name := f"{i:0{digits}d}" if headers["depth"].stacked else path.stem,
-                path,
-                partial(
-                    _load,
-                    path,
-                    changed,
-                    i,
-                    name,
-                    parts,
-                    camera or small["K"][i],
-                    options.depth_scale or (small["depth_scale"][i].item() if "depth_scale" in small else None),
-                    small["pose"][i] if "pose" in small else None,
-                    times[i] if times else None,
-                ),
-                times[i] if times else None,
-            )
-            for i in range(count)
-        ]
+        self.frames = []
+        for i in range(count):
+            name, time = f"{i:0{digits}d}" if is_stacked else path.stem, times[i].item() if len(times) else None
+            scale = options.depth_scale or (small["depth_scale"][i].item() if "depth_scale" in small else None)
+            pose = small["pose"][i] if "pose" in small else None
+            load = partial(_load, path, changed, i, name, parts, camera or small["K"][i], scale, pose, time)
+            self.frames.append(FrameRef(name, path, load, time))
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -100,47 +92,18 @@ class ArraysCapture:
             return False
 
 
-def _frame_count(path: Path, headers: dict[str, ArrayHeader]) -> int:
+def _frame_count(path: Path, arrays: dict[str, ArrayStack]) -> int:
     """Return the number of frames; raise InputError if an array has neither one part per frame nor one for all."""
-    depth = headers["depth"]
+    depth = arrays["depth"]
     count = depth.shape[0] if depth.stacked else 1
-    for name, header in headers.items():
-        if header.stacked and header.shape[0] != count:
-            raise InputError(
-                f"{path}: {name} has {header.shape[0]} parts, but there are {count} frames of depth", code="frame-count"
-            )
-    if "color" in headers and depth.stacked and not headers["color"].stacked:
-        raise InputError(
-            f"{path}: color has shape {headers['color'].shape}, expected one image for each of the {count} frames",
-            code="frame-count",
-        )
+    for name, array in arrays.items():
+        if array.stacked and array.shape[0] != count:
+            sentence = f"{path}: {name} has {array.shape[0]} parts, but there are {count} frames of depth"
+            raise InputError(sentence, code="frame-count")
+        if name == "color" and depth.stacked and not array.stacked:
+            sentence = f"{path}: color has shape {array.shape}, expected one image for each of the {count} frames"
+            raise InputError(sentence, code="frame-count")
     return count
-
-
-def _per_frame(path: Path, name: str, header: ArrayHeader, count: int) -> Array:
-    """Read a small array as (count, ...) float, one part for each frame."""
-    if not np.issubdtype(header.dtype, np.number) or np.issubdtype(header.dtype, np.complexfloating):
-        raise InputError(f"{path}: {header.stored} has type {header.dtype}, expected numbers", code="array-type")
-    length = math.prod(header.shape) * header.dtype.itemsize
-    values = (
-        ArrayStack(path, name, header.stored)
-        .bytes_at(0, length)
-        .view(header.dtype)
-        .reshape(header.shape, order=header.order)
-        .astype(float)
-    )
-    return values if header.stacked else np.broadcast_to(values, (count, *header.shape))
-
-
-def _times(path: Path, times: Array | None) -> list[float] | None:
-    if times is None:
-        return None
-    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-        raise InputError(
-            f"{path}: timestamps must increase from frame to frame and be finite, in seconds", code="times-not-rising"
-        )
-    seconds: list[float] = times.tolist()
-    return seconds
 
 
 @lru_cache(maxsize=len(STACKS))
@@ -190,12 +153,3 @@ def _pinhole(values: Floats, where: str) -> Pinhole:
         fx, fy, cx, cy = values.tolist()
         return fx, fy, cx, cy
     return pinhole_of(values[:3, :3] if values.shape == (4, 4) else values, f"{where}: K")
-
-
-def _camera_beside(path: Path, depth: ArrayHeader) -> tuple[Pinhole, list[str], list[Path]]:
-    """Return the camera of a file beside the NPZ file, with notes and the file."""
-    height, width = depth.part
-    found = find_camera(path.parent, (width, height), aligned=True)
-    if found is None:
-        raise InputError(f"{path}: has no K, the (3, 3) camera matrix: add it, or {REMEDY}", code="intrinsics-missing")
-    return found.camera.pinhole, found.notes, [found.camera.file]

@@ -1,17 +1,15 @@
-"""Camera poses from a file in the format of the TUM RGB-D benchmark, for captures without poses."""
+"""Tables of text: lines with times, and camera poses in the format of the TUM RGB-D benchmark."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ...errors import InputError, unread_code
 from ...types import Floats
-from ..capture import Capture, FrameData, FrameRef, extra_files_of, notes_of
 from ..support.poses import interpolate_pose
 
 Row = tuple[int, list[str]]
@@ -149,6 +147,33 @@ def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[s
     return times, [rows[i] for i in first.tolist()], notes
 
 
+def associate(one: Floats, other: Floats, tolerance: float) -> list[tuple[int, int]]:
+    """Pair the times of two lists that are nearest to each other, each time in one pair at most.
+
+    Of all pairs within the tolerance, that with the least difference is taken first, as by the benchmark's associate.py.
+
+    Parameters
+    ----------
+    one, other
+        times in s, increasing: (N,) and (M,).
+    tolerance
+        largest time difference within a pair, s.
+
+    Returns
+    -------
+    The index into `one` and the index into `other` of each pair; the indices into `one` increase.
+    """
+    low, high = np.searchsorted(other, one - tolerance), np.searchsorted(other, one + tolerance, side="right")
+    near = [(abs(one[i] - other[j]), i, j) for i in range(len(one)) for j in range(low[i], high[i])]
+    pairs: dict[int, int] = {}
+    used: set[int] = set()
+    for _, i, j in sorted(near):
+        if i not in pairs and j not in used:
+            pairs[i] = j
+            used.add(j)
+    return sorted(pairs.items())
+
+
 def read_trajectory(path: Path) -> Trajectory:
     """Read a trajectory file in the format of the TUM benchmark, with lines `time tx ty tz qx qy qz qw`.
 
@@ -162,59 +187,6 @@ def read_trajectory(path: Path) -> Trajectory:
     values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
     poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
     return Trajectory(times, np.array(poses), tuple(notes))
-
-
-class PosedCapture:
-    """A capture whose poses come from a trajectory file (TUM's format, camera to world) instead of its own.
-
-    A frame with a time gets the pose interpolated at that time, or None if no pose in the file is within `tolerance` (s). If no
-    frame has a time, the first line of the file belongs to the first frame and so on; there must be as many lines as frames.
-
-    Raises
-    ------
-    InputError : the file cannot be read, no pose is within `tolerance` of any frame, or the numbers of lines and frames differ.
-    """
-
-    def __init__(self, capture: Capture, file: Path, tolerance: float) -> None:
-        self.path, self.format = capture.path, capture.format
-        trajectory = read_trajectory(file)
-        self.notes, self.extra_files = [*notes_of(capture), *trajectory.notes], extra_files_of(capture)
-        poses = _by_time(capture, trajectory, tolerance, file) if _has_times(capture) else _by_order(capture, trajectory, file)
-        self.frames: Sequence[FrameRef] = [
-            replace(frame, loader=partial(_load, frame, pose)) for frame, pose in zip(capture.frames, poses, strict=True)
-        ]
-
-
-def _has_times(capture: Capture) -> bool:
-    return any(frame.timestamp is not None for frame in capture.frames)
-
-
-def _by_time(capture: Capture, trajectory: Trajectory, tolerance: float, file: Path) -> list[Floats | None]:
-    times = [frame.timestamp for frame in capture.frames]
-    poses = [None if time is None else trajectory.at(time, tolerance) for time in times]
-    if all(pose is None for pose in poses):
-        frame_times = [time for time in times if time is not None]
-        raise InputError(
-            f"{file}: its poses are from {trajectory.times[0]} to {trajectory.times[-1]} s, the frames from "
-            f"{min(frame_times)} to {max(frame_times)} s: no pose is within {tolerance} s of a frame "
-            "(--input-option tolerance=...)",
-            code="times-apart",
-        )
-    return poses
-
-
-def _by_order(capture: Capture, trajectory: Trajectory, file: Path) -> list[Floats | None]:
-    if len(trajectory.times) != len(capture.frames):
-        raise InputError(
-            f"{file}: has {len(trajectory.times)} poses but {capture.path} has {len(capture.frames)} frames without times: "
-            "give one line per frame",
-            code="frame-count",
-        )
-    return list(trajectory.poses)
-
-
-def _load(frame: FrameRef, pose: Floats | None) -> FrameData:
-    return replace(frame.load(), pose=pose)
 
 
 def _number(path: Path, line: int, word: str) -> float:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import guarded
 from ...types import Array
 from .git_lfs import check_not_pointer
 
@@ -74,33 +76,32 @@ def read_color_array(path: Path) -> Array:
     return np.ascontiguousarray(array[..., :3])
 
 
-def array_shape(path: Path) -> tuple[int, ...]:
-    """Return the shape that the header of a .npy file announces; ValueError if it has none, OSError if it cannot be read."""
+def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, whether it is stored column by column, and type of an array that numpy.save wrote; ValueError for another."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, fortran, dtype = read(file)
+    return tuple(shape), fortran, dtype
+
+
+def array_header(path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return the header of a .npy file as `read_header` does; OSError if it cannot be read."""
     with path.open("rb") as file:
-        version = np.lib.format.read_magic(file)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        return tuple(read(file)[0])
+        return read_header(file)
 
 
 def _read(path: Path) -> Array:
     """Read the array of a .npy file; its announced size is checked before."""
-    try:
-        with path.open("rb") as file:
-            check_not_pointer(path, file.read(_HEAD_BYTES))
-            file.seek(0)
-            version = np.lib.format.read_magic(file)
-            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, _, dtype = read(file)
-            announced = math.prod(shape) * dtype.itemsize
-            if dtype.hasobject or dtype.names:
-                raise InputError(f"{path}: holds Python objects, expected an array of numbers", code="array-type")
-            if announced > MAX_ARRAY_BYTES:
-                raise InputError(f"{path}: has shape {shape}, too large for one image", code="array-too-large")
-            if path.stat().st_size - file.tell() < announced:
-                raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
-            file.seek(0)
-            return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
-    except (ValueError, EOFError, OverflowError, TypeError, SyntaxError) as error:
-        raise InputError(f"{path}: is damaged or no array that numpy.save wrote ({error})", code="file-damaged") from None
+    with guarded(path), path.open("rb") as file:
+        check_not_pointer(path, file.read(_HEAD_BYTES))
+        file.seek(0)
+        shape, _, dtype = read_header(file)
+        announced = math.prod(shape) * dtype.itemsize
+        if dtype.hasobject or dtype.names:
+            raise InputError(f"{path}: holds Python objects, expected an array of numbers", code="array-type")
+        if announced > MAX_ARRAY_BYTES:
+            raise InputError(f"{path}: has shape {shape}, too large for one image", code="array-too-large")
+        if path.stat().st_size - file.tell() < announced:
+            raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
+        file.seek(0)
+        return np.asarray(np.lib.format.read_array(file, allow_pickle=False))

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...errors import InputError
 
 Pinhole = tuple[float, float, float, float]
@@ -114,47 +116,28 @@ def _normal(key: str) -> str:
 def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
     if all(key in keys for key in ("fx", "fy", "cx", "cy")):
         return check_pinhole(_flat([keys[key] for key in ("fx", "fy", "cx", "cy")]), path, "fx, fy, cx, cy")
-    focal = keys.get("focallength", keys.get("focal"))
-    center = keys.get("principalpoint")
+    focal, center = keys.get("focallength", keys.get("focal")), keys.get("principalpoint")
     if focal is not None and isinstance(center, list):
         pair = focal if isinstance(focal, list) else [focal, focal]
         return check_pinhole(_flat([*pair, *center]), path, "focal_length, principal_point")
     for key in _MATRIX_KEYS:
         value = keys.get(key)
-        if isinstance(value, dict):
-            value = value.get("data")
-        if isinstance(value, list | str) and not _holds_objects(value):
-            shown = "intrinsic_matrix" if key == "intrinsicmatrix" else key
+        value = value.get("data") if isinstance(value, dict) else value
+        if isinstance(value, str) or (isinstance(value, list) and not any(isinstance(item, dict) for item in value)):
             numbers = _flat(value)
-            nested = isinstance(value, list) and any(isinstance(row, list) for row in value)
-            return check_pinhole(numbers if len(numbers) != 4 or not nested else numbers[:3], path, shown)
+            is_nested = any(isinstance(row, list) for row in value)
+            name = "intrinsic_matrix" if key == "intrinsicmatrix" else key
+            return check_pinhole(numbers[:3] if len(numbers) == 4 and is_nested else numbers, path, name)
     return None
 
 
-def _holds_objects(value: Any) -> bool:
-    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
-
-
 def _flat(values: Any) -> list[float]:
-    """Return the numbers in nested lists, row by row; NaN for anything that is no number. Ends after some more than a matrix."""
-    numbers: list[float] = []
-    pending = [values]
-    while pending and len(numbers) < _MAX_VALUES and len(pending) < 2 * _MAX_VALUES:
-        value = pending.pop()
-        if isinstance(value, list | tuple):
-            pending.extend(reversed(value[:_MAX_VALUES]))
-        else:
-            numbers.append(_number(value))
-    return numbers
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return math.nan
+    """Return the numbers in nested lists, row by row; NaN for anything that is no number, and for lists of several lengths."""
     try:
-        return float(value)  # YAML reads 1e3 as text
-    except (ValueError, OverflowError):
-        return math.nan
+        numbers: list[float] = np.asarray(values, dtype=float).ravel().tolist()  # YAML reads 1e3 as text
+        return numbers
+    except (TypeError, ValueError, OverflowError):
+        return [math.nan]
 
 
 def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
@@ -196,28 +179,17 @@ def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
 
 
 def _size_in(keys: Mapping[str, Any], path: Path) -> tuple[int, int] | None:
-    if "width" in keys and "height" in keys:
-        given = [keys["width"], keys["height"]]
-    else:
-        pair = next((keys[key] for key in ("resolution", "imagesize", "size") if isinstance(keys.get(key), list)), None)
-        if pair is None or len(pair) != 2:
-            return None
-        given = pair
-    for key, value in zip(("width", "height"), given, strict=True):
-        number = _number(value)
-        if not math.isfinite(number) or not 0 <= number < 2**31 or number != int(number):
-            raise InputError(
-                f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1", code="intrinsics-invalid"
-            )
-    width, height = (int(_number(value)) for value in given)
-    if not width or not height:
-        if "d" in keys and not width and not height:  # a CameraInfo without size
-            return None
-        raise InputError(
-            f"{path}: {'height' if width else 'width'} is 0, expected a whole number of pixels, at least 1",
-            code="intrinsics-invalid",
-        )
-    return width, height
+    given = [keys[key] for key in ("width", "height") if key in keys]
+    if len(given) != 2:
+        given = next((keys[key] for key in ("resolution", "imagesize", "size") if isinstance(keys.get(key), list)), [])
+    if len(given) != 2 or ("d" in keys and given == [0, 0]):  # a CameraInfo without size
+        return None
+    numbers = [_flat(value)[0] if not isinstance(value, bool | list) else math.nan for value in given]
+    for key, value, number in zip(("width", "height"), given, numbers, strict=True):
+        if not 1 <= number < 2**31 or number != int(number):
+            sentence = f"{path}: {key} is {value!r}, expected a whole number of pixels, at least 1"
+            raise InputError(sentence, code="intrinsics-invalid")
+    return int(numbers[0]), int(numbers[1])
 
 
 def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
@@ -226,7 +198,7 @@ def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
     if key is None:
         return None
     value = keys[key]
-    number = math.nan if isinstance(value, str) and not re.fullmatch(NUMBER, value.strip()) else _number(value)
+    number = math.nan if isinstance(value, bool | list) else _flat(value)[0]
     if not math.isfinite(number) or number <= 0:
         raise InputError(
             f"{path}: depth_scale is {value!r}, expected units per metre above zero (1000 for millimetres)",
@@ -238,9 +210,6 @@ def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
 
 
 def _is_distorted(keys: Mapping[str, Any]) -> bool:
-    for key in _DISTORTION_KEYS:
-        value = keys.get(key)
-        value = value.get("data") if isinstance(value, dict) else value
-        if value is not None and any(math.isfinite(number) and number for number in _flat(value)):
-            return True
-    return False
+    given = [keys[key] for key in _DISTORTION_KEYS if keys.get(key) is not None]
+    values = [value.get("data") if isinstance(value, dict) else value for value in given]
+    return any(math.isfinite(number) and number != 0 for value in values for number in _flat(value))

@@ -1,110 +1,22 @@
-"""Helpers for formats of depth images: frames from image files; checks of cameras, matrices, poses and units."""
+"""Checks of cameras, matrices, poses and units in files of depth images."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
 from ...guard.guarding import read_bytes
 from ...guard.parsing import MAX_JSON_BYTES, parse_json
-from ...types import Array, Bools, Camera, Floats, Frame
-from ..capture import FrameData
+from ...types import Array, Camera, Floats
 from .calibration import Pinhole as Pinhole
-from .images import read_color, read_depth, read_mask
-from .listing import with_file
 
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_LETTERS = 100  # of a wrong value that an error shows
 _MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
-
-
-class ImageFiles(NamedTuple):
-    """The image files of one depth frame.
-
-    Attributes
-    ----------
-    depth
-        depth image.
-    color
-        colour image; None if the capture has no colour.
-    masks
-        mask images; the object is where any of them is above zero. Empty if the capture has no masks.
-    """
-
-    depth: Path
-    color: Path | None = None
-    masks: tuple[Path, ...] = ()
-
-
-class DepthSensor(NamedTuple):
-    """Intrinsics and unit of depth images whose size becomes known only when they are read.
-
-    Attributes
-    ----------
-    pinhole
-        the tuple (fx, fy, cx, cy) in px.
-    scale
-        units of the depth image per metre, such as 1000 for millimetres.
-    size
-        (width, height) in px that the image must have for these intrinsics; an image of another size raises InputError when it is
-        loaded. None: the intrinsics are used for an image of any size.
-    array_scale
-        units per metre of depth images of floats; None: metres.
-    """
-
-    pinhole: Pinhole
-    scale: float
-    size: tuple[int, int] | None = None
-    array_scale: float | None = None
-
-
-def load_files(
-    files: ImageFiles,
-    sensor: DepthSensor,
-    name: str,
-    timestamp: float | None = None,
-    pose: Floats | None = None,
-    required: bool = False,
-) -> FrameData:
-    """Read one frame from image files.
-
-    Parameters
-    ----------
-    files
-        depth image, and colour and mask images if there are any.
-    sensor
-        intrinsics and unit of the depth image.
-    name
-        name of the frame.
-    timestamp
-        time of the frame, s, or None.
-    pose
-        (4, 4) camera to world, x_world = pose @ x_camera, m; or None.
-    required
-        what to do if the union of the masks is empty or covers the whole image: if true, the union is returned; if false, None is
-        returned instead.
-
-    Returns
-    -------
-    FrameData with the Frame (depth in m), the union of the masks as (H, W) bool (None without mask files), and the pose.
-
-    Raises
-    ------
-    InputError : a file is missing, damaged or of another size, or the unit of depth is implausible.
-    """
-    depth = read_depth(files.depth, sensor.scale, sensor.array_scale)
-    check_unit(depth, files.depth, sensor.scale)
-    try:
-        camera = camera_for(sensor.pinhole, depth.shape, sensor.size)
-        frame = Frame(read_color(files.color) if files.color else None, depth, camera, name, timestamp)
-    except InputError as error:
-        raise with_file(error, files.depth) from None
-    return FrameData(frame, _mask_union(files.masks, depth.shape, required), pose)
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:
@@ -303,12 +215,3 @@ def json_object(data: bytes, where: str) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise InputError(f"{where}: expected a JSON object, got {type(values).__name__}", code="json-invalid")
     return values
-
-
-def _mask_union(masks: Sequence[Path], shape: tuple[int, ...], required: bool) -> Bools | None:
-    if not masks:
-        return None
-    union = np.zeros(shape, bool)
-    for mask in masks:
-        union |= read_mask(mask, shape)
-    return union if required or (union.any() and not union.all()) else None

@@ -2,40 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
 from pathlib import Path
 
 from ...errors import InputError
-from ..read_options import NONE
+from ..formats.image_folder import Files
+from ..read_options import ReadOptions, without_color
 from .images import DEPTH_SUFFIXES, SUFFIXES
 from .listing import images_in, match_images, natural_key
 from .roles import Role, frame_key, is_depth_content, may_be_depth, role_of
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
+_Parts = dict[str, Path | None]
+"""Part ("depth", "color", "mask") -> the image; None if other frames have one and this one has not."""
 _MIN_DEPTH_SHARE = 1 / 3  # of the images of a folder, if no name speaks of depth: a color image and a mask may belong to each
-
-
-@dataclass(frozen=True)
-class FrameFiles:
-    """The image files of one frame.
-
-    Attributes
-    ----------
-    name
-        name of the frame.
-    folder
-        the folder of the capture.
-    depth
-        the depth image; None if it is missing.
-    others
-        "color" and "mask" -> the image, None if other frames have one and this one has not. A part that no frame has is left out.
-    """
-
-    name: str
-    folder: Path
-    depth: Path | None
-    others: Mapping[str, Path | None] = field(default_factory=dict)
 
 
 def is_depth_folder(folder: Path) -> bool:
@@ -50,26 +30,24 @@ def is_depth_file(file: Path) -> bool:
     )
 
 
-def list_frames(path: Path) -> tuple[list[FrameFiles], list[str]]:
-    """Return the frames of a folder, or the one frame of a depth image, in natural order of their names, with notes.
+def list_frames(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    """Return the frames of a folder, or the one frame of a depth image, in natural order of their names; add to `notes`.
 
     Raises
     ------
-    InputError : there are no depth images, or two for one frame.
+    InputError : there are no depth images, or two for one frame, or the options give one color image for several.
     """
-    if path.is_dir():
-        return _list_folder(path)
-    alone = FrameFiles(path.stem, path.parent, path)
-    found = [alone]
-    for root in (path.parent, path.parent.parent):
-        if root == path.parent or _depth_folder(root) == path.parent:
-            try:
-                found += [frame for frame in _list_folder(root)[0] if frame.depth == path]
-            except InputError:  # of other frames
-                continue
-    best = max(found, key=lambda frame: (frame.others.get("color") is not None, frame is not alone))
-    others = {part: file for part, file in best.others.items() if file is not None}
-    return [FrameFiles(best.name, best.folder, path, others)], []
+    root, frames = (path, _list_folder(path, notes)) if path.is_dir() else _list_file(path)
+    if options.color is not None:
+        if len(frames) > 1 and not without_color(options):
+            raise InputError(
+                f"--input-option color={options.color}: is one image, but there are {len(frames)} depth images: give color=none, "
+                "or put the color images into color/",
+                code="frame-count",
+            )
+        color: _Parts = {} if without_color(options) else {"color": options.color.absolute()}
+        frames = {name: {part: file for part, file in parts.items() if part != "color"} | color for name, parts in frames.items()}
+    return [_files(root, name, parts) for name, parts in frames.items()]
 
 
 def color_folder(folder: Path) -> Path:
@@ -77,56 +55,52 @@ def color_folder(folder: Path) -> Path:
     return _role_folder(folder, "color") or folder / COLOR_FOLDERS[0]
 
 
-def with_color(frames: list[FrameFiles], color: Path) -> list[FrameFiles]:
-    """Return the frames with another color image, that of the one frame, or without any if `color` is the word "none".
-
-    Raises
-    ------
-    InputError : there are several frames.
-    """
-    if str(color) == NONE:
-        return [replace(frame, others={part: file for part, file in frame.others.items() if part != "color"}) for frame in frames]
-    if len(frames) > 1:
-        raise InputError(
-            f"--input-option color={color}: is one image, but there are {len(frames)} depth images: give color=none, or put the "
-            "color images into color/",
-            code="frame-count",
-        )
-    return [replace(frame, others={**frame.others, "color": color.absolute()}) for frame in frames]
+def _files(root: Path, name: str, parts: _Parts) -> Files:
+    fault, mask = None, parts.get("mask")
+    if (part := next((part for part, file in parts.items() if file is None), None)) is not None:
+        place = color_folder(root) if part == "color" else root / part
+        fault = (f"{place}: has no image for frame {name}", f"{part}-missing")
+    return Files(name, parts["depth"], parts.get("color"), (mask,) if mask else (), fault=fault, root=root)
 
 
-def _list_folder(path: Path) -> tuple[list[FrameFiles], list[str]]:
-    folder, notes = _depth_folder(path), list[str]()
+def _list_file(path: Path) -> tuple[Path, dict[str, _Parts]]:
+    """Return the folder of the capture, and the frame of a depth image with what lies in the folder for it."""
+    found: list[tuple[Path, str, _Parts]] = [(path.parent, path.stem, {"depth": path})]
+    for root in (path.parent, path.parent.parent):
+        if root == path.parent or _depth_folder(root) == path.parent:
+            with suppress(InputError):  # of other frames
+                found += [(root, name, parts) for name, parts in _list_folder(root, []).items() if parts["depth"] == path]
+    root, name, parts = max(found, key=lambda frame: (frame[2].get("color") is not None, frame is not found[0]))
+    return root, {name: {part: file for part, file in parts.items() if file is not None}}
+
+
+def _list_folder(path: Path, notes: list[str]) -> dict[str, _Parts]:
+    """Return name -> part -> image, None where other frames have this part and this one has not."""
+    folder, others = _depth_folder(path), dict[str, dict[str, Path]]()
     if folder is not None:
         depth = images_in(folder, DEPTH_SUFFIXES)
-        if not depth:
-            raise InputError(f"{folder}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
-        others: dict[str, dict[str, Path]] = {}
     else:
         images = _side_by_side(path)
         depth = images.pop("depth", {})
-        if not depth:
-            raise InputError(f"{path / 'depth'}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
         if list(depth) == [""]:  # depth.png with color.png: there is nothing but the word to name the frame
             name = depth[""].stem
             images = {part: {name: file} for part, files in images.items() for file in list(files.values())[:1]}
             depth = {name: depth[""]}
         others = {part: files for part, files in images.items() if files}
+    if not depth:
+        raise InputError(f"{folder or path / 'depth'}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
     for part in ("color", "mask"):
         if part not in others and (beside := _role_folder(path, part)) is not None and beside != folder:
             others[part] = match_images(images_in(beside, DEPTH_SUFFIXES), depth)
-    color_alone = folder is None and not set(depth) & set(others.get("color", {}))
-    if color_alone and others.get("color"):
-        notes.append(
-            "no color image has the name of a depth image, so depth is read alone: call them like "
-            f"{next(iter(depth.values())).name}"
-        )
+    if folder is None and others.get("color") and not set(depth) & set(others["color"]):
+        like = next(iter(depth.values())).name
+        notes.append(f"no color image has the name of a depth image, so depth is read alone: call them like {like}")
         del others["color"]
     names = set(depth) if folder is None else set(depth).union(*others.values())
-    return [
-        FrameFiles(name, path, depth.get(name), {part: files.get(name) for part, files in others.items()})
+    return {
+        name: {part: files.get(name) for part, files in {"depth": depth, **others}.items()}
         for name in sorted(names, key=natural_key)
-    ], notes
+    }
 
 
 def _depth_folder(path: Path) -> Path | None:

@@ -15,7 +15,7 @@ from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
-from .arrays import array_shape, read_color_array, read_depth_array
+from .arrays import array_header, read_color_array, read_depth_array
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
@@ -74,7 +74,7 @@ def image_size(path: Path) -> Size | None:
         return None
     try:
         if path.suffix.lower() == ".npy":
-            shape = array_shape(path)
+            shape = array_header(path)[0]
             return shape[1], shape[0]
         return announced_size(path.read_bytes())
     except (OSError, ValueError, IndexError):

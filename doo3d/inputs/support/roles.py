@@ -7,8 +7,7 @@ import struct
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
+from .arrays import array_header
 from .images import DEPTH_SUFFIXES
 
 Role = Literal["depth", "color", "mask"]
@@ -70,10 +69,7 @@ def _is_8_bit(file: Path) -> bool:
 
 def _is_depth_array(file: Path) -> bool:
     try:
-        with file.open("rb") as opened:
-            version = np.lib.format.read_magic(opened)
-            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            shape, _, dtype = read(opened)
+        shape, _, dtype = array_header(file)
     except (ValueError, EOFError, OSError):
         return False
     sides = shape[:2] if len(shape) == 2 or (len(shape) == 3 and shape[2] == 1) else (0,)

@@ -13,8 +13,8 @@ from ...types import Bools, Floats
 from ...visibility import Visibility
 from .clouds import bridged_place, hidden_place
 from .necks import neck_share
-from .readings import Evidence, Meeting
-from .strands import FreeEnds, Strand, box_distances
+from .readings import JunctionContext, Meeting
+from .strands import FreeEnds, SampledChain, box_distances
 
 LAYER_COST = 300.0
 """Cost units for axes a whole sum of radii from where a reading wants them."""
@@ -90,7 +90,9 @@ class End:
         return np.asarray(self.line[0])
 
 
-def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, hidden: bool = False) -> list[Meeting]:
+def end_meetings(
+    ends: FreeEnds, strands: Sequence[SampledChain], context: JunctionContext, hidden: bool = False
+) -> list[Meeting]:
     """Return for each free end the strands that it may branch off from, with the gain of a junction over a free end there.
 
     Parameters
@@ -99,13 +101,13 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, 
         the free ends of all strands.
     strands
         all strands.
-    evidence
+    context
         what the frame tells beside its chains.
     hidden
         True also attaches ends of a cloud across gaps without points.
     """
     meetings = []
-    near = _may_reach(ends, strands, evidence)
+    near = _may_reach(ends, strands, context)
     for row, number in enumerate(ends.strand.tolist()):
         own, side = strands[number], int(ends.side[row])
         radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
@@ -114,40 +116,40 @@ def end_meetings(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence, 
             strand = strands[host]
             if host == number:
                 continue
-            found = [attachment(end, strand, evidence), *_cloud_attachments(end, strand, evidence, hidden)]
+            found = [attachment(end, strand, context), *_cloud_attachments(end, strand, context, hidden)]
             gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
             if gain > 0:
                 meetings.append(Meeting(gain, strand.at(at), ((host, at),), row))
     return meetings
 
 
-def _may_reach(ends: FreeEnds, strands: Sequence[Strand], evidence: Evidence) -> Bools:
+def _may_reach(ends: FreeEnds, strands: Sequence[SampledChain], context: JunctionContext) -> Bools:
     """Tell by the bounding boxes which strands (E, S) may lie within reach of which ends; in a cloud without views all may.
 
     Depth that does not count makes a strand nearer by DEPTH_SLOPE of the rest and DEPTH_FREE of the sum of radii at most.
     """
-    if evidence.surface is not None:
+    if context.surface is not None:
         return np.ones((len(ends.strand), len(strands)), dtype=bool)
     widest = np.array([max(float(strand.radii.max()), strand.radius) for strand in strands])
     own = np.array([float(strand.widths.max()) for strand in strands])
     own = np.maximum(own, widest)[ends.strand][:, None]
-    reach = np.minimum(evidence.max_gap, MAX_REACH_RADII * own)
+    reach = np.minimum(context.max_gap, MAX_REACH_RADII * own)
     return np.asarray(box_distances(ends.points, strands) <= (1 + DEPTH_SLOPE) * reach + DEPTH_FREE * (own + widest))
 
 
-def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, float] | None:
+def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
     """Return the gain of a junction where an end meets a strand at the least cost, and the arc length; None without gain."""
     point, radius = end.point, end.radius
     tangent: Floats = end.tangent
     curvature: Floats = end.curvature
     offset: Floats = strand.points - point
     both = strand.radii + radius
-    if evidence.viewpoint is not None:
-        towards = unit(point - evidence.viewpoint)
+    if context.viewpoint is not None:
+        towards = unit(point - context.viewpoint)
         offset = _without_small_depth(offset, towards, both)
         tangent, curvature = _across(tangent, towards), curvature - (curvature @ towards) * towards
     distance = np.linalg.norm(offset, axis=1)
-    reach = min(evidence.max_gap, MAX_REACH_RADII * radius)
+    reach = min(context.max_gap, MAX_REACH_RADII * radius)
     if distance.min() > reach:
         return None
     bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * CURVATURE_PERSISTENCE
@@ -159,7 +161,7 @@ def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, flo
     behind = np.clip(-ahead - both, 0, None)
     # in an image an end beyond a strand crossed it
     behind_cost = 2 * unit_cost * behind if len(point) == 3 else LAYER_COST * behind / both
-    free = CLOUD_MISS_FREE if evidence.visibility is None else MISS_FREE
+    free = CLOUD_MISS_FREE if context.visibility is None else MISS_FREE
     tolerance = free * both + MISS_SLOPE * np.clip(distance - both, 0, both)
     cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + behind_cost
     cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
@@ -170,20 +172,20 @@ def attachment(end: End, strand: Strand, evidence: Evidence) -> tuple[float, flo
         return None
     i = int(np.where(possible, cost, np.inf).argmin())
     at, host_radius = float(strand.along[i]), float(strand.radii[i])
-    total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, evidence.visibility)
-    if total < TIP_COST and evidence.visibility is not None:
-        share = neck_share(end.line, radius, strand, at, evidence.visibility, evidence.viewpoint)
+    total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, context.visibility)
+    if total < TIP_COST and context.visibility is not None:
+        share = neck_share(end.line, radius, strand, at, context.visibility, context.viewpoint)
         total += NECK_COST * (share if len(point) == 3 else max(0.0, share - PLANAR_NECK_FREE))
     return (TIP_COST - total, at) if total < TIP_COST else None
 
 
-def _cloud_attachments(end: End, strand: Strand, evidence: Evidence, hidden: bool) -> Iterator[tuple[float, float]]:
+def _cloud_attachments(end: End, strand: SampledChain, context: JunctionContext, hidden: bool) -> Iterator[tuple[float, float]]:
     """Yield gain and arc length where an end meets a strand of a cloud: where points lead to it, and across a gap."""
-    if evidence.surface is None:
+    if context.surface is None:
         return
-    gap = hidden_place(end.point, end.tangent, strand, evidence.max_gap) if hidden else None
+    gap = hidden_place(end.point, end.tangent, strand, context.max_gap) if hidden else None
     for found, weight, limit in (
-        (bridged_place(end.point, end.tangent, end.radius, strand, evidence.surface), 1.0, TIP_COST),
+        (bridged_place(end.point, end.tangent, end.radius, strand, context.surface), 1.0, TIP_COST),
         (gap, HIDDEN_WEIGHT, HIDDEN_COST),
     ):
         if found is not None and found[1] < limit:

@@ -18,7 +18,7 @@ from ...geometry.polyline import unit
 from ...types import Floats
 from .planar import planar_radius_change, planar_turn, radius_change
 from .readings import Meeting
-from .strands import Strand
+from .strands import SampledChain
 
 BODY_LAYER_COST = 200.0
 """Cost units for axes a whole sum of radii from where a reading wants them: less than for an end, since the lower strand is
@@ -66,7 +66,7 @@ class Contact:
     both: float
 
 
-def contacts(strands: Sequence[Strand]) -> list[Contact]:
+def contacts(strands: Sequence[SampledChain]) -> list[Contact]:
     """Return the places where two strands pass each other in contact, away from their ends."""
     found = []
     for a, p, b, q in _nearest_samples(strands):
@@ -77,12 +77,12 @@ def contacts(strands: Sequence[Strand]) -> list[Contact]:
     return found
 
 
-def view_direction(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> Floats | None:
+def view_direction(contact: Contact, strands: Sequence[SampledChain], viewpoint: Floats | None) -> Floats | None:
     """Return the unit direction (3,) from the camera to a contact; None where the camera is unknown."""
     return None if viewpoint is None else unit(strands[contact.strands[0]].points[contact.samples[0]] - viewpoint)
 
 
-def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[Meeting]:
+def body_meetings(strands: Sequence[SampledChain], viewpoint: Floats | None) -> list[Meeting]:
     """Return the places where two strands pass each other in contact, away from their ends, with the gain of a junction there."""
     meetings = []
     for contact in contacts(strands):
@@ -105,7 +105,7 @@ def body_meetings(strands: Sequence[Strand], viewpoint: Floats | None) -> list[M
     return meetings
 
 
-def _distance(first: Strand, p: int, second: Strand, q: int) -> float:
+def _distance(first: SampledChain, p: int, second: SampledChain, q: int) -> float:
     """Return how far apart two axes pass each other, m (px in 2-D), as straight lines at samples p and q, which lie near."""
     offset = first.points[p] - second.points[q]
     if len(offset) == 3:
@@ -115,7 +115,7 @@ def _distance(first: Strand, p: int, second: Strand, q: int) -> float:
     return float(np.linalg.norm(offset))
 
 
-def _nearest_samples(strands: Sequence[Strand]) -> Iterator[tuple[int, int, int, int]]:
+def _nearest_samples(strands: Sequence[SampledChain]) -> Iterator[tuple[int, int, int, int]]:
     """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
     points = np.concatenate([strand.points for strand in strands])
     radii = np.concatenate([strand.radii for strand in strands])

@@ -15,7 +15,7 @@ from .clouds import gap_links
 from .elbows import bridges
 from .exchanges import exchanged
 from .joins import joined
-from .readings import Evidence
+from .readings import JunctionContext
 from .strands import free_ends, strands_of
 from .tails import without_tails
 from .tree import choose, connected, cut, nodes_of, parted
@@ -101,29 +101,29 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
         notes += too_many
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
-    evidence = Evidence.of([chain.joints for chain in chains], context, config)
-    chains, is_cut = without_tails(chains, strands, evidence.viewpoint, context.segment_length)
+    view = JunctionContext.of([chain.joints for chain in chains], context, config)
+    chains, is_cut = without_tails(chains, strands, view.viewpoint, context.segment_length)
     if is_cut:
         strands = strands_of(chains, half_width)
         ends = free_ends(chains, strands)
-    chosen = choose([*body_meetings(strands, evidence.viewpoint), *end_meetings(ends, strands, evidence)], strands, ends)
+    chosen = choose([*body_meetings(strands, view.viewpoint), *end_meetings(ends, strands, view)], strands, ends)
     if any(meeting.end is None for meeting in chosen):
-        chains = parted(chains, strands, chosen, evidence.viewpoint, context.segment_length)
+        chains = parted(chains, strands, chosen, view.viewpoint, context.segment_length)
         strands = strands_of(chains, half_width)
         ends = free_ends(chains, strands)
-        chosen = choose(end_meetings(ends, strands, evidence), strands, ends)
-    if evidence.surface is not None:
-        links = gap_links(ends, *connected(chosen, strands, ends), evidence.max_gap)
+        chosen = choose(end_meetings(ends, strands, view), strands, ends)
+    if view.surface is not None:
+        links = gap_links(ends, *connected(chosen, strands, ends), view.max_gap)
         chains = joined(chains, strands, ends, links, context.segment_length)
         for with_bridges in (False, True):
             if with_bridges:
-                found = bridges(strands, connected(chosen, strands, ends)[1], evidence.max_gap, context.segment_length)
+                found = bridges(strands, connected(chosen, strands, ends)[1], view.max_gap, context.segment_length)
                 if not found:
                     break
                 chains = [*chains, *found]
             strands = strands_of(chains)
             ends = free_ends(chains, strands)
-            chosen = choose(end_meetings(ends, strands, evidence, hidden=True), strands, ends)
+            chosen = choose(end_meetings(ends, strands, view, hidden=True), strands, ends)
     strands = [*strands, *strands_of(rest, half_width)]
     pieces, junctions, objects = cut([*chains, *rest], strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects), notes)

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from .. import FrameContext
-from .strands import FreeEnds, Strand
+from .strands import FreeEnds, SampledChain
 
 GAP_COST = 0.3
 """Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
@@ -77,7 +78,9 @@ class Surface:
         return bool(np.isfinite(distance).mean() >= COVERED_SHARE)
 
 
-def bridged_place(point: Floats, tangent: Floats, radius: float, strand: Strand, surface: Surface) -> tuple[int, float] | None:
+def bridged_place(
+    point: Floats, tangent: Floats, radius: float, strand: SampledChain, surface: Surface
+) -> tuple[int, float] | None:
     """Return the sample of a strand to which points lead from an end, and its cost; None without any.
 
     Parameters
@@ -102,7 +105,7 @@ def bridged_place(point: Floats, tangent: Floats, radius: float, strand: Strand,
     return (best, float(cost[best])) if surface.covers(point, strand.points[best]) else None
 
 
-def hidden_place(point: Floats, tangent: Floats, strand: Strand, max_gap: float) -> tuple[int, float] | None:
+def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: float) -> tuple[int, float] | None:
     """Return the sample of a strand that an end points at across a gap, and its cost; None if all are farther than `max_gap`.
 
     Parameters
@@ -152,17 +155,14 @@ def gap_links(ends: FreeEnds, is_free: Bools, group: Sequence[int], max_gap: flo
     bend = angle(np.broadcast_to(tangents[:, None], offset.shape), offset)
     cost = 1000 * GAP_COST * distance + TURN_COST * (turn + np.maximum(bend, bend.T))
     cost[distance > max_gap] = np.inf
-    own = np.asarray(group)
+    objects = DisjointSet(group)
     links, used = [], np.zeros(len(rows), dtype=bool)
     first, second = np.triu_indices(len(rows), 1)
     order = np.argsort(cost[first, second], kind="stable")
     for a, b in zip(first[order].tolist(), second[order].tolist(), strict=True):
-        one, other = own[ends.strand[rows[a]]], own[ends.strand[rows[b]]]
         if cost[a, b] > JOIN_COST:
             break
-        if one == other or used[a] or used[b]:
-            continue
-        used[[a, b]] = True
-        own = np.where(own == one, other, own)
-        links.append((int(rows[a]), int(rows[b]), float(cost[a, b])))
+        if not (used[a] or used[b]) and objects.join(ends.strand[rows[a]], ends.strand[rows[b]]):
+            used[[a, b]] = True
+            links.append((int(rows[a]), int(rows[b]), float(cost[a, b])))
     return links

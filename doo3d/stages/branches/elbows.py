@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
 from ...types import Chain, Floats
 from .clouds import GAP_COST, TURN_COST, hidden_place
-from .strands import ARM_RADII, Strand
+from .strands import ARM_RADII, SampledChain
 
 MIN_TURN = 0.9
 """Radians by which a strand turns at an elbow at least: cables do not, branches of one trunk that were joined do."""
@@ -36,7 +37,7 @@ class Elbow:
     direction: Floats
 
 
-def bridges(strands: Sequence[Strand], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
+def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
     """Return hidden chains between elbows that point at each other, so that parts that nothing else connects become one object.
 
     Parameters
@@ -62,18 +63,17 @@ def bridges(strands: Sequence[Strand], group: Sequence[int], max_gap: float, len
         place = hidden_place(one.point, one.direction, strand, max_gap) if group[one.strand] != group[number] else None
         if place is not None and np.linalg.norm(strand.points[place[0]] - one.point) > length:
             found.append((BODY_COST + place[1], one, Elbow(number, strand.points[place[0]], -one.direction)))
-    own = np.asarray(group)
+    objects = DisjointSet(group)
     result = []
     for cost, one, other in sorted(found, key=lambda item: item[0]):
-        if cost < ELBOW_COST and own[one.strand] != own[other.strand]:
-            own = np.where(own == own[one.strand], own[other.strand], own)
+        if cost < ELBOW_COST and objects.join(one.strand, other.strand):
             joints = equal_segments(np.stack((one.point, other.point)), length)
             radius = max(strands[one.strand].radius, strands[other.strand].radius)
             result.append(Chain(joints, length, radius, occluded=np.ones(len(joints) - 1, dtype=bool)))
     return result
 
 
-def _elbows(number: int, strand: Strand) -> Iterator[Elbow]:
+def _elbows(number: int, strand: SampledChain) -> Iterator[Elbow]:
     """Yield the elbows of a strand: where it turns sharply across a gap, or from one place to the next."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], strand.occluded, [False])).astype(int)))
     gaps = [(low, high - 1) for low, high in zip(edges[::2], edges[1::2], strict=True)]

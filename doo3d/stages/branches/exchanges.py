@@ -10,7 +10,7 @@ from ...geometry.polyline import angle
 from ...types import Chain, Floats
 from .bodies import KINK_COST, RADIUS_COST, SMOOTH_KINK, Contact, contacts, view_direction
 from .joins import joined
-from .strands import Strand, free_ends, strands_of
+from .strands import SampledChain, free_ends, strands_of
 from .tree import stretch_of
 
 EXCHANGE_COST = 60.0
@@ -80,7 +80,7 @@ def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) 
     return result, ()
 
 
-def _best_exchange(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> tuple[float, int]:
+def _best_exchange(contact: Contact, strands: Sequence[SampledChain], viewpoint: Floats | None) -> tuple[float, int]:
     """Return the gain of the better exchange at a contact, and its row in PAIRINGS; a gain of 0 where none is better."""
     best = 0.0, 0
     if contact.strands[0] == contact.strands[1] or any(strands[number].closed for number in contact.strands):
@@ -96,7 +96,7 @@ def _best_exchange(contact: Contact, strands: Sequence[Strand], viewpoint: Float
     return best
 
 
-def _headings(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | None) -> dict[Arm, Floats] | None:
+def _headings(contact: Contact, strands: Sequence[SampledChain], viewpoint: Floats | None) -> dict[Arm, Floats] | None:
     """Return the direction in which each arm comes to a contact; None where one is too short to tell."""
     towards = view_direction(contact, strands, viewpoint)
     headings = {}
@@ -108,7 +108,7 @@ def _headings(contact: Contact, strands: Sequence[Strand], viewpoint: Floats | N
     return headings
 
 
-def _cost(pairing: Pairing, contact: Contact, strands: Sequence[Strand], headings: dict[Arm, Floats]) -> float:
+def _cost(pairing: Pairing, contact: Contact, strands: Sequence[SampledChain], headings: dict[Arm, Floats]) -> float:
     """Return the cost of two strands going on through a contact in one way: by their bends and changes of radius."""
     cost = 0.0
     for pair in pairing:
@@ -126,7 +126,7 @@ def _cross(pairing: Pairing, headings: dict[Arm, Floats]) -> bool:
 
 
 def _applied(
-    chains: Sequence[Chain], strands: Sequence[Strand], contact: Contact, pairing: Pairing, length: float
+    chains: Sequence[Chain], strands: Sequence[SampledChain], contact: Contact, pairing: Pairing, length: float
 ) -> list[Chain]:
     """Return the chains with the two of a contact parted there and joined in another way."""
     parts: list[Chain] = []

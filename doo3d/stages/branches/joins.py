@@ -10,14 +10,18 @@ from ...geometry.equal_segments import equal_segments
 from ...geometry.gap_path import gap_path
 from ...kernels import nearest
 from ...types import Bools, Chain, ChainEnd, Connection, Floats
-from .strands import FreeEnds, Strand
+from .strands import FreeEnds, SampledChain
 
 NO_CONFIDENCE_COST = 250.0
 """Cost units from which on a connection has no confidence."""
 
 
 def joined(
-    chains: Sequence[Chain], strands: Sequence[Strand], ends: FreeEnds, links: Sequence[tuple[int, int, float]], length: float
+    chains: Sequence[Chain],
+    strands: Sequence[SampledChain],
+    ends: FreeEnds,
+    links: Sequence[tuple[int, int, float]],
+    length: float,
 ) -> list[Chain]:
     """Return the chains with those joined to one whose ends are linked.
 
@@ -55,7 +59,7 @@ def joined(
 def _joined(
     entries: Sequence[ChainEnd],
     chains: Sequence[Chain],
-    strands: Sequence[Strand],
+    strands: Sequence[SampledChain],
     partner: dict[ChainEnd, tuple[ChainEnd, float]],
     tangent: dict[tuple[int, int], Floats],
     length: float,

@@ -11,7 +11,7 @@ from ...geometry.polyline import arc_length, resample, unit
 from ...types import Floats
 from .. import Assembly, FrameContext
 from .clouds import Surface, bridged_place
-from .strands import SPACING_RADII, Strand
+from .strands import SPACING_RADII, SampledChain
 
 BRANCH_COST = 60.0
 """Cost units of a branch, on top of those of its way to the strand, where its end is joined to another one."""
@@ -67,7 +67,7 @@ def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> lis
             kept.add((id(assembly), k))
 
 
-def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[Strand], surface: Surface, radius: float) -> float:
+def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[SampledChain], surface: Surface, radius: float) -> float:
     """Return the cost of two branches in place of a join; infinite if there are no two places where the ends branch off."""
     total, places = 0.0, []
     ends = assembly.pieces[gap], assembly.pieces[gap + 1][::-1]
@@ -86,7 +86,7 @@ def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[Strand], sur
     return total if apart > MIN_APART * across else math.inf
 
 
-def _strand(assembly: Assembly, radius: float) -> Strand:
+def _strand(assembly: Assembly, radius: float) -> SampledChain:
     """Return an object as samples along its pieces and gaps."""
     line = assembly.pieces[0]
     for piece, path in zip(assembly.pieces[1:], assembly.gap_paths, strict=False):
@@ -94,7 +94,7 @@ def _strand(assembly: Assembly, radius: float) -> Strand:
     along = arc_length(line)
     at = np.linspace(0, along[-1], max(2, round(along[-1] / (SPACING_RADII * radius)) + 1))
     points: Floats = resample(line, at)
-    return Strand(points, at, np.full(len(at), radius), np.zeros(len(at), dtype=bool), radius, assembly.closed)
+    return SampledChain(points, at, np.full(len(at), radius), np.zeros(len(at), dtype=bool), radius, assembly.closed)
 
 
 def _parted(assembly: Assembly, gap: int) -> tuple[Assembly, Assembly]:

@@ -11,7 +11,7 @@ import numpy as np
 from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
-from .strands import Strand, across_view
+from .strands import SampledChain, across_view
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
 """The cuts begin at this distance from the trunk's axis, radii of the trunk. A neck is looked for up to the second, the width of
@@ -34,7 +34,7 @@ UNSURE_PIXELS = 1.0
 
 
 def neck_share(
-    branch: Floats, radius: float, trunk: Strand, at: float, visibility: Visibility, viewpoint: Floats | None
+    branch: Floats, radius: float, trunk: SampledChain, at: float, visibility: Visibility, viewpoint: Floats | None
 ) -> float:
     """Return by how much a strand narrows before it meets another: the open share of its diameter in its narrowest cut.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.polyline import angle, arc_length, resample, unit
 from ...types import Chain, ChainEnd, Floats, Junction, LinearObject
 
@@ -51,11 +52,11 @@ def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chai
         for side, node in enumerate(piece.nodes):
             if node is not None:
                 at[node].append((number, side))
-    group = np.arange(len(pieces))
+    parts = DisjointSet(range(len(pieces)))
     for members in at.values():
         for number, _ in members[1:]:
-            group[group == group[number]] = group[members[0][0]]
-    bodies = [np.flatnonzero(group == value).tolist() for value in dict.fromkeys(group.tolist())]
+            parts.join(members[0][0], number)
+    bodies = [np.flatnonzero(parts.group == value).tolist() for value in dict.fromkeys(parts.group.tolist())]
     bodies.sort(key=lambda body: -sum(pieces[number].chain.length for number in body))
     order: list[int] = []
     trunks = []

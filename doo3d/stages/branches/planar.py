@@ -6,7 +6,7 @@ import math
 
 from ...geometry.polyline import unit
 from ...types import Floats
-from .strands import Strand, stretch_inside
+from .strands import SampledChain, stretch_inside
 
 RADIUS_TOLERANCE = 0.3
 """E-folds by which the width of a strand in a mask may change at a crossing without cost: a mask is ragged."""
@@ -16,12 +16,12 @@ BEND_WEIGHT = 1.5
 two branches leave a trunk opposite each other."""
 
 
-def radius_change(strand: Strand, position: float) -> float:
+def radius_change(strand: SampledChain, position: float) -> float:
     """Return by how many e-folds the radius of a strand differs on both sides of a position."""
     return abs(math.log(strand.radius_near(position, -1) / strand.radius_near(position, 1)))
 
 
-def planar_radius_change(first: Strand, at: float, second: Strand, place: float) -> float:
+def planar_radius_change(first: SampledChain, at: float, second: SampledChain, place: float) -> float:
     """Return by how many e-folds two strands together change their width at a place, beyond what a ragged mask shows.
 
     first, at, second, place : each strand with its arc length, px, where they meet.
@@ -30,7 +30,7 @@ def planar_radius_change(first: Strand, at: float, second: Strand, place: float)
     return sum(max(0.0, change - RADIUS_TOLERANCE) for change in changes)
 
 
-def planar_turn(first: Strand, at: float, second: Strand, place: float) -> float:
+def planar_turn(first: SampledChain, at: float, second: SampledChain, place: float) -> float:
     """Return the angle in radians by which one of two strands turns inside the other, of the two the greater, in an image.
 
     The thicker of the two runs through in any case, however it bends: its turn counts by the ratio of the areas.
@@ -43,7 +43,7 @@ def planar_turn(first: Strand, at: float, second: Strand, place: float) -> float
     return max(turn * (thinner / radius) ** 2 for turn, radius in zip(turns, radii, strict=True))
 
 
-def _turn_inside(strand: Strand, at: float, other: Strand, place: float) -> float:
+def _turn_inside(strand: SampledChain, at: float, other: SampledChain, place: float) -> float:
     """Return the angle in radians by which a strand turns where it runs inside another one.
 
     Two branches that were joined along the trunk turn to one side where they come in, and to the other where they go out: that

@@ -38,7 +38,7 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class JunctionContext:
     """What a frame tells beside its chains.
 
     Attributes
@@ -59,10 +59,10 @@ class Evidence:
     max_gap: float
 
     @staticmethod
-    def of(chains: Sequence[Floats], context: FrameContext, config: MergeConfig) -> Evidence:
-        """Return the evidence of a frame; chains : the joints of each, beside which the bare surface is looked at."""
+    def of(chains: Sequence[Floats], context: FrameContext, config: MergeConfig) -> JunctionContext:
+        """Return the context of a frame; chains : the joints of each, beside which the bare surface is looked at."""
         visibility = context.visibility
         if visibility is not None:
             visibility = visibility.with_bare_surface(chains, context.radius, context.foreground)
         max_gap = config.max_gap * context.gap_unit
-        return Evidence(visibility, context.foreground.viewpoint, Surface.of(context), max_gap)
+        return JunctionContext(visibility, context.foreground.viewpoint, Surface.of(context), max_gap)

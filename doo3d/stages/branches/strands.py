@@ -38,7 +38,7 @@ KINK_RADII, MIN_KINK_SAMPLES = 10.0, 4
 
 
 @dataclass(frozen=True)
-class Strand:
+class SampledChain:
     """One chain as S samples along its axis.
 
     Attributes
@@ -150,7 +150,7 @@ def across_view(vectors: Floats, towards: Floats | None) -> Floats:
     return vectors if towards is None else vectors - (vectors @ towards)[:, None] * towards
 
 
-def stretch_inside(branch: Strand, at: float, trunk: Strand, viewpoint: Floats | None = None) -> tuple[float, float]:
+def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain, viewpoint: Floats | None = None) -> tuple[float, float]:
     """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand.
 
     Parameters
@@ -173,7 +173,7 @@ def stretch_inside(branch: Strand, at: float, trunk: Strand, viewpoint: Floats |
     return low, high
 
 
-def inside(strand: Strand, other: Strand, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
+def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
     """Tell where the axis of a strand runs inside another strand, or hardly outside.
 
     strand, other, viewpoint : as for `stretch_inside`. Returns (S,) bool for the S samples of the strand, and (S,) the nearest
@@ -192,7 +192,7 @@ def inside(strand: Strand, other: Strand, viewpoint: Floats | None = None) -> tu
     return is_inside & (np.abs(depth) < INSIDE_DEPTH_RADII * (other.radii[nearest] + strand.radius)), nearest
 
 
-def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[Strand]:
+def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[SampledChain]:
     """Return chains as strands, in the same order.
 
     half_width : function from positions (S, 2) px to the half-width (S,) of the mask there, in an image; None otherwise.
@@ -210,11 +210,11 @@ def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> 
         widths = None if half_width is None else half_width(points)
         if widths is not None:
             widths, occluded = np.where(widths > 0, widths, radii), occluded | (widths <= 0)
-        strands.append(Strand(points, at, radii, occluded, radius, chain.closed, widths))
+        strands.append(SampledChain(points, at, radii, occluded, radius, chain.closed, widths))
     return strands
 
 
-def box_distances(points: Floats, strands: Sequence[Strand]) -> Floats:
+def box_distances(points: Floats, strands: Sequence[SampledChain]) -> Floats:
     """Return the distance of each of E points (E, D) from the bounding box of each of S strands, (E, S) m (px in 2-D)."""
     low, high = (np.array([limit(strand.points, axis=0) for strand in strands]) for limit in (np.min, np.max))
     outside = np.maximum(np.maximum(low[None] - points[:, None], points[:, None] - high[None]), 0.0)
@@ -232,7 +232,7 @@ class FreeEnds:
     curvatures: Floats
 
 
-def free_ends(chains: Sequence[Chain], strands: Sequence[Strand]) -> FreeEnds:
+def free_ends(chains: Sequence[Chain], strands: Sequence[SampledChain]) -> FreeEnds:
     """Measure the ends of all chains that are no rings."""
     tangents, curvatures = [], []
     for chain, strand in zip(chains, strands, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...types import Chain, Floats
-from .strands import INSIDE_DEPTH_RADII, Strand, box_distances, inside
+from .strands import INSIDE_DEPTH_RADII, SampledChain, box_distances, inside
 from .tree import stretch_of
 
 TAIL_RADII = 2.5
@@ -18,7 +18,7 @@ REST_RADII = 6.0
 
 
 def without_tails(
-    chains: Sequence[Chain], strands: Sequence[Strand], viewpoint: Floats | None, length: float
+    chains: Sequence[Chain], strands: Sequence[SampledChain], viewpoint: Floats | None, length: float
 ) -> tuple[list[Chain], bool]:
     """Cut off the tails of chains that run inside another strand; of two that run inside each other one stays.
 
@@ -61,7 +61,7 @@ def _reach(radius: float, other: float) -> float:
     return (1 + INSIDE_DEPTH_RADII) * (radius + other)
 
 
-def _tail(strand: Strand, side: int, other: Strand, viewpoint: Floats | None) -> float:
+def _tail(strand: SampledChain, side: int, other: SampledChain, viewpoint: Floats | None) -> float:
     """Return the length from an end on along which a strand runs inside another one that goes on; 0 if it is short."""
     reach = _reach(float(other.radii.max()), strand.radius)
     if np.linalg.norm(other.points - strand.points[-side], axis=1).min() > reach:

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, resample
 from ...kernels import nearest
 from ...types import Bools, Chain, Connection, Floats, Junction, LinearObject
 from .objects import Node, Piece, assembled
 from .readings import Meeting
-from .strands import FreeEnds, Strand, stretch_inside
+from .strands import FreeEnds, SampledChain, stretch_inside
 
 MERGE_RADII = 2.0
 """Radii of the thickest strand within which two junctions on it are one."""
@@ -25,43 +26,43 @@ MIN_PIECE_RADII = 2.5
 """Radii of its strand that a piece must be long, or it is dropped."""
 
 
-def choose(meetings: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> list[Meeting]:
+def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> list[Meeting]:
     """Choose the meetings that are junctions, the ones with the greatest gain first, so that objects stay trees.
 
     An end meets one strand at most, and no meeting closes a ring of strands. So the meetings chosen are a spanning forest of
     the greatest gain.
     """
-    group = np.arange(len(strands))
+    objects = DisjointSet(range(len(strands)))
     used: set[int] = set()
     chosen: list[Meeting] = []
     for meeting in sorted(meetings, key=lambda item: -item.gain):
         if meeting.gain <= 0 or meeting.end in used:
             continue
         members = [strand for strand, _ in meeting.bodies] + ([] if meeting.end is None else [int(ends.strand[meeting.end])])
-        if len({int(group[member]) for member in members}) < len(members):
+        if len({int(objects.group[member]) for member in members}) < len(members):
             continue
         for member in members[1:]:
-            group[group == group[member]] = group[members[0]]
+            objects.join(members[0], member)
         if meeting.end is not None:
             used.add(meeting.end)
         chosen.append(meeting)
     return chosen
 
 
-def connected(chosen: Sequence[Meeting], strands: Sequence[Strand], ends: FreeEnds) -> tuple[Bools, list[int]]:
+def connected(chosen: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> tuple[Bools, list[int]]:
     """Return which of the E ends are free, (E,) bool, and the number of the object of each strand."""
-    group, is_free = np.arange(len(strands)), np.ones(len(ends.strand), dtype=bool)
+    objects, is_free = DisjointSet(range(len(strands))), np.ones(len(ends.strand), dtype=bool)
     for meeting in chosen:
         members = [strand for strand, _ in meeting.bodies]
         if meeting.end is not None:
             is_free[meeting.end] = False
             members.append(int(ends.strand[meeting.end]))
         for member in members[1:]:
-            group[group == group[member]] = group[members[0]]
-    return is_free, group.tolist()
+            objects.join(members[0], member)
+    return is_free, objects.group.tolist()
 
 
-def nodes_of(chosen: Sequence[Meeting], strands: Sequence[Strand]) -> list[Node]:
+def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list[Node]:
     """Return the junctions of chosen meetings: those close to each other on one strand are one junction."""
     nodes: list[Node] = []
     for meeting in chosen:
@@ -70,7 +71,7 @@ def nodes_of(chosen: Sequence[Meeting], strands: Sequence[Strand]) -> list[Node]
 
 
 def parted(
-    chains: Sequence[Chain], strands: Sequence[Strand], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float
+    chains: Sequence[Chain], strands: Sequence[SampledChain], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float
 ) -> list[Chain]:
     """Return the chains with those parted that run through another strand where both branch off it.
 
@@ -110,14 +111,14 @@ def parted(
     return result
 
 
-def _thickness(strand: Strand, at: float) -> float:
+def _thickness(strand: SampledChain, at: float) -> float:
     """Return the radius of a strand at a place, less up to a fifth of it where the strand turns there."""
     before, after = strand.arm(at, -1, 2 * strand.radius), strand.arm(at, 1, 2 * strand.radius)
     turn = float(angle(-before, after))
     return min(strand.radius_near(at, -1), strand.radius_near(at, 1)) * (1 - 0.2 * min(turn, 1.0))
 
 
-def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None:
+def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[SampledChain]) -> None:
     """Add a meeting to the node that lies there already, or as a new one."""
     ends = [] if meeting.end is None else [meeting.end]
     for node in nodes:
@@ -132,7 +133,7 @@ def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[Strand]) -> None
 
 
 def cut(
-    chains: Sequence[Chain], strands: Sequence[Strand], ends: FreeEnds, nodes: Sequence[Node], length: float
+    chains: Sequence[Chain], strands: Sequence[SampledChain], ends: FreeEnds, nodes: Sequence[Node], length: float
 ) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
     """Cut chains at the nodes and return the chains, junctions and objects of the frame.
 
@@ -169,7 +170,12 @@ def cut(
 
 
 def _pieces(
-    chain: Chain, strand: Strand, stops: list[tuple[float, int]], tips: list[int | None], nodes: Sequence[Node], length: float
+    chain: Chain,
+    strand: SampledChain,
+    stops: list[tuple[float, int]],
+    tips: list[int | None],
+    nodes: Sequence[Node],
+    length: float,
 ) -> list[Piece]:
     """Return the pieces of one chain between its stops, (arc length, node), and its tips."""
     bounds: list[tuple[float, int | None]] = [(0.0, tips[0]), *stops, (strand.length, tips[1])]
@@ -202,13 +208,13 @@ def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
     return np.asarray(line if side else line[::-1])
 
 
-def stretch_of(chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain | None:
+def stretch_of(chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain | None:
     """Return the chain of a stretch between two arc lengths of its strand; None if it is shorter than a segment."""
     joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
     return part_of(joints, chain, strand, low, high, length) if len(joints) > 1 else None
 
 
-def part_of(joints: Floats, chain: Chain, strand: Strand, low: float, high: float, length: float) -> Chain:
+def part_of(joints: Floats, chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain:
     """Return the chain of a piece between two arc lengths of its strand, with the values of the segments it replaces."""
     near = nearest(joints, strand.points, length, False)[1]
     middle = nearest((joints[1:] + joints[:-1]) / 2, (chain.joints[1:] + chain.joints[:-1]) / 2, length, False)[1]

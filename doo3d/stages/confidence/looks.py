@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from ...bare_surface import COLOR_NOISE_LAB
-from ...geometry.depth_support import MAD_TO_DEVIATION
+from ...geometry.noise import MAD_TO_DEVIATION
 from ...types import Array, Bools, Chain, Floats, Foreground, Ints
 
 CABLE_WIDTHS = 40.0

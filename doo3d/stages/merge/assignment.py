@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ...config import MergeConfig
+from ...geometry.disjoint_set import DisjointSet
 from ...kernels import match_by_blossoms
 from ...types import Array, Bools, Floats, Ints
 from .costs import FORCED_COST_FACTOR
@@ -58,36 +59,18 @@ class Link(NamedTuple):
         return self.first, self.second
 
 
-class ChainGroups:
-    """The grouping of chains into connected groups: chains connected directly or through other chains share a group.
-
-    Attributes
-    ----------
-    group
-        (C,) int, for each of C chains the number of its group. Numbers are arbitrary; equal numbers mean the same group.
-    """
+class ChainGroups(DisjointSet):
+    """The grouping of chains into connected groups: chains connected directly or through other chains share a group."""
 
     def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
         """Put each of `count` chains in a group of its own, then unite the groups that the links connect."""
-        self.group: Ints = np.arange(count)
-        self._count = count
+        super().__init__(range(count))
         for link in links:
-            self.join(link.pair)
-
-    def __len__(self) -> int:
-        """Return the number of groups."""
-        return self._count
+            self.join(link.first.chain, link.second.chain)
 
     def of(self, end: End) -> int:
         """Return the number of the group of connected chains to which the chain of an end belongs."""
         return int(self.group[end.chain])
-
-    def join(self, pair: Pair) -> None:
-        """Unite the groups of the two chains whose ends are given; changes the grouping in place."""
-        kept, gone = self.of(pair[0]), self.of(pair[1])
-        if kept != gone:
-            self.group[self.group == gone] = kept
-            self._count -= 1
 
     def are_apart(self, first: Ints, second: Ints) -> Bools:
         """Tell which pairs of ends, given by two arrays of their indices (K,), are in two groups: (K,) bool."""
@@ -198,7 +181,7 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightG
             elif config.chains is None or len(groups) > config.chains:
                 used[[link.first.index, link.second.index]] = True
                 links.append(link)
-                groups.join(link.pair)
+                groups.join(link.first.chain, link.second.chain)
 
     for link in _Candidates(cost).select(is_possible):
         join_complete(link)
@@ -311,7 +294,7 @@ def force_merges(
             break
         used[[link.first.index, link.second.index]] = True
         forced.append(link)
-        groups.join(link.pair)
+        groups.join(link.first.chain, link.second.chain)
         if len(forced) % MERGES_PER_CLEANUP == 0:
             candidates.drop(is_possible)
     return forced

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...geometry.mask import mask_pixels
+from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import steps, whittaker_smooth
 from ...kernels import nearest, window_sum
 from ...types import Bools, Floats, Foreground
@@ -52,9 +53,6 @@ MAX_RADIUS_CHANGE = 0.4
 
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
-
-MAD_TO_DEVIATION = 1.4826
-"""Standard deviations per median absolute deviation of normal errors."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from ...geometry.noise import MAD_TO_DEVIATION
 from ...kernels import color_bands, mask_parts
 from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
@@ -215,7 +216,7 @@ def _deviation(color: Array, around: Array) -> Floats:
     along = np.tensordot(np.array(BLUR, np.float32), rows, (0, 1))
     lab = sum((np.float32(share) * along[:, u + i - 2] for i, share in enumerate(BLUR)), np.float32(0))
     surface = around[(v * around.shape[0] // height)[:, None], u * around.shape[1] // width]
-    deviation = 1.4826 * np.median(np.abs(lab - surface).reshape(-1, 3), axis=0)
+    deviation = MAD_TO_DEVIATION * np.median(np.abs(lab - surface).reshape(-1, 3), axis=0)
     return np.asarray(np.maximum(deviation.astype(float), MIN_DEVIATION))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from ...types import Array, Bools, Floats
-from .ribbons import STEP_PX, Strand
+from .ribbons import STEP_PX, TracedStrand
 
 PROFILE_SPACING_PX = 0.5
 """px between the samples of a profile across a strand."""
@@ -80,7 +80,7 @@ class Checked(NamedTuple):
     fault: str
 
 
-def choose_strands(strands: list[Strand], color: Array, lab: Array) -> tuple[list[Checked], int]:
+def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tuple[list[Checked], int]:
     """Return the strands that look like an object, the most likely first, and the number of shadows and joints left out.
 
     Parameters
@@ -116,7 +116,7 @@ def draw_strand(line: Floats, width: float, shape: tuple[int, ...]) -> Bools:
     return np.asarray(mask > 0)
 
 
-def check_strand(strand: Strand, color: Array, lab: Array) -> Checked:
+def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     """Measure the profile across a strand, and say why it is not an object.
 
     Parameters
@@ -166,7 +166,9 @@ BORDER_MARGIN_PX = 3.0
 """px, beyond half the width, from the border of the image at which a strand runs along it."""
 
 
-def _centered(strand: Strand, profile: Array, offset: Floats, width: float, normal: Floats, seen: Bools) -> tuple[Floats, float]:
+def _centered(
+    strand: TracedStrand, profile: Array, offset: Floats, width: float, normal: Floats, seen: Bools
+) -> tuple[Floats, float]:
     """Return the strand's points moved to the middle between its edges, (P, 2) px, and the distance of the edges."""
     along = cv2.blur(profile, (1, 2 * EDGE_SAMPLES + 1), borderType=cv2.BORDER_REPLICATE)
     change, at = np.linalg.norm(along[:, 2:] - along[:, :-2], axis=2), offset[1:-1]

@@ -69,7 +69,7 @@ MAX_SHARED_SAMPLES, MIN_SAMPLES, MAX_SAMPLES, MAX_STRANDS = 8, 15, 2000, 120
 """Samples on an earlier strand after which one ends; samples of a strand at least and at most; strands traced at most."""
 
 
-class Strand(NamedTuple):
+class TracedStrand(NamedTuple):
     """A strand traced in an image.
 
     Attributes
@@ -140,7 +140,7 @@ def find_ribbons(lab: Array) -> Ribbons:
     return Ribbons(scores, widths, cv2.GaussianBlur(lab, (0, 0), 1.2))
 
 
-def trace_strands(ribbons: Ribbons) -> list[Strand]:
+def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
     """Return the strands that ribbons form, traced from the places that look most like one, in both directions.
 
     Each step takes the turn and the shift sideways with the best score, in the color of the strand, over the next steps; the
@@ -149,7 +149,7 @@ def trace_strands(ribbons: Ribbons) -> list[Strand]:
     """
     shape = ribbons.color.shape[:2]
     taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
-    strands = list[Strand]()
+    strands = list[TracedStrand]()
     tries = 0
     for row, column, angle in zip(*_seeds(ribbons), strict=True):
         if taken[row, column] and _between(angle, angles[row, column]) < 1.6 * SAME_TURN:
@@ -169,7 +169,7 @@ def trace_strands(ribbons: Ribbons) -> list[Strand]:
         for x, y, along in rows[:, :3]:
             cv2.circle(angles, (round(x), round(y)), max(2, int(width / 2)), float(along), -1)
         if len(rows) >= MIN_SAMPLES:
-            strands.append(Strand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
+            strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
     return strands
 
 

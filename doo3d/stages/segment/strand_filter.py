@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from ...geometry.mask import bounding_box
+from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import whittaker_smooth
 from ...kernels import nearest, neighbor_table, thin_pixels, trace_branches
 from ...types import Bools, Floats, Frame, Ints
@@ -80,9 +81,6 @@ MIN_LYING_NOISE_RADII = 0.35
 MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
 """Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
 bridge."""
-
-MAD_TO_DEVIATION = 1.4826
-"""Standard deviations per median absolute deviation of normal errors."""
 
 
 class StrandDepth(NamedTuple):

@@ -1,63 +1,57 @@
-"""Ablations: each turns off what it names, by settings or constants, and leaves nothing changed behind."""
+"""The bill of the method: each step can be taken out, is put back, and its row counts the frames that it changes."""
 
 from __future__ import annotations
 
 import importlib
-from functools import lru_cache
+import pickle
 
-import numpy as np
 import pytest
 
 from doo3d.config import load_config
 from doo3d.config.loading import known_keys
-from doo3d.evaluation.benchmark.ablations import ABLATIONS, DEFAULT, Ablation, ablated_config, constants_set, run_ablations
-from doo3d.evaluation.benchmark.cases import Case, KnownFrame, known_frame
-from doo3d.evaluation.rendering.renderer import render
-from doo3d.evaluation.scenes.registry import make_scene
-from doo3d.pipeline import run_stages
+from doo3d.evaluation.benchmark.ablations import (
+    ABLATIONS,
+    Ablation,
+    bill_of,
+    format_ablations,
+    replaced,
+    rows_of,
+    run_ablations,
+    sign_test,
+)
+from doo3d.evaluation.benchmark.source_size import size_of
+from doo3d.evaluation.benchmark.trials import KINDS, Outcome, Trial, make_trials
 
 MODULE = "doo3d.stages.refine.axis_and_radius"
-WEIGHT, SMOOTHING = f"{MODULE}:DEPTH_WEIGHT", f"{MODULE}:SMOOTHING_RADII"
-PARTS_OFF = [name for name in ABLATIONS if name != DEFAULT]
+WEIGHT = f"{MODULE}:DEPTH_WEIGHT"
+OUTCOME = Outcome(True, True, 2, 2, 0.9, 0.010, "a")
 
 
-def value_of(key: str) -> object:
-    module, _, name = key.partition(":")
+def value_of(place: str) -> object:
+    module, _, name = place.partition(":")
     return getattr(importlib.import_module(module), name)
 
 
-@lru_cache
-def known(family: str = "hairpin", seed: int = 2) -> KnownFrame:
-    return known_frame(render(make_scene(family, seed, (640, 480))))
-
-
-@lru_cache
-def products(name: str) -> list[np.ndarray]:
-    """The points of a frame's paths and chains."""
+@pytest.mark.parametrize("name", ABLATIONS)
+def test_every_setting_and_place_exists_and_is_changed(name):
     ablation = ABLATIONS[name]
-    frame = known("crossings", 4)
-    with constants_set(ablation.constants):
-        stages = run_stages(frame.data, ablated_config("default", {}, ablation), frame.mask)
-    return [*(path.points for path in stages.paths), *(chain.joints for chain in stages.chains)]
-
-
-@pytest.mark.parametrize("name", PARTS_OFF)
-def test_every_setting_and_constant_exists_and_is_changed(name):
-    ablation, default = ABLATIONS[name], load_config("default")
-    assert ablation.settings or ablation.constants
+    assert ablation.settings or ablation.places
+    assert set(ablation.made_for) <= set(KINDS)
+    assert not ablation.modules or size_of(ablation.modules).lines > 10
     for key, value in ablation.settings.items():
         section, _, field = key.partition(".")
         assert key in known_keys()
-        assert getattr(getattr(default, section), field) != value
-    for key, value in ablation.constants.items():
-        assert value_of(key) != value
+        presets = [load_config(preset) for preset in ("default", "image", "tubes")]
+        assert any(getattr(getattr(preset, section), field) != value for preset in presets)
+    for place, value in ablation.places.items():
+        assert value_of(place) is not value
 
 
 def test_constants_are_set_and_restored_even_after_an_error():
     before = value_of(WEIGHT)
 
     def fail() -> None:
-        with constants_set({WEIGHT: 1.0}):
+        with replaced({WEIGHT: 1.0}):
             assert value_of(WEIGHT) == 1.0
             raise ZeroDivisionError
 
@@ -68,36 +62,69 @@ def test_constants_are_set_and_restored_even_after_an_error():
 
 def test_an_unknown_constant_is_refused_and_nothing_is_set():
     before = value_of(WEIGHT)
-    with pytest.raises(AttributeError, match="NO_SUCH_WEIGHT"), constants_set({WEIGHT: 1.0, f"{MODULE}:NO_SUCH_WEIGHT": 1.0}):
+    with pytest.raises(AttributeError, match="NO_SUCH_WEIGHT"), replaced({WEIGHT: 1.0, f"{MODULE}:NO_SUCH_WEIGHT": 1.0}):
         pass
     assert value_of(WEIGHT) == before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in PARTS_OFF if ABLATIONS[name].constants])
-def test_every_constant_has_an_effect(name):
-    """A constant that is copied into another module by name would be set without one."""
-    changed, default = products(name), products(DEFAULT)
-    assert len(changed) != len(default) or not all(map(np.array_equal, changed, default))
-
-
-def test_rows_are_those_of_each_ablation(monkeypatch):
-    ablations = {
-        DEFAULT: Ablation(),
-        "one axis": Ablation({"refine.iterations": 0}, {SMOOTHING: 1.0}),
+def test_a_frame_is_not_run_again_without_a_function_that_it_does_not_call(monkeypatch):
+    module = "doo3d.evaluation.benchmark.ablations"
+    called = f"{module}:sign_test"
+    steps = {
+        "called": Ablation(places={called: lambda *_: 0.0}),
+        "not called": Ablation(places={f"{module}:bill_of": lambda *_: None}),
+        "constant": Ablation(places={WEIGHT: 1.0}),
+        "setting": Ablation({"refine.iterations": 1}),
     }
-    monkeypatch.setattr("doo3d.evaluation.benchmark.ablations.ABLATIONS", ablations)
-    seen, reported = [], []
+    monkeypatch.setattr(f"{module}.ABLATIONS", steps)
+    runs = []
 
-    def detect_case(case, frame, config):
-        seen.append((config.refine.iterations, value_of(SMOOTHING), config.merge.max_gap))
-        return case.name
+    def run(settings):
+        runs.append((settings, value_of(called)(1, 0), value_of(WEIGHT)))
+        return OUTCOME
 
-    monkeypatch.setattr("doo3d.evaluation.benchmark.ablations.detect_case", detect_case)
-    loads = []
-    cases = [Case(name, "f", lambda: loads.append(1)) for name in "ab"]
-    rows = run_ablations(cases, "default", {"merge.max_gap": 0.1}, reported.append)
-    assert rows == {DEFAULT: ["a", "b"], "one axis": ["a", "b"]}
-    assert (reported, len(loads)) == (["a", "b"], 2)
-    iterations, smoothing = load_config("default").refine.iterations, value_of(SMOOTHING)
-    assert seen == [(iterations, smoothing, 0.1), (0, 1.0, 0.1)] * 2
+    run_ablations(Trial("frames", "a", lambda: run), list(steps))
+    weight = value_of(WEIGHT)
+    assert runs[2:] == [({}, 0.0, weight), ({}, 1.0, 1.0), ({"refine.iterations": 1}, 1.0, weight)]
+
+
+def test_a_row_counts_what_a_step_makes_right_and_wrong(monkeypatch):
+    monkeypatch.setattr(
+        "doo3d.evaluation.benchmark.ablations.ABLATIONS", {"step": Ablation(modules=("stages.thin",), made_for=("images",))}
+    )
+    wrong = OUTCOME._replace(right=False, crossings_right=1, seconds=0.004)
+    results = [
+        (Trial("images", "gained", lambda: None), OUTCOME, {"step": wrong}),
+        (Trial("frames", "lost", lambda: None), wrong, {"step": OUTCOME}),
+        (Trial("frames", "same", lambda: None), OUTCOME, {"step": OUTCOME}),
+    ]
+    own, all_ = bill_of(results, "step", ("images",)), bill_of(results, "step")
+    assert (own.frames, own.gained, own.lost, own.crossings_gained) == (1, 1, 0, 1)
+    assert own.ms == pytest.approx(6)
+    assert (all_.frames, all_.gained, all_.lost, all_.crossings_gained) == (3, 1, 1, 0)
+    lines = format_ablations(rows_of(results, ["step"])).splitlines()
+    assert lines[1].split()[:4] == ["step", "own", "1", "+1"]
+    assert lines[2].split()[:4] == ["all", "3", "+1", "-1"]
+
+
+def test_the_sign_test_is_that_of_a_fair_coin():
+    assert sign_test(0, 0) == 1
+    assert sign_test(3, 3) == 1
+    assert sign_test(5, 0) == pytest.approx(2 / 2**5)
+    assert sign_test(0, 5) == sign_test(5, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_of_data_is_detected_and_scored(kind):
+    run = next(make_trials([kind], ["straight"], [0], (320, 240))).load()
+    outcome = run({})
+    assert outcome.seconds > 0
+    assert 0 <= outcome.confidence <= 1
+    assert run({})._replace(seconds=0) == outcome._replace(seconds=0)
+
+
+def test_a_trial_can_be_sent_to_a_worker():
+    trial = next(make_trials(["frames"], ["straight"], [0], (320, 240)))
+    sent = pickle.loads(pickle.dumps(trial))
+    assert (sent.kind, sent.name, sent.load.args) == (trial.kind, trial.name, trial.load.args)

@@ -12,7 +12,7 @@ from builders.errors import refuses
 from builders.sample_scene import POSE, assert_detected, check, refused, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
-from doo3d.inputs.formats import npz as arrays
+from doo3d.inputs.formats import _npz_arrays as arrays
 
 
 def matrix():

@@ -6,6 +6,7 @@ import numpy as np
 
 from ....config import SegmentConfig
 from ....errors import InputError
+from ....geometry.noise import MAD_TO_DEVIATION
 from ....kernels import count_near_planes, raised_pixels
 from ....types import Bools, Cloud, Floats, Frame, Image
 
@@ -20,9 +21,6 @@ REFINE_ITERATIONS = 3
 
 NOISE_WINDOW_DEVIATIONS, NOISE_ITERATIONS = 3.0, 6
 """Deviations within which distances count as noise of the plane, and times that the window is widened to them at most."""
-
-MAD_TO_DEVIATION = 1.4826
-"""Standard deviations per median absolute deviation, for normally distributed residuals."""
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 3.5, 2.0
 """Deviations of the plane's noise: the two thresholds of the hysteresis in an image."""

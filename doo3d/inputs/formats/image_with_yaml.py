@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from ...errors import InputError, invalid_code
 from ...guard.guarding import guarded
 from ...guard.parsing import parse_yaml
-from ..capture import FrameData, FrameRef
-from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
-from ..support.depth_frames import DepthSensor, ImageFiles, check_pose, load_files
+from ..read_options import ReadOptions, without_color
+from ..support.depth_frames import check_pose
 from ..support.images import is_image
+from ..support.known_cameras import KnownCamera
 from ..support.listing import natural_key
-from .open3d_folder import DEFAULT_DEPTH_SCALE
+from .image_folder import DEFAULT_DEPTH_SCALE, Files, Sensor
 
 _YAML_SUFFIXES = (".yaml", ".yml")
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".exr")
@@ -53,46 +52,37 @@ class DepthImageInfo(BaseModel):
     timestamp: FiniteFloat | None = None
 
 
-class PairsCapture:
-    """Depth images, each with a YAML file `<name>.yaml` beside it, opened as a capture: one frame per image.
+def can_read_pair(path: Path) -> bool:
+    """Return whether `path` is a pair of a depth image and a YAML file, or a folder with such pairs.
 
-    The path is a depth image, its YAML file, or a folder with such pairs. A YAML file has `camera` (fx, fy, cx, cy in px), and
-    optionally `depth_scale`, `color`, `mask`, `pose` and `timestamp`. The options `camera`, `depth_scale` and (for a single
-    image) `color` replace the file's values. If the options give the camera, the YAML file of a single image may be missing.
+    `path` may be either file of a pair. The two files have the same name except for the suffix, and the YAML file has the
+    key `camera`.
     """
+    if path.is_dir():
+        return bool(_yaml_files(path))
+    if path.suffix.lower() in _YAML_SUFFIXES:
+        return path.is_file() and _has_camera(path) and _image_of(path).is_file()
+    file = _yaml_of(path)
+    return file is not None and _has_camera(file) and is_image(path)
 
-    what: ClassVar[str] = "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)"
-    format = "pairs"
-    options: ClassVar[frozenset[str]] = OF_DEPTH | {"color"}
 
-    def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
-        self.path = path
-        if path.is_dir():
-            if options.color is not None and not without_color(options) and len(_yaml_files(path)) > 1:
-                raise InputError(
-                    f"--input-option color={options.color}: is one image, but {path} holds several depth images: name the color "
-                    "images in their YAML files",
-                    code="frame-count",
-                )
-            self.frames = [_frame_ref(_image_of(file), file, options) for file in _yaml_files(path)]
-        elif path.suffix.lower() in _YAML_SUFFIXES:
-            self.frames = [_frame_ref(_image_of(path), path, options)]
-        else:
-            self.frames = [_frame_ref(path, _yaml_of(path), options)]
+def list_pairs(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    """Return the frames of a depth image, its YAML file, or a folder with such pairs.
 
-    @staticmethod
-    def can_read(path: Path) -> bool:
-        """Return whether `path` is a pair of a depth image and a YAML file, or a folder with such pairs.
-
-        `path` may be either file of a pair. The two files have the same name except for the suffix, and the YAML file has the
-        key `camera`.
-        """
-        if path.is_dir():
-            return bool(_yaml_files(path))
-        if path.suffix.lower() in _YAML_SUFFIXES:
-            return path.is_file() and _has_camera(path) and _image_of(path).is_file()
-        file = _yaml_of(path)
-        return file is not None and _has_camera(file) and is_image(path)
+    The options `camera`, `depth_scale` and (for a single image) `color` replace the file's values. If the options give the
+    camera, the YAML file of a single image may be missing. A damaged YAML file fails when its frame is loaded.
+    """
+    if not path.is_dir():
+        is_yaml = path.suffix.lower() in _YAML_SUFFIXES
+        return [_files(_image_of(path) if is_yaml else path, path if is_yaml else _yaml_of(path), options)]
+    yaml_files = _yaml_files(path)
+    if options.color is not None and not without_color(options) and len(yaml_files) > 1:
+        raise InputError(
+            f"--input-option color={options.color}: is one image, but {path} holds several depth images: name the color "
+            "images in their YAML files",
+            code="frame-count",
+        )
+    return [_files(_image_of(file), file, options) for file in yaml_files]
 
 
 def _yaml_files(folder: Path) -> list[Path]:
@@ -118,27 +108,19 @@ def _image_of(file: Path) -> Path:
     return next((image for image in images if image.is_file()), images[0])
 
 
-def _frame_ref(image: Path, file: Path | None, options: ReadOptions) -> FrameRef:
-    # read for the time only; a damaged file fails when its frame is loaded
+def _files(image: Path, file: Path | None, options: ReadOptions) -> Files:
+    files, folder = Files(image.stem, image, source=file), (file or image).parent
     try:
-        time = _read_info(file, options).timestamp
-    except InputError:
-        time = None
-    return FrameRef(image.stem, image, partial(_load, image, file, options), time)
-
-
-def _load(image: Path, file: Path | None, options: ReadOptions) -> FrameData:
-    info = _read_info(file, options)
-    folder = (file or image).parent
-    pose = None if info.pose is None else check_pose(info.pose, f"{file}: pose")
-    files = ImageFiles(image, folder / info.color if info.color else None, (folder / info.mask,) if info.mask else ())
-    return load_files(
-        files,
-        DepthSensor(info.camera, info.depth_scale, array_scale=options.depth_scale),
-        image.stem,
-        info.timestamp,
-        pose,
-        required=True,
+        info = _read_info(file, options)
+        pose = None if info.pose is None else check_pose(info.pose, f"{file}: pose")
+    except InputError as error:
+        return files._replace(fault=(str(error), error.code))
+    return files._replace(
+        color=folder / info.color if info.color else None,
+        masks=(folder / info.mask,) if info.mask else (),
+        time=info.timestamp,
+        pose=pose,
+        sensor=Sensor(KnownCamera(info.camera), info.depth_scale, options.depth_scale),
     )
 
 

@@ -1,0 +1,228 @@
+"""The kinds of data on which a step of the method is tried: a frame is loaded once, and detected in many times."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...config import Config, load_config
+from ...errors import DooError
+from ...pipeline import detect
+from ...types import Bools, Camera, Chain, Cloud, Detection, Frame, Image
+from ..metrics.score import score
+from ..metrics.trees import score_trees
+from ..rendering.ragged_mask import ragged_mask
+from ..rendering.renderer import render
+from ..scenes.model import Truth
+from ..scenes.registry import TREES, family_rng, make_scene
+
+CLOUD_POINTS = 9_000
+"""Points that are drawn from the object in a frame to make a cloud of it."""
+
+
+class Outcome(NamedTuple):
+    """What one detection came to.
+
+    Attributes
+    ----------
+    right
+        whether the frame is right by the strict rule.
+    in_image
+        whether it is right in the image; for branched objects, whether every junction found is one.
+    crossings, crossings_right
+        true crossings whose upper strand is seen, and those found with the right strand on top.
+    confidence
+        confidence of the detection, 0 to 1.
+    seconds
+        duration of the detection.
+    digest
+        hash of the chains: two outcomes with the same one are the same result.
+    """
+
+    right: bool
+    in_image: bool
+    crossings: int
+    crossings_right: int
+    confidence: float
+    seconds: float
+    digest: str
+
+
+Run = Callable[[dict[str, object]], Outcome]
+"""Detect with these settings, by dotted key, over those of the trial."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One frame with known truth, in the way that one kind of data gives it to the detection.
+
+    Attributes
+    ----------
+    kind
+        a key of KINDS.
+    name
+        name of the frame.
+    load
+        renders or reads the frame, and returns the function that detects in it.
+    """
+
+    kind: str
+    name: str
+    load: Callable[[], Run]
+
+
+def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[int], size: tuple[int, int]) -> Iterator[Trial]:
+    """Yield a trial for every kind of data, family and seed; nothing is rendered yet.
+
+    Parameters
+    ----------
+    kinds
+        keys of KINDS.
+    families
+        families of scenes; for `harnesses` all families of branched objects are taken instead.
+    seeds
+        integers, 0 or more.
+    size
+        (width, height) px of the images.
+    """
+    seeds = list(seeds)
+    for kind in kinds:
+        for family in TREES if kind == "harnesses" else families:
+            for seed in seeds:
+                yield Trial(kind, f"{family.rpartition('/')[2]}_{seed:03d}", partial(KINDS[kind], family, seed, size))
+
+
+def _frame(sensor: str, ragged: bool, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame with its true mask, or a ragged one, and perhaps the number of cables."""
+    from .cases import known_frame
+
+    known = known_frame(render(make_scene(family, seed, size), sensor))
+    mask = _ragged(known.mask, f"{family}_{seed}") if ragged else known.mask
+    chains = len(known.truths) if known_count else None
+
+    def run(settings: dict[str, object]) -> Outcome:
+        config = load_config("default", {"merge.chains": chains, **settings})
+        return _outcome(known.data, config, mask, known.truths, camera=known.data.camera)  # type: ignore[union-attr]
+
+    return run
+
+
+def _image(family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in the color image of a rendered frame alone, with a ragged mask."""
+    from .cases import known_frame
+
+    known = known_frame(render(make_scene(family, seed, size), "none"))
+    assert isinstance(known.data, Frame)
+    assert known.data.color is not None
+    mask, camera, image = _ragged(known.mask, f"{family}_{seed}"), known.data.camera, Image(known.data.color)
+    depth = float(np.median(np.concatenate([truth.axis[:, 2] for truth in known.truths])))
+
+    def run(settings: dict[str, object]) -> Outcome:
+        return _outcome(image, load_config("image", settings), mask, known.truths, camera, depth)
+
+    return run
+
+
+def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in the points of the object that a frame shows; `sparse` keeps those of every 12th row of pixels."""
+    from .cases import known_frame
+
+    known = known_frame(render(make_scene(family, seed, size), "d435"))
+    assert isinstance(known.data, Frame)
+    assert known.mask is not None
+    frame = known.data
+    v, u = np.nonzero(known.mask & (frame.depth > 0))
+    if sparse:
+        u, v = u[v % 12 == 0], v[v % 12 == 0]
+    chosen = np.sort(family_rng(f"{family}/cloud", seed).permutation(len(u))[:CLOUD_POINTS])
+    points = frame.camera.unproject(np.column_stack((u, v))[chosen], frame.depth[v, u][chosen].astype(float))
+    cloud = Cloud(points, viewpoint=np.zeros(3), segmented=True)
+    chains = len(known.truths)
+
+    def run(settings: dict[str, object]) -> Outcome:
+        config = load_config("default", {"merge.chains": chains, **settings})
+        return _outcome(cloud, config, None, known.truths, frame.camera)
+
+    return run
+
+
+def _harness(family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame of branched objects, with the true mask."""
+    scene = make_scene(family, seed, size)
+    rendered = render(scene, "d435")
+
+    def run(settings: dict[str, object]) -> Outcome:
+        detection, seconds = _timed(rendered.frame, load_config("harness", settings), rendered.mask)
+        found = score_trees(detection, scene)
+        junctions_right = found["taken"] == found["false"] == 0
+        crossings = found["crossings"], found["crossed"]
+        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence, seconds, _digest(detection))
+
+    return run
+
+
+KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
+    "frames": partial(_frame, "d435", False, False),
+    "stereo": partial(_frame, "stereo", False, True),
+    "ragged": partial(_frame, "stereo", True, False),
+    "images": _image,
+    "clouds": partial(_cloud, False),
+    "lines": partial(_cloud, True),
+    "harnesses": _harness,
+}
+"""Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, or with a ragged
+mask; color images with a ragged mask; clouds, and those of single lines of a scanner; branched objects."""
+
+
+def _ragged(mask: Bools | None, name: str) -> Bools:
+    assert mask is not None
+    return ragged_mask(mask, family_rng(f"{name}/ragged", 0))
+
+
+def _timed(data: Frame | Cloud | Image, config: Config, mask: Bools | None) -> tuple[Detection, float]:
+    start = time.perf_counter()
+    try:
+        detection = detect(data, config, mask)
+    except DooError:
+        detection = Detection(())
+    return detection, time.perf_counter() - start
+
+
+def _outcome(
+    data: Frame | Cloud | Image,
+    config: Config,
+    mask: Bools | None,
+    truths: Sequence[Truth],
+    camera: Camera,
+    depth: float | None = None,
+) -> Outcome:
+    """Detect, and score in space and in the image; chains of an image are laid into a plane at a depth in m, and scored there."""
+    detection, seconds = _timed(data, config, mask)
+    chains = detection.chains if depth is None else tuple(_lifted(chain, camera, depth) for chain in detection.chains)
+    found = score(chains, truths, detection.crossings if depth is None else None, camera)
+    in_image = bool(found.image_correct)
+    right = in_image if depth is not None else found.correct
+    crossings = found.crossings, found.crossings_correct
+    return Outcome(right, in_image, *crossings, detection.confidence, seconds, _digest(detection))
+
+
+def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:
+    """Return a chain in px as one in m at one depth in the camera's optical frame."""
+    scale = depth / camera.fx
+    return replace(
+        chain,
+        joints=camera.unproject(chain.joints, np.full(len(chain.joints), depth)),
+        segment_length=chain.segment_length * scale,
+        radius=chain.radius * scale,
+        radii=None if chain.radii is None else chain.radii * scale,
+    )
+
+
+def _digest(detection: Detection) -> str:
+    return hashlib.sha256(b"".join(chain.joints.tobytes() for chain in detection.chains)).hexdigest()[:16]

@@ -1,0 +1,394 @@
+"""Layouts of images in folders, one row each; `formats.image_folder` reads them all.
+
+Sources: Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems* (IROS 2012), cvg.cit.tum.de/data/datasets/
+rgbd-dataset/file_formats; Choi, Zhou, Koltun, *Robust Reconstruction of Indoor Scenes* (CVPR 2015),
+redwood-data.org/indoor/fileformat.html; Handa et al., *A Benchmark for RGB-D Visual Odometry, 3D Reconstruction and SLAM* (ICRA
+2014); Hodaň et al., *BOP: Benchmark for 6D Object Pose Estimation* (ECCV 2018), bop_toolkit, docs/bop_datasets_format.md; Stray
+Scanner: github.com/strayrobots/scanner, docs/format.md.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from ..errors import InputError
+from ..types import Floats
+from .formats.image_folder import Files, Layout, Sensor
+from .formats.image_with_yaml import can_read_pair, list_pairs
+from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
+from .formats.video import VideoCapture
+from .read_options import OF_DEPTH, ReadOptions, without_color
+from .support.camera_search import RECORDER_FILE, has_camera_file
+from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
+from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
+from .support.images import PHOTO_SUFFIXES, Size, is_image
+from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
+from .support.listing import images_in, match_images, natural_key
+from .support.roles import role_of
+
+_LISTED_DEPTH, _LISTED_COLOR, _TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
+_BOP_CAMERAS = "scene_camera.json"
+_MATRIX, _ODOMETRY, _VIDEO = "camera_matrix.csv", "odometry.csv", "rgb.mp4"
+_ODOMETRY_ROW = "timestamp, frame, x, y, z, qx, qy, qz, qw"
+_STAMPED = re.compile(r"\d+-(\d{6,})")  # file names: number of the image, microseconds
+_SEVEN_SCENES = re.compile(r"frame-\d{6}\.depth\.png")
+_FLIP_Y = np.diag([1.0, -1.0, 1.0, 1.0])
+_ROWS_PER_POSE = 5  # in a .log file: three numbers, then a 4x4 matrix
+_MM_PER_M = 1000.0
+_MASKS = ("mask", "masks")
+
+
+def _first_folder(path: Path, *names: str) -> Path | None:
+    return next((path / name for name in names if (path / name).is_dir()), None)
+
+
+def _depth_images(path: Path) -> dict[str, Path]:
+    if depth := images_in(path / "depth"):
+        return depth
+    raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
+
+
+def _frame_pose_file(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Path | None]:
+    """`pose/0.txt` as ScanNet's exporter, `frame-000000.pose.txt` as 7-Scenes have them."""
+
+    def file_of(files: Files) -> Path | None:
+        root = files.root or path
+        folder = _first_folder(root, "pose", "poses") or root / "pose"
+        return next((file for file in (root / f"{files.name}.pose.txt", folder / f"{files.name}.txt") if file.is_file()), None)
+
+    return file_of
+
+
+def _seven_scenes(path: Path, listed: list[Files], size: Size | None) -> KnownCamera | None:
+    depth = next((files.depth for files in listed if files.depth is not None), path)
+    named = size == VGA and _SEVEN_SCENES.fullmatch(depth.name) is not None
+    return SEVEN_SCENES if named and depth.with_name(depth.name.replace(".depth.png", ".pose.txt")).is_file() else None
+
+
+FOLDER = Layout(
+    "folder",
+    "a folder of depth images (16-bit PNG, float TIFF, NPY) in depth/, or named like 000_depth.png, with color images and "
+    f"masks (optional), and {RECORDER_FILE} or another camera file (fx, fy, cx, cy, or K, or intrinsic_matrix; depth_scale)",
+    can_read=lambda path: (path / RECORDER_FILE).is_file() or is_depth_folder(path) if path.is_dir() else is_depth_file(path),
+    frames=list_frames,
+    camera=_seven_scenes,
+    searched=True,
+    poses=_frame_pose_file,
+    options=OF_DEPTH | {"color"},
+)
+
+
+def _list_tum(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    """Pair the images of two lists by time, each image at most once; without rgb.txt each depth image is a frame."""
+
+    def listed(name: str) -> tuple[Floats, list[Path]]:
+        times, rows, found = sort_by_time(path / name, read_lines(path / name, 2, "time and file name"))
+        notes.extend(found)
+        return times, [path / " ".join(words[1:]) for _, words in rows]
+
+    times, depth = listed(_LISTED_DEPTH)
+    if not (path / _LISTED_COLOR).is_file() or without_color(options):
+        return [Files(file.stem, file, time=time) for file, time in zip(depth, times.tolist(), strict=True)]
+    others, color = listed(_LISTED_COLOR)
+    pairs = associate(times, others, options.tolerance)
+    if not pairs:
+        raise InputError(
+            f"{path}: the times of {_LISTED_DEPTH} are {times[0]} to {times[-1]} s, of {_LISTED_COLOR} {others[0]} to "
+            f"{others[-1]} s: no two images are within {options.tolerance} s of each other (--input-option tolerance=...)",
+            code="times-apart",
+        )
+    return [Files(depth[i].stem, depth[i], color[j], time=float(times[i])) for i, j in pairs]
+
+
+def _tum_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
+    if not (path / _TRUTH).is_file():
+        return lambda files: None
+    truth = read_trajectory(path / _TRUTH)
+    notes += truth.notes
+    return lambda files: truth.at(files.time or 0.0, options.tolerance)
+
+
+def _tum_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
+    words = path.resolve().as_posix().lower()
+    return next((camera for name, camera in FREIBURG.items() if name in words), TUM)
+
+
+TUM_RGBD = Layout(
+    "tum",
+    f"a sequence of the TUM RGB-D benchmark ({_LISTED_DEPTH}, {_LISTED_COLOR}, {_TRUTH})",
+    can_read=lambda path: (path / _LISTED_DEPTH).is_file() or ((path / _LISTED_COLOR).is_file() and (path / "depth").is_dir()),
+    frames=_list_tum,
+    camera=_tum_camera,
+    searched=True,
+    unit=5000.0,
+    poses=_tum_pose,
+    options=OF_DEPTH | {"tolerance"},
+)
+
+
+def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    """Pair depth and color images by the times in their names, each image at most once; without times by name or order."""
+    depth = _depth_images(path)
+    folder = None if without_color(options) else _first_folder(path, "color", "rgb", "image")
+    color = images_in(folder) if folder else {}
+    times, others = _times_in(depth), _times_in(color)
+    frames = [Files(name, file, number=number) for number, (name, file) in enumerate(depth.items(), 1)]
+    if times is not None:
+        frames = [files._replace(time=time) for files, time in zip(frames, times.tolist(), strict=True)]
+    if folder is None:
+        return frames
+    if times is None or others is None or not len(others):
+        color = match_images(color, depth)
+        return [
+            files._replace(color=color[files.name])
+            if files.name in color
+            else files._replace(fault=(f"{path}: has no colour image for {path / 'depth' / files.name}", "color-missing"))
+            for files in frames
+        ]
+    images, pairs = list(color.values()), associate(times, others, options.tolerance)
+    if not pairs:
+        raise InputError(
+            f"{path}: by the times in the file names no depth and colour image are within {options.tolerance} s "
+            "(--input-option tolerance=...)",
+            code="times-apart",
+        )
+    return [frames[i]._replace(color=images[j]) for i, j in pairs]
+
+
+def _times_in(images: dict[str, Path]) -> Floats | None:
+    """Return the times (N,) s in the file names; None if the names have none or the times do not increase."""
+    matches = [_STAMPED.fullmatch(name) for name in images]
+    times = np.array([int(match[1]) for match in matches if match]) / 1e6
+    return times if len(times) == len(images) and (np.diff(times) > 0).all() else None
+
+
+def _find_log(path: Path) -> Path | None:
+    """Return the trajectory beside the images: a file in Redwood's layout, preferably with traj in its name; or None."""
+    files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if _is_log(file)]
+    return next(iter(sorted(files, key=lambda file: "traj" not in file.name.lower())), None)
+
+
+def _is_log(file: Path) -> bool:
+    with file.open("rb") as opened:
+        lines = opened.read(500).decode("utf-8", "replace").splitlines()
+    return [len(line.split()) for line in lines[:2]] == [3, 4]
+
+
+def _redwood_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
+    """Read the poses by number of the depth image, from 1: the third of the numbers before each matrix."""
+    log, poses = _find_log(path), dict[int, Floats]()
+    rows = read_lines(log, 3, "three numbers, then a 4x4 matrix") if log else []
+    for start in range(0, len(rows), _ROWS_PER_POSE):
+        (line, head), *matrix = rows[start : start + _ROWS_PER_POSE]
+        where = f"{log}: line {line}"
+        if len(matrix) != _ROWS_PER_POSE - 1 or not head[2].isdecimal():
+            sentence = f"{where}: expected three whole numbers and a 4x4 matrix below: is the file cut off?"
+            raise InputError(sentence, code="line-invalid")
+        values = numbers([word for _, words in matrix for word in words], 16, where, "line-invalid")
+        poses[int(head[2])] = check_pose(values, where)
+    return lambda files: poses.get(files.number)
+
+
+def _is_redwood(path: Path) -> bool:
+    if not (path / "depth").is_dir() or has_camera_file(path):
+        return False
+    first = next((file for file in (path / "depth").iterdir() if not file.name.startswith(".")), path)
+    return (path / "image").is_dir() or _STAMPED.fullmatch(first.stem) is not None or _find_log(path) is not None
+
+
+REDWOOD_INDOOR = Layout(
+    "redwood",
+    "a folder of a Redwood data set (depth/ with image/ or rgb/, a trajectory .log)",
+    can_read=_is_redwood,
+    frames=_list_redwood,
+    camera=lambda path, listed, size: REDWOOD,
+    poses=_redwood_pose,
+    options=OF_DEPTH | {"tolerance"},
+)
+
+
+def _is_icl(path: Path) -> bool:
+    if not (path / "depth").is_dir() or has_camera_file(path) or (path / _LISTED_DEPTH).is_file():
+        return False
+    return (path / "associations.txt").is_file() or next(path.glob("*.gt.freiburg"), None) is not None
+
+
+def _icl_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
+    """Read the poses by number of the image. The data set has y up in left-handed frames, hence its negative fy."""
+    poses = dict[int, Floats]()
+    for file in sorted(path.glob("*.gt.freiburg"))[:1]:
+        truth = read_trajectory(file)
+        pairs = zip(truth.times.tolist(), truth.poses, strict=True)
+        poses = {round(time): _FLIP_Y @ pose @ _FLIP_Y for time, pose in pairs}
+    return lambda files: poses.get(int(files.name)) if files.name.isdecimal() else None
+
+
+ICL = Layout(
+    "icl",
+    "a sequence of ICL-NUIM (depth/, rgb/, associations.txt, *.gt.freiburg)",
+    can_read=_is_icl,
+    frames=_list_redwood,
+    camera=lambda path, listed, size: ICL_NUIM,
+    unit=5000.0,
+    poses=_icl_pose,
+)
+
+
+def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    cameras, depth = read_json(path / _BOP_CAMERAS), _depth_images(path)
+    folder = None if without_color(options) else _first_folder(path, "rgb", "gray")
+    color = images_in(folder) if folder else {}
+    masks = defaultdict[str, tuple[Path, ...]](tuple)
+    for name, file in images_in(path / "mask_visib").items():
+        masks[name.partition("_")[0]] += (file,)
+    frames = []
+    for name in sorted({**depth, **color}):
+        files = Files(name, depth.get(name), color.get(name), masks[name])
+        if name not in depth:
+            files = files._replace(fault=(f"{path / 'depth'}: has no depth image {name}", "depth-missing"))
+        elif folder is not None and name not in color:
+            files = files._replace(fault=(f"{folder}: has no image {name} for {depth[name]}", "color-missing"))
+        else:
+            number = str(int(name)) if name.isdecimal() else name
+            try:
+                sensor, pose = _bop_camera(cameras.get(number), options, f"{path / _BOP_CAMERAS}: image {number}")
+                files = files._replace(sensor=sensor, pose=pose)
+            except InputError as error:
+                files = files._replace(fault=(str(error), error.code))
+        frames.append(files)
+    return frames
+
+
+def _bop_camera(camera: Any, options: ReadOptions, where: str) -> tuple[Sensor, Floats | None]:
+    """Return the camera of one image, and its pose camera to world, m; the file has world to camera, mm."""
+    if not isinstance(camera, dict):
+        raise InputError(f"{where}: is missing or not an object, expected cam_K and depth_scale", code="intrinsics-missing")
+    if options.camera is None and "cam_K" not in camera:
+        sentence = f"{where}: has no cam_K: add it, or give --input-option 'camera=[fx, fy, cx, cy]'"
+        raise InputError(sentence, code="intrinsics-missing")
+    pinhole = options.camera or pinhole_of(camera["cam_K"], f"{where}: cam_K")
+    scale = options.depth_scale
+    if scale is None:
+        meaning = "millimetres per unit, above zero (1 for millimetres)"
+        scale = _MM_PER_M / check_depth_scale(camera.get("depth_scale"), where, meaning)
+    rotation, translation = camera.get("cam_R_w2c"), camera.get("cam_t_w2c")
+    pose = None
+    if rotation is not None and translation is not None:
+        pose = pose_of(rotation, translation, f"{where}: cam_R_w2c, cam_t_w2c")
+        pose[:3, 3] /= _MM_PER_M
+        pose[:3, :3], pose[:3, 3] = pose[:3, :3].T, -pose[:3, :3].T @ pose[:3, 3]
+    return Sensor(KnownCamera(pinhole), scale, options.depth_scale), pose
+
+
+BOP = Layout(
+    "bop",
+    f"a scene of the BOP benchmark ({_BOP_CAMERAS}, depth/, rgb/, mask_visib/)",
+    can_read=lambda path: (path / _BOP_CAMERAS).is_file(),
+    frames=_list_bop,
+    partial_masks=True,
+)
+
+
+def _list_stray(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    depth, rows = _depth_images(path), dict[int, tuple[float, Floats]]()
+    if (path / _ODOMETRY).is_file():
+        for line, words in read_lines(path / _ODOMETRY, 9, _ODOMETRY_ROW):
+            if words[0] != "timestamp":
+                where = f"{path / _ODOMETRY}: line {line}"
+                values = numbers([*map(str.strip, words[:9])], 9, f"{where}, {_ODOMETRY_ROW}", "line-invalid").tolist()
+                rows[int(values[1])] = (values[0], pose_from(values[5:9], values[2:5], where))
+    video = VideoCapture(path / _VIDEO).frames if (path / _VIDEO).is_file() and not without_color(options) else None
+    if video is None and not without_color(options):
+        notes.append(f"there is no {_VIDEO}, so depth is read alone")
+    frames = []
+    for index, (name, file) in enumerate(depth.items()):
+        number = int(name) if name.isdecimal() else index
+        time, pose = rows.get(number, (None, None))
+        files = Files(name, file, time=time, pose=pose)
+        if video is not None and number >= len(video):
+            files = files._replace(fault=(f"{path / _VIDEO}: has no frame for {file}", "color-missing"))
+        frames.append(files if video is None or files.fault else files._replace(color=video[number]))
+    return frames
+
+
+def _stray_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
+    """Return the camera of the depth images; the file has that of the video, whose images are scaled to the depth."""
+    words = [word for _, row in read_lines(path / _MATRIX, 3, "a camera matrix, three numbers a line") for word in row]
+    fx, fy, cx, cy = pinhole_of(words, str(path / _MATRIX))
+    video = cv2.VideoCapture(str(path / _VIDEO)) if (path / _VIDEO).is_file() else None
+    given = [int(video.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)] if video else [0]
+    width, height = given if min(given) > 0 else STRAY_VIDEO_SIZE
+    x, y = (size[0] / width, size[1] / height) if size else (1.0, 1.0)
+    return KnownCamera((fx * x, fy * y, (cx + 0.5) * x - 0.5, (cy + 0.5) * y - 0.5))
+
+
+STRAY = Layout(
+    "stray",
+    f"a recording of the app Stray Scanner (depth/, {_VIDEO}, {_MATRIX}, {_ODOMETRY})",
+    can_read=lambda path: (path / "depth").is_dir() and (path / _MATRIX).is_file(),
+    frames=_list_stray,
+    camera=_stray_camera,
+)
+
+PAIRS = Layout(
+    "pairs",
+    "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)",
+    can_read=can_read_pair,
+    frames=list_pairs,
+    options=OF_DEPTH | {"color"},
+)
+
+
+def _photo_folder(folder: Path) -> Path:
+    """Return the folder with the photographs: `folder` or one of its sub-folders."""
+    if images_in(folder, PHOTO_SUFFIXES) and not (folder / "depth").is_dir():
+        return folder
+    named = _first_folder(folder, "color", "images", "rgb") or color_folder(folder)
+    return named if named.is_dir() else folder
+
+
+def _photos_in(folder: Path) -> dict[str, Path]:
+    """Return the photographs in a folder, stem -> path; of color images beside depth images and masks, the color images alone."""
+    images = images_in(folder, PHOTO_SUFFIXES)
+    roles = {stem: role_of(stem) for stem in images}
+    alone = {"depth", "color"} <= set(roles.values())
+    return {stem: file for stem, file in images.items() if not alone or roles[stem] == "color"}
+
+
+def _photo_root(path: Path) -> Path:
+    folder = path if path.is_dir() else path.parent
+    return folder.parent if path != folder and folder.name in ("color", "images", "rgb") else folder
+
+
+def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
+    folder = _first_folder(_photo_root(path), *_MASKS)
+    masks = images_in(folder, PHOTO_SUFFIXES) if folder else {}
+    if not path.is_dir():
+        return [Files(path.stem, color=path, masks=(masks[path.stem],) if path.stem in masks else ())]
+    photos = _photos_in(_photo_folder(path))
+    masks, frames = match_images(masks, photos), []
+    for name in sorted({**photos, **masks}, key=natural_key):
+        fault = None
+        if name not in photos:
+            fault = (f"{masks[name]}: is a mask without photograph: there is none called {name}", "color-missing")
+        elif folder is not None and name not in masks:
+            fault = (f"{folder}: has no mask {name} for {photos[name]}", "mask-missing")
+        frames.append(Files(name, color=photos.get(name), masks=(masks[name],) if name in masks else (), fault=fault))
+    return frames
+
+
+PHOTOS = Layout(
+    "photos",
+    "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)",
+    can_read=lambda path: bool(_photos_in(_photo_folder(path))) if path.is_dir() else is_image(path),
+    frames=_list_photos,
+    upright=lambda path: not (_photo_root(path) / "depth").is_dir(),
+    options=frozenset(),
+)
