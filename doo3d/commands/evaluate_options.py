@@ -36,7 +36,7 @@ DEPTHS = {"own": None, "stereo": None, "simple": "other/depth_simple.png", "d435
 """Name of the depth of a capture with truth.npz -> its image in the capture's folder; None for the capture's own."""
 
 
-SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "subset")
+SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "captures", "subset")
 """Options that select cases, and leave each case as it is."""
 
 MIN_RELIABILITY_FRAMES = 20

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,6 +25,10 @@ def sequences(
             help="Motion capture of real cables: .npy files of (T, K, 3) m, K markers from tip to tip, 100 times a second, z up; "
             "or a folder of them. Repeat for more.",
         ),
+    ] = None,
+    captures: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FOLDER", help="Captures of moving cables with truth.npz, or a folder of them. Repeat for more."),
     ] = None,
     own: Annotated[
         str, typer.Option(metavar="NAMES", help="Comma-separated motions that need no file: dragged, knot; all; or none.")
@@ -51,31 +55,39 @@ def sequences(
     Examples:
       doo3d evaluate sequences
       doo3d evaluate sequences --own knot --seeds 3 --pictures hard --csv rows.csv
+      doo3d evaluate sequences --own none --captures FOLDER --out results --workers 2
       doo3d evaluate sequences --motions motion/DLO1_101.npy --own none --level easy
     """
     shared.use_single_thread()
     from ..evaluation.sequences.evaluate import sequence_benchmark, sequence_case
+    from ..evaluation.sequences.recorded import recorded_sequences
 
     shared.check_choice("--level", level, ("hard", "easy"))
     shared.check_choice("--count", count, ("given", "auto"))
-    effective, depth_camera, settings = _motions(motions or [], own), shared.parse_sensor(sensor), config_of(config, overrides)
+    effective, depth_camera, settings = (
+        _motions(motions or [], own, bool(captures)),
+        shared.parse_sensor(sensor),
+        config_of(config, overrides),
+    )
     if settings.mode == "2d":
         from ..sequence.detect_sequence import check_mode
 
         check_mode(settings)
     chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])
-    stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
+    recorded = recorded_sequences(captures or [], frames)
+    stored: dict[str, Any] = {"captures": [str(folder) for folder in captures or []]}
+    stored |= {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
     stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
-    cases = [sequence_case(sequence, depth_camera) for sequence in chosen]
+    cases = [*(sequence_case(sequence, depth_camera) for sequence in chosen), *(sequence_case(each, "") for each in recorded)]
     shared.measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
 
 
-def _motions(paths: list[Path], own: str) -> list[str | Path]:
+def _motions(paths: list[Path], own: str, has_captures: bool) -> list[str | Path]:
     """Return the names of the program's own motions, and the files of motion capture.
 
     Raises
     ------
-    ConfigError : there is no such motion, or none at all is left.
+    ConfigError : there is no such motion, or none at all is left, and there are no captures.
     InputError : there is no such file.
     """
     from ..evaluation.sequences.motions import OWN_MOTIONS, motion_files
@@ -84,7 +96,7 @@ def _motions(paths: list[Path], own: str) -> list[str | Path]:
     for name in names:
         shared.check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
     chosen: list[str | Path] = [*dict.fromkeys(names), *motion_files(paths)]
-    if not chosen:
+    if not chosen and not has_captures:
         raise ConfigError("--own none: no motion is left: give --motions FILE, or leave it out", code="options-conflict")
     return chosen
 
