@@ -8,34 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from . import evaluate_options as shared
 from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, split
 from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
-from .evaluate_options import (
-    DEPTHS,
-    FEW_MASKS,
-    MASKS,
-    Count,
-    Csv,
-    FewMasks,
-    Json,
-    Mask,
-    Out,
-    Outputs,
-    Pictures,
-    Seeds,
-    Sensor,
-    Size,
-    Start,
-    Workers,
-    Worst,
-    check_choice,
-    measure,
-    parse_sensor,
-    parse_size,
-    show,
-    use_single_thread,
-)
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
 
@@ -55,22 +31,18 @@ Truth = Annotated[
 
 
 @app.command()
+@shared.with_outputs(worst=1)
 def scenes(
     families: Families = "all",
-    seeds: Seeds = 10,
-    start: Start = 0,
-    sensor: Sensor = "d435",
-    size: Size = "1280x720",
-    count: Count = "given",
-    mask: Mask = "given",
+    seeds: shared.Seeds = 10,
+    start: shared.Start = 0,
+    sensor: shared.Sensor = "d435",
+    size: shared.Size = "1280x720",
+    count: shared.Count = "given",
+    mask: shared.Mask = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Csv = None,
-    document: Json = None,
-    pictures: Pictures = None,
-    worst: Worst = 1,
-    out: Out = None,
-    workers: Workers = 1,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Render scenes with known cables, detect in them, and compare the chains with the truth.
 
@@ -85,15 +57,17 @@ def scenes(
       doo3d evaluate scenes --families without --seeds 20
       doo3d evaluate scenes --families without --seeds 20 -c image
     """
-    use_single_thread()
+    shared.use_single_thread()
     from ..evaluation.benchmark import cases
 
-    chosen = cases.scene_cases(_families(families), range(start, start + seeds), parse_sensor(sensor), parse_size(size))
+    camera, pixels = shared.parse_sensor(sensor), shared.parse_size(size)
+    chosen = cases.scene_cases(_families(families), range(start, start + seeds), camera, pixels)
     settings = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
-    _run(chosen, settings, (config, overrides), (count, mask), Outputs(table, document, pictures, worst, out, workers))
+    _run(chosen, settings, (config, overrides), (count, mask), outputs)
 
 
 @app.command()
+@shared.with_outputs(worst=1)
 def samples(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Captures and clouds with truth files beside them, such as sample_clouds.")
@@ -101,19 +75,15 @@ def samples(
     sensor: Annotated[
         str,
         typer.Option(
-            metavar="|".join(DEPTHS), help="Depth of captures with truth.npz: their own (stereo), or other/depth_simple.png."
+            metavar="|".join(shared.DEPTHS),
+            help="Depth of a capture with truth.npz: its own (stereo), or other/depth_simple.png.",
         ),
     ] = "own",
-    count: Count = "given",
-    mask: FewMasks = "given",
+    count: shared.Count = "given",
+    mask: shared.FewMasks = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Csv = None,
-    document: Json = None,
-    pictures: Pictures = None,
-    worst: Worst = 1,
-    out: Out = None,
-    workers: Workers = 1,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Detect in all captures and clouds below FOLDER that have a truth file, and compare the chains with the truth.
 
@@ -124,31 +94,27 @@ def samples(
       doo3d evaluate samples sample_clouds
       doo3d evaluate samples FOLDER --sensor simple --mask ragged
     """
-    use_single_thread()
+    shared.use_single_thread()
     from ..evaluation.benchmark import cases
 
-    chosen = cases.folder_cases(folder, DEPTHS[check_choice("--sensor", sensor, DEPTHS)])
-    check_choice("--mask", mask, FEW_MASKS)
+    chosen = cases.folder_cases(folder, shared.DEPTHS[shared.check_choice("--sensor", sensor, shared.DEPTHS)])
+    shared.check_choice("--mask", mask, shared.FEW_MASKS)
     settings = {"folder": str(folder), "sensor": sensor}
-    _run(chosen, settings, (config, overrides), (count, mask), Outputs(table, document, pictures, worst, out, workers))
+    _run(chosen, settings, (config, overrides), (count, mask), outputs)
 
 
 @app.command()
+@shared.with_outputs(worst=1)
 def capture(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
     truth: Truth = None,
     mask: MaskOption = None,
     input_options: InputOption = None,
     camera: CameraOption = None,
-    count: Count = "given",
+    count: shared.Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Csv = None,
-    document: Json = None,
-    pictures: Pictures = None,
-    worst: Worst = 1,
-    out: Out = None,
-    workers: Workers = 1,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Detect in the frames of INPUT that the truth file names, and compare the chains with the truth.
 
@@ -158,7 +124,7 @@ def capture(
     Example:
       doo3d evaluate capture sample_clouds/crossing --truth sample_clouds/crossing/truth.json
     """
-    use_single_thread()
+    shared.use_single_thread()
     from ..evaluation.benchmark import cases
     from ..inputs import ReadOptions
 
@@ -169,15 +135,15 @@ def capture(
         "masks": mask and str(mask),
         "input_options": [*(input_options or []), *([f"camera_file={camera}"] if camera else [])],
     }
-    _run(chosen, settings, (config, overrides), (count, "given"), Outputs(table, document, pictures, worst, out, workers))
+    _run(chosen, settings, (config, overrides), (count, "given"), outputs)
 
 
 @app.command()
 def results(
     folder: Annotated[Path, typer.Argument(metavar="OUT", help="Folder written by doo3d detect.")],
     truth: Annotated[Path, typer.Option(metavar="FILE", help="Truth file.")],
-    table: Csv = None,
-    document: Json = None,
+    table: shared.Csv = None,
+    document: shared.Json = None,
 ) -> None:
     """Compare the results that doo3d detect wrote to OUT with a truth file.
 
@@ -192,7 +158,7 @@ def results(
     from ..evaluation.benchmark.stored_results import result_rows
 
     settings = {"results": str(folder), "truth": str(truth)}
-    show(result_rows(folder, truth), frame_benchmark(Config()), settings, Outputs(table, document))
+    shared.show(result_rows(folder, truth), frame_benchmark(Config()), settings, shared.Outputs(table, document))
 
 
 app.command()(ablations)
@@ -206,7 +172,7 @@ def _run(
     settings: Mapping[str, Any],
     preset_and_overrides: tuple[str, list[str] | None],
     count_and_mask: tuple[str, str],
-    outputs: Outputs,
+    outputs: shared.Outputs,
 ) -> None:
     """Detect in frames and score them; print and write the result.
 
@@ -223,11 +189,12 @@ def _run(
     """
     from ..evaluation.benchmark.evaluate import frame_benchmark
 
-    count, mask = check_choice("--count", count_and_mask[0], ("given", "auto")), check_choice("--mask", count_and_mask[1], MASKS)
+    count = shared.check_choice("--count", count_and_mask[0], ("given", "auto"))
+    mask = shared.check_choice("--mask", count_and_mask[1], shared.MASKS)
     preset, overrides = preset_and_overrides
     config = config_of(preset, overrides)
     effective = {**settings, "count": count, "mask": mask, "config": preset, "set": overrides or []}
-    measure(frame_benchmark(config, count == "given", MASKS[mask]), cases, effective, outputs, config)
+    shared.measure(frame_benchmark(config, count == "given", shared.MASKS[mask]), cases, effective, outputs, config)
 
 
 def _families(names: str) -> list[str]:
@@ -236,6 +203,6 @@ def _families(names: str) -> list[str]:
 
     chosen: list[str] = []
     for name in split(names) or []:
-        check_choice("--families", name, [*FAMILIES, *WITHOUT, *TOUGH, *GROUPS])
+        shared.check_choice("--families", name, [*FAMILIES, *WITHOUT, *TOUGH, *GROUPS])
         chosen += GROUPS.get(name, (name,))
     return list(dict.fromkeys(chosen))

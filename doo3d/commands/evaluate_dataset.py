@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import ConfigError
+from . import evaluate_options as shared
 from .arguments import Overrides, config_of, split
-from .evaluate_options import (
-    SENSORS,
-    Csv,
-    Json,
-    Out,
-    Outputs,
-    check_choice,
-    measure,
-    parse_sensor,
-    parse_size,
-    use_single_thread,
-)
 
 if TYPE_CHECKING:
     from ..config import Config
     from ..evaluation.benchmark.cases import Case
     from ..evaluation.benchmark.run import Benchmark
+    from ..evaluation.metrics.record import Record
 
 DEFAULT_WORST = 5
 """Images that are drawn by --pictures without --worst."""
@@ -39,26 +29,21 @@ class _Request:
 
     folder: Path
     config: Config
-    options: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any]
+    outputs: shared.Outputs
 
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The options that the JSON file repeats."""
-        given = {option: value for option, value in self.options.items() if not isinstance(value, Path)}
-        return {"folder": str(self.folder)} | {option.strip("-"): value for option, value in given.items()}
-
-    @property
-    def outputs(self) -> Outputs:
-        """The files and folders that are written."""
-        worst = self.get("--worst", 0) or DEFAULT_WORST
-        table, document, pictures = (self.get(option) for option in ("--csv", "--json", "--pictures"))
-        return Outputs(table, document, pictures, worst, self.get("--out"), self.get("--workers", 1))
+    def measure(self, benchmark: Benchmark, cases: list[Case]) -> list[Record]:
+        """Measure the cases; see `evaluate_options.measure`."""
+        settings = {"folder": str(self.folder)} | {option.strip("-"): value for option, value in self.options.items()}
+        outputs = replace(self.outputs, worst=self.outputs.worst or DEFAULT_WORST)
+        return shared.measure(benchmark, cases, settings, outputs, self.config)
 
     def get(self, option: str, default: Any = None) -> Any:
         """Return the value of an option such as "--masks"; `default` if the user did not give the option."""
         return self.options.get(option, default)
 
 
+@shared.with_outputs(worst=0)
 def dataset(
     name: Annotated[str, typer.Argument(metavar="NAME", help="mbest, cset or tubes.")],
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The data set, or the checkout of its repository.")],
@@ -85,18 +70,11 @@ def dataset(
         ),
     ] = None,
     single: Annotated[bool | None, typer.Option("--single", help="mbest: detect and trace each cable alone.")] = None,
-    table: Csv = None,
-    document: Json = None,
-    worst: Annotated[int | None, typer.Option(min=0, help="mbest, cset: name this many of the worst images. Default: 0.")] = None,
-    pictures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw the worst images of each subset (5 without --worst) into DIR.")
-    ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="tubes: views of each configuration. Default: 3.")] = None,
     start: Annotated[int | None, typer.Option(min=0, metavar="SEED", help="tubes: seed of the first view. Default: 0.")] = None,
-    sensor: Annotated[str | None, typer.Option(metavar="|".join(SENSORS), help="tubes: depth camera. Default: d435.")] = None,
+    sensor: Annotated[str | None, typer.Option(metavar="|".join(shared.SENSORS), help="tubes: camera. Default: d435.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="tubes: size of the image, px. Default: 1280x720.")] = None,
-    out: Out = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: 1.")] = None,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Detect in a public data set and score against its labels.
 
@@ -123,26 +101,20 @@ def dataset(
         "--masks": masks,
         "--known-count": known_count,
         "--single": single,
-        "--csv": table,
-        "--json": document,
-        "--out": out,
-        "--workers": workers,
-        "--worst": worst,
-        "--pictures": pictures,
         "--seeds": seeds,
         "--start": start,
         "--sensor": sensor,
         "--size": size,
     }
     given = {option: value for option, value in options.items() if value is not None}
-    run, allowed = DATASETS[check_choice("dataset", name, DATASETS)]
+    run, allowed = DATASETS[shared.check_choice("dataset", name, DATASETS)]
     if conflicts := [option for option in given if option not in allowed]:
         raise ConfigError(
             f"{conflicts[0]}: does not apply to the data set {name}, which has {', '.join(allowed)}: leave it out",
             code="options-conflict",
         )
-    use_single_thread()
-    run(_Request(folder, config_of(config or ("tubes" if name == "tubes" else "image"), overrides), given))
+    shared.use_single_thread()
+    run(_Request(folder, config_of(config or ("tubes" if name == "tubes" else "image"), overrides), given, outputs))
 
 
 def _mbest(request: _Request) -> None:
@@ -176,9 +148,9 @@ def _tubes(request: _Request) -> None:
 
     start = request.get("--start", 0)
     seeds = range(start, start + request.get("--seeds", 3))
-    sensor, size = parse_sensor(request.get("--sensor", "d435")), parse_size(request.get("--size", "1280x720"))
+    sensor, size = shared.parse_sensor(request.get("--sensor", "d435")), shared.parse_size(request.get("--size", "1280x720"))
     cases = tube_cases(request.folder, seeds, sensor, size)
-    measure(tube_benchmark(request.config), cases, request.settings, request.outputs, request.config)
+    request.measure(tube_benchmark(request.config), cases)
 
 
 def _photos(cases: list[Case], request: _Request, benchmark: Benchmark | None = None) -> None:
@@ -188,17 +160,16 @@ def _photos(cases: list[Case], request: _Request, benchmark: Benchmark | None = 
 
     known_count, give_mask = request.get("--known-count", False), request.get("--masks", "labels") != "auto"
     benchmark = benchmark or photo_benchmark(request.config, known_count, give_mask)
-    rows = measure(benchmark, cases, request.settings, request.outputs, request.config)
-    chosen = worst(rows, request.get("--worst", 0) or (DEFAULT_WORST if request.outputs.pictures else 0), benchmark.badness)
+    rows = request.measure(benchmark, cases)
+    chosen = worst(rows, request.outputs.worst or (DEFAULT_WORST if request.outputs.pictures else 0), benchmark.badness)
     for line in [*remarks(rows), *(f"worst: {benchmark.caption(row)}" for row in chosen)]:
         typer.echo(line)
 
 
-_OUTPUTS = ("--csv", "--json", "--pictures", "--worst", "--out", "--workers")
-_PHOTO_OPTIONS = ("--subset", "--masks", "--known-count", *_OUTPUTS)
+_PHOTO_OPTIONS = ("--subset", "--masks", "--known-count")
 DATASETS: dict[str, tuple[Callable[[_Request], None], tuple[str, ...]]] = {
     "mbest": (_mbest, (*_PHOTO_OPTIONS, "--single")),
     "cset": (_cset, _PHOTO_OPTIONS),
-    "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size", *_OUTPUTS)),
+    "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size")),
 }
 """Name -> function that evaluates it, and the options that apply to it."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import inspect
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -34,7 +36,7 @@ DEPTHS = {"own": None, "stereo": None, "simple": "other/depth_simple.png", "d435
 """Name of the depth of a capture with truth.npz -> its image in the capture's folder; None for the capture's own."""
 
 
-SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "subset")
+SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "captures", "subset")
 """Options that select cases, and leave each case as it is."""
 
 MIN_RELIABILITY_FRAMES = 20
@@ -63,7 +65,7 @@ Pictures = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Draw the worst frames of each family, and a sheet of the wrong ones, into DIR."),
 ]
-Worst = Annotated[int, typer.Option(min=1, help="Number of frames of each family that are drawn.")]
+Worst = Annotated[int, typer.Option(min=0, help="Number of frames of each family that are drawn.")]
 Out = Annotated[
     Path | None,
     typer.Option(
@@ -75,14 +77,44 @@ Workers = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where the results of an evaluation are written, and by how many processes they are measured."""
+    """Where the results of an evaluation are written, and by how many processes they are measured.
 
-    table: Path | None = None
-    document: Path | None = None
-    pictures: Path | None = None
-    worst: int = 1
-    out: Path | None = None
-    workers: int = 1
+    A command that is decorated with `with_outputs` has an option for each field.
+    """
+
+    table: Csv = None
+    document: Json = None
+    pictures: Pictures = None
+    worst: Worst = 1
+    out: Out = None
+    workers: Workers = 1
+
+
+NO_OUTPUTS = Outputs()
+"""Nothing but the table on the screen."""
+
+
+def with_outputs(worst: int) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator that replaces the last parameter of a command, `outputs`, by options, of which --worst has a default."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        own = list(inspect.signature(command, eval_str=True).parameters.values())[:-1]
+        types, defaults = get_type_hints(Outputs, include_extras=True), {**vars(NO_OUTPUTS), "worst": worst}
+        shared = [
+            inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=defaults[name], annotation=annotation)
+            for name, annotation in types.items()
+        ]
+
+        @wraps(command)
+        def run(**values: Any) -> None:
+            command(outputs=Outputs(**{name: values.pop(name) for name in types}), **values)
+
+        signature = inspect.Signature([*own, *shared])
+        run.__signature__ = signature  # type: ignore[attr-defined]
+        run.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
+        return run
+
+    return decorate
 
 
 def measure(
@@ -136,7 +168,7 @@ def show(rows: Sequence[Record], benchmark: Benchmark, settings: Mapping[str, An
         save(path, json_text(rows, benchmark.columns, settings))
     if out is not None:
         save(out / "table.txt", text + "\n")
-    if folder := outputs.pictures or (None if out is None else out / "pictures"):
+    if folder := outputs.pictures or (out and out / "pictures"):
         try:
             paths = write_pictures(folder, rows, benchmark, outputs.worst)
         except OSError as error:

@@ -4,35 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import ConfigError, InputError
+from . import evaluate_options as shared
 from .arguments import Overrides, Preset, config_of, split
-from .evaluate_options import (
-    Count,
-    Csv,
-    Json,
-    Out,
-    Outputs,
-    Pictures,
-    Sensor,
-    Size,
-    Start,
-    Workers,
-    Worst,
-    check_choice,
-    measure,
-    parse_sensor,
-    parse_size,
-    use_single_thread,
-)
 
 if TYPE_CHECKING:
     from ..evaluation.sequences.scenes import Sequence
 
 
+@shared.with_outputs(worst=6)
 def sequences(
     motions: Annotated[
         list[Path] | None,
@@ -42,26 +26,25 @@ def sequences(
             "or a folder of them. Repeat for more.",
         ),
     ] = None,
+    captures: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FOLDER", help="Captures of moving cables with truth.npz, or a folder of them. Repeat for more."),
+    ] = None,
     own: Annotated[
         str, typer.Option(metavar="NAMES", help="Comma-separated motions that need no file: dragged, knot; all; or none.")
     ] = "all",
     seeds: Annotated[int, typer.Option(min=1, help="Sequences of each motion.")] = 1,
-    start: Start = 0,
+    start: shared.Start = 0,
     frames: Annotated[int, typer.Option(min=3, help="Frames of a sequence, 30 a second.")] = 120,
     level: Annotated[
         str, typer.Option(metavar="hard|easy", help="hard: hands pass before the cable, and depth is lost; easy: neither.")
     ] = "hard",
-    sensor: Sensor = "d435",
-    size: Size = "640x480",
-    count: Count = "given",
+    sensor: shared.Sensor = "d435",
+    size: shared.Size = "640x480",
+    count: shared.Count = "given",
     config: Preset = "default",
     overrides: Overrides = None,
-    table: Csv = None,
-    document: Json = None,
-    pictures: Pictures = None,
-    worst: Worst = 6,
-    out: Out = None,
-    workers: Workers = 1,
+    outputs: shared.Outputs = shared.NO_OUTPUTS,
 ) -> None:
     """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
 
@@ -72,41 +55,48 @@ def sequences(
     Examples:
       doo3d evaluate sequences
       doo3d evaluate sequences --own knot --seeds 3 --pictures hard --csv rows.csv
+      doo3d evaluate sequences --own none --captures FOLDER --out results --workers 2
       doo3d evaluate sequences --motions motion/DLO1_101.npy --own none --level easy
     """
-    use_single_thread()
+    shared.use_single_thread()
     from ..evaluation.sequences.evaluate import sequence_benchmark, sequence_case
+    from ..evaluation.sequences.recorded import recorded_sequences
 
-    check_choice("--level", level, ("hard", "easy"))
-    check_choice("--count", count, ("given", "auto"))
-    effective, depth_camera, settings = _motions(motions or [], own), parse_sensor(sensor), config_of(config, overrides)
+    shared.check_choice("--level", level, ("hard", "easy"))
+    shared.check_choice("--count", count, ("given", "auto"))
+    effective, depth_camera, settings = (
+        _motions(motions or [], own, bool(captures)),
+        shared.parse_sensor(sensor),
+        config_of(config, overrides),
+    )
     if settings.mode == "2d":
         from ..sequence.detect_sequence import check_mode
 
         check_mode(settings)
-    chosen = _sequences(effective, range(start, start + seeds), parse_size(size), frames, level, motions or [])
-    stored = {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
+    chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])
+    recorded = recorded_sequences(captures or [], frames)
+    stored: dict[str, Any] = {"captures": [str(folder) for folder in captures or []]}
+    stored |= {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
     stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
-    cases = [sequence_case(sequence, depth_camera) for sequence in chosen]
-    outputs = Outputs(table, document, pictures, worst, out, workers)
-    measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
+    cases = [*(sequence_case(sequence, depth_camera) for sequence in chosen), *(sequence_case(each, "") for each in recorded)]
+    shared.measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
 
 
-def _motions(paths: list[Path], own: str) -> list[str | Path]:
+def _motions(paths: list[Path], own: str, has_captures: bool) -> list[str | Path]:
     """Return the names of the program's own motions, and the files of motion capture.
 
     Raises
     ------
-    ConfigError : there is no such motion, or none at all is left.
+    ConfigError : there is no such motion, or none at all is left, and there are no captures.
     InputError : there is no such file.
     """
     from ..evaluation.sequences.motions import OWN_MOTIONS, motion_files
 
     names = {"all": list(OWN_MOTIONS), "none": []}.get(own, split(own) or [])
     for name in names:
-        check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
+        shared.check_choice("--own", name, [*OWN_MOTIONS, "all", "none"])
     chosen: list[str | Path] = [*dict.fromkeys(names), *motion_files(paths)]
-    if not chosen:
+    if not chosen and not has_captures:
         raise ConfigError("--own none: no motion is left: give --motions FILE, or leave it out", code="options-conflict")
     return chosen
 

@@ -94,9 +94,18 @@ def oriented_curve(curve: Floats, angle: float) -> Floats:
     centered = curve - curve.mean(axis=0)
     _, _, axes = np.linalg.svd(centered, full_matrices=False)
     aligned = centered @ axes.T
-    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    aligned = aligned @ rotation
-    return np.asarray(aligned - (aligned.max(axis=0) + aligned.min(axis=0)) / 2)
+    return turned_curve(aligned, angle)
+
+
+def rotation(angle: float) -> Floats:
+    """Return the matrix (2, 2) that turns row vectors by an angle, radians counter-clockwise."""
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+def turned_curve(curve: Floats, angle: float) -> Floats:
+    """Return a planar curve (P, 2) turned by an angle in radians, with its bounding box centered at the origin."""
+    turned = curve @ rotation(angle)
+    return np.asarray(turned - (turned.max(axis=0) + turned.min(axis=0)) / 2)
 
 
 def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:

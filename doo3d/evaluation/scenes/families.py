@@ -5,6 +5,8 @@ Each builder draws one scene from the given random numbers, or returns None if t
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.random import Generator
 
@@ -12,7 +14,7 @@ from ...types import Bools, Floats, Ints
 from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves
 from .model import Color, Scene, Solid, Truth
 from .stacking import min_bend_radius, min_clearance, resting_heights, spline_axis
-from .studio import GRIPPER_COLORS, Studio, box, cable_color, make_studio
+from .studio import GRIPPER_COLORS, Studio, box, cable_color, make_studio, pick
 
 Size = tuple[int, int]
 """Width and height of the image, px."""
@@ -30,6 +32,59 @@ MIN_BEND_RADII = 4.0
 """Radii; tightest bend of a cable."""
 
 
+@dataclass(frozen=True)
+class Lying:
+    """A family of scenes of one smoothly curved cable on a table; called, it draws a scene, or returns None if it cannot.
+
+    Attributes
+    ----------
+    crossings
+        least and greatest number of times that the cable crosses itself.
+    at_most
+        number of crossings of which that of a scene is drawn, from 0 on; None for those of `crossings`.
+    radii, lengths, distances
+        m, least and greatest radius and length of the cable, and distance of the camera.
+    strand_distance, strand_radii
+        m, or radii, between two passes of the cable away from crossings.
+    min_angle
+        degrees at a crossing.
+    """
+
+    crossings: tuple[int, int] = (0, 0)
+    at_most: int | None = None
+    radii: tuple[float, float] = RADII
+    lengths: tuple[float, float] = LENGTHS
+    distances: tuple[float, float] = (0.55, 0.85)
+    strand_distance: float | None = None
+    strand_radii: float = 5.0
+    min_angle: float = 32.0
+
+    def draw(self, rng: Generator, size: Size) -> tuple[Studio, float, Floats | None]:
+        """Draw the camera, the radius in m and the curve (P, 2) m on the table; None if no curve fits."""
+        studio, radius, length = make_studio(rng, size, self.distances), rng.uniform(*self.radii), rng.uniform(*self.lengths)
+        crossings = self.crossings if self.at_most is None else (0, int(rng.integers(self.at_most + 1)))
+        distance = self.strand_radii * radius if self.strand_distance is None else self.strand_distance
+        return studio, radius, planar_curve(rng, studio, radius, length, crossings, distance, self.min_angle)
+
+    def __call__(self, rng: Generator, size: Size) -> Scene | None:
+        """Draw a scene in the camera's optical frame; `size` is (width, height) px of the image."""
+        studio, radius, curve = self.draw(rng, size)
+        return None if curve is None else cables_on_table(rng, studio, [curve], radius)
+
+
+PLAIN: dict[str, Lying] = {
+    "open": Lying(),
+    "crossing": Lying((1, 1)),
+    "crossings": Lying((2, 4)),
+    "tangle": Lying((4, 10), radii=(RADII[0], 0.0045), lengths=(0.9, LENGTHS[1]), strand_radii=3.4, min_angle=26.0),
+    "far": Lying(at_most=2, radii=(0.004, RADII[1]), lengths=(0.7, LENGTHS[1]), distances=(1.1, 1.5)),
+    "wire": Lying(at_most=2, radii=(0.0005, 0.00075), lengths=(0.3, 0.8), distances=(0.32, 0.5), strand_distance=0.012),
+    "hose": Lying(at_most=1, radii=(0.008, 0.015), lengths=(0.6, LENGTHS[1]), distances=(0.75, 1.1), strand_radii=3.2),
+}
+"""Families of one cable on a table: without a crossing, with one, with two to four, with four to ten, far from the camera, a wire
+of 1 to 1.5 mm near it, and a hose of 16 to 30 mm."""
+
+
 def straight(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one nearly straight cable on a table.
 
@@ -44,39 +99,6 @@ def straight(rng: Generator, size: Size) -> Scene | None:
     return cables_on_table(rng, studio, [curve], radius)
 
 
-def open_curve(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one smoothly curved cable that does not cross itself.
-
-    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
-    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
-    """
-    return _one_on_table(rng, size, (0, 0))
-
-
-def crossing(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable that crosses itself once.
-
-    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
-    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
-    """
-    return _one_on_table(rng, size, (1, 1))
-
-
-def crossings(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable that crosses itself two to four times.
-
-    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
-    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
-    """
-    return _one_on_table(rng, size, (2, 4))
-
-
-def _one_on_table(rng: Generator, size: Size, crossing_range: tuple[int, int]) -> Scene | None:
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), crossing_range)
-    return None if curve is None else cables_on_table(rng, studio, [curve], radius)
-
-
 def occluded(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable under one to three boxes.
 
@@ -85,8 +107,7 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
     The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
+    studio, radius, curve = Lying(at_most=1).draw(rng, size)
     if curve is None:
         return None
     boxes: list[Solid] = []
@@ -102,9 +123,7 @@ def occluded(rng: Generator, size: Size) -> Scene | None:
         angle = np.arctan2(tangent[1], tangent[0]) + rng.uniform(-0.5, 0.5)
         bottom, tall = 2 * radius + (0.001 if rng.random() < 0.4 else rng.uniform(0.01, 0.06)), rng.uniform(0.012, 0.03)
         middle = np.array([*center, bottom + tall / 2])
-        boxes.append(
-            box(middle, (width, rng.uniform(0.05, 0.1), tall), angle, studio, GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))])
-        )
+        boxes.append(box(middle, (width, rng.uniform(0.05, 0.1), tall), angle, studio, pick(rng, GRIPPER_COLORS)))
         centers.append(center)
     return cables_on_table(rng, studio, [curve], radius, tuple(boxes)) if boxes else None
 
@@ -145,11 +164,9 @@ def air(rng: Generator, size: Size) -> Scene | None:
         return None
     axis = spline_axis(shape - (0, 0, shape[:, 2].mean()))
     table_height = axis[:, 2].min() - rng.uniform(0.05, 0.3)
-    if not studio.contains(axis) or min_bend_radius(axis) < MIN_BEND_RADII * radius:
-        return None
-    cable = Truth(studio.to_camera(axis), radius, color=cable_color(rng))
-    table = studio.table(float(table_height)) if rng.random() < 0.7 else None
-    return Scene("", "", 0, studio.camera, (cable,), (), table, studio.light)
+    scene = sound_scene(rng, studio, [axis], radius, clearance=0)
+    table = studio.table(float(table_height)) if scene is not None and rng.random() < 0.7 else None
+    return None if scene is None else replace(scene, table=table)
 
 
 def _helix(rng: Generator, studio: Studio, radius: float) -> Floats | None:
@@ -293,10 +310,56 @@ def cables_on_table(
     if z is None:
         return None
     axes = [spline_axis(np.column_stack((curve, z[strand == k]))) for k, curve in enumerate(curves)]
-    if min_clearance(axes, radius) < 0.999 or min(min_bend_radius(axis) for axis in axes) < MIN_BEND_RADII * radius:
+    return sound_scene(rng, studio, axes, radius, color or 1, occluders)
+
+
+def is_sound(studio: Studio, axes: list[Floats], radii: Floats | float, clearance: float = 0.999) -> bool:
+    """Tell whether cables are in the image, and neither intersect nor bend too much.
+
+    Parameters
+    ----------
+    studio
+        the camera above the table.
+    axes
+        (P, 3) m in the world frame for each cable, P points 0.5 mm apart.
+    radii
+        m, the radius of each cable, or of all.
+    clearance
+        least distance of their axes in sums of their radii; 0 for any.
+    """
+    if not all(studio.contains(axis) for axis in axes) or (clearance and min_clearance(axes, radii) < clearance):
+        return False
+    own = zip(axes, np.broadcast_to(radii, len(axes)), strict=True)
+    return all(min_bend_radius(axis) >= MIN_BEND_RADII * radius for axis, radius in own)
+
+
+def sound_scene(
+    rng: Generator,
+    studio: Studio,
+    axes: list[Floats],
+    radii: Floats | float,
+    colors: int | Color = 1,
+    solids: tuple[Solid, ...] = (),
+    clearance: float = 0.999,
+) -> Scene | None:
+    """Return the scene of cables above a table, or None if they are not sound (see `is_sound`).
+
+    Parameters
+    ----------
+    rng
+        the random number generator, for the colors.
+    studio, axes, radii, clearance
+        as for `is_sound`.
+    colors
+        number of colors of the cables, or the color of all.
+    solids
+        other objects, in the camera's optical frame.
+    """
+    if not is_sound(studio, axes, radii, clearance):
         return None
-    if not all(studio.contains(axis) for axis in axes):
-        return None
-    drawn = cable_color(rng) if color is None else color
-    cables = tuple(Truth(studio.to_camera(axis), radius, color=drawn) for axis in axes)
-    return Scene("", "", 0, studio.camera, cables, occluders, studio.table(), studio.light)
+    drawn = [cable_color(rng) for _ in range(colors)] if isinstance(colors, int | np.integer) else [colors]
+    cables = tuple(
+        Truth(studio.to_camera(axis), radius, color=drawn[k % len(drawn)])
+        for k, (axis, radius) in enumerate(zip(axes, np.broadcast_to(radii, len(axes)).tolist(), strict=True))
+    )
+    return Scene("", "", 0, studio.camera, cables, solids, studio.table(), studio.light)

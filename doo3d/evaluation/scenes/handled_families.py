@@ -11,11 +11,11 @@ import numpy as np
 from numpy.random import Generator
 
 from ...types import Floats
-from .curves import STEP, random_curves
-from .families import LENGTHS, MIN_BEND_RADII, RADII, Size, at_height, cables_on_table, planar_curve
+from .curves import STEP, random_curves, rotation
+from .families import MIN_BEND_RADII, RADII, Lying, Size, at_height, cables_on_table, is_sound, planar_curve, sound_scene
 from .model import Scene, Solid, Stripe, Table, Truth, cuboid_triangles
 from .stacking import min_bend_radius, min_clearance, spline_axis
-from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, cable_color, make_studio
+from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, cable_color, make_studio, pick
 
 HOOK_DEPTHS, END_DEPTHS = (0.40, 0.55), (0.9, 1.5)
 """m from the camera to the hook, and to the ends of the cable that hangs from it."""
@@ -36,8 +36,7 @@ def gripper(rng: Generator, size: Size) -> Scene | None:
     The cable lies on the table or is lifted. The result is None if the draw from `rng` cannot be built; then call again with the
     same `rng`. `size` is (width, height) px of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, 0))
+    studio, radius, curve = Lying().draw(rng, size)
     if curve is None:
         return None
     along, z = np.arange(len(curve)) * STEP, np.full(len(curve), radius)
@@ -48,14 +47,13 @@ def gripper(rng: Generator, size: Size) -> Scene | None:
         lift = rng.uniform(0, 0.08)
         z = np.maximum(z, radius + lift * np.exp(-(((along - center) / rng.uniform(0.06, 0.12)) ** 2)))
     axis = spline_axis(np.column_stack((curve, z)))
-    if not studio.contains(axis) or min_bend_radius(axis) < MIN_BEND_RADII * radius:
+    if not is_sound(studio, [axis], radius, 0):
         return None
     solids: list[Solid] = []
     for center in centers:
         k = min(int(center / STEP), len(curve) - 2)
         solids += _gripper(rng, studio, np.array([*curve[k], z[k]]), curve[k + 1] - curve[k], radius)
-    cable = Truth(studio.to_camera(axis), radius, color=cable_color(rng))
-    return Scene("", "", 0, studio.camera, (cable,), tuple(solids), studio.table(), studio.light)
+    return sound_scene(rng, studio, [axis], radius, 1, tuple(solids), 0)
 
 
 def _gripper(rng: Generator, studio: Studio, middle: Floats, tangent: Floats, radius: float) -> list[Solid]:
@@ -64,7 +62,7 @@ def _gripper(rng: Generator, studio: Studio, middle: Floats, tangent: Floats, ra
     across = np.array([-np.sin(angle), np.cos(angle), 0.0])
     width, thick, tall = rng.uniform(0.010, 0.022), rng.uniform(0.007, 0.014), rng.uniform(0.030, 0.060)
     opening = 2 * radius * rng.uniform(1.15, 2.5)
-    color = GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))]
+    color = pick(rng, GRIPPER_COLORS)
     bottom = max(float(middle[2]) - radius, 0.0)
     up = np.array([0.0, 0.0, bottom - float(middle[2]) + tall / 2])
     fingers = [
@@ -106,7 +104,7 @@ def hook(rng: Generator, size: Size) -> Scene | None:
     corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * (thick, rng.uniform(0.06, 0.12), thick)
     cosine, sine = across[:2]
     corners = corners @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    bar = Solid(corners + top + (0, 0, radius + thick / 2), cuboid_triangles(), GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))])
+    bar = Solid(corners + top + (0, 0, radius + thick / 2), cuboid_triangles(), pick(rng, GRIPPER_COLORS))
     tilt = rng.uniform(-0.15, 0.15, 2)
     normal = np.array([*tilt, -1.0]) / np.sqrt(1 + tilt @ tilt)
     table = Table(np.array([0.0, 0.0, rng.uniform(1.7, 2.0)]), normal, studio.table().color)
@@ -130,15 +128,8 @@ def leaving(rng: Generator, size: Size) -> Scene | None:
     inner = (depths + edge) / 2 + rng.uniform(-0.02, 0.02, 2)
     outward = [depths[0], inner[0], edge + 0.6 * beyond, edge + beyond, edge + 0.6 * beyond, inner[1], depths[1]]
     fan = rng.uniform(0.0, 0.08, 4)
-    lateral = [
-        -apart / 2 - fan[0] - fan[1],
-        -apart / 2 - fan[0],
-        -apart / 2.6,
-        0,
-        apart / 2.6,
-        apart / 2 + fan[2],
-        apart / 2 + fan[3],
-    ]
+    left, right = -apart / 2 - fan[0], apart / 2 + fan[2:]
+    lateral = [left - fan[1], left, -apart / 2.6, 0, apart / 2.6, *right]
     points = np.zeros((7, 3))
     points[:, axis_of], points[:, 1 - axis_of], points[:, 2] = sign * np.array(outward), middle + np.array(lateral), radius
     axis = spline_axis(points)
@@ -159,8 +150,7 @@ def plugs(rng: Generator, size: Size) -> Scene | None:
     The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
     of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
+    studio, radius, curve = Lying(at_most=1).draw(rng, size)
     if curve is None:
         return None
     color = cable_color(rng)
@@ -170,7 +160,7 @@ def plugs(rng: Generator, size: Size) -> Scene | None:
         direction = direction / np.linalg.norm(direction)
         long, wide, tall = rng.uniform(0.02, 0.045), radius * rng.uniform(2.4, 5.0), radius * rng.uniform(2.2, 4.0)
         middle = np.array([*(curve[tip] + direction * (long / 2 - 0.5 * radius)), tall / 2])
-        shade = color if rng.random() < 0.4 else GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))]
+        shade = color if rng.random() < 0.4 else pick(rng, GRIPPER_COLORS)
         solids.append(box(middle, (long, wide, tall), float(np.arctan2(direction[1], direction[0])), studio, shade))
         if not studio.contains(at_height((middle[:2] + direction * long)[None], tall)):
             return None
@@ -198,38 +188,9 @@ def touch(rng: Generator, size: Size) -> Scene | None:
         branch = random_curves(rng, 1, rng.uniform(0.15, 0.4), max(10 * radius, 0.06))[0]
         heading = branch[3] - branch[0]
         turn = angle - np.arctan2(heading[1], heading[0])
-        rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-        curves.append((branch - branch[0]) @ rotation + start)
+        curves.append((branch - branch[0]) @ rotation(turn) + start)
     axes = [spline_axis(at_height(curve, radius)) for curve in curves]
-    if min_clearance(axes, radius) < 0.999 or min(min_bend_radius(axis) for axis in axes) < MIN_BEND_RADII * radius:
-        return None
-    if not all(studio.contains(axis) for axis in axes):
-        return None
-    color = cable_color(rng)
-    cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis in axes)
-    return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)
-
-
-def wire(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one wire of 1 to 1.5 mm, near the camera, that crosses itself at most twice.
-
-    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
-    of the image.
-    """
-    studio, radius = make_studio(rng, size, (0.32, 0.5)), rng.uniform(0.0005, 0.00075)
-    curve = planar_curve(rng, studio, radius, rng.uniform(0.3, 0.8), (0, int(rng.integers(3))), 0.012)
-    return None if curve is None else cables_on_table(rng, studio, [curve], radius)
-
-
-def hose(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one hose of 16 to 30 mm that crosses itself at most once.
-
-    The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
-    of the image.
-    """
-    studio, radius = make_studio(rng, size, (0.75, 1.1)), rng.uniform(0.008, 0.015)
-    curve = planar_curve(rng, studio, radius, rng.uniform(0.6, LENGTHS[1]), (0, int(rng.integers(2))), 3.2 * radius)
-    return None if curve is None else cables_on_table(rng, studio, [curve], radius)
+    return sound_scene(rng, studio, axes, radius)
 
 
 def striped(rng: Generator, size: Size) -> Scene | None:
@@ -238,12 +199,10 @@ def striped(rng: Generator, size: Size) -> Scene | None:
     The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
     of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(3))))
-    scene = None if curve is None else cables_on_table(rng, studio, [curve], radius)
+    scene = Lying(at_most=2)(rng, size)
     if scene is None:
         return None
     cable = scene.cables[0]
-    color = (236, 234, 228) if rng.random() < 0.5 else CABLE_COLORS[rng.integers(len(CABLE_COLORS))]
+    color = (236, 234, 228) if rng.random() < 0.5 else pick(rng, CABLE_COLORS)
     stripe = Stripe(color, float(rng.uniform(0.008, 0.05)), float(rng.uniform(0.2, 0.6)), int(rng.integers(-1, 3)))
     return replace(scene, cables=(replace(cable, stripe=stripe),))

@@ -10,8 +10,8 @@ from numpy.random import Generator
 from scipy.spatial import cKDTree
 
 from ...types import Floats
-from .curves import STEP, resample_polyline
-from .families import LENGTHS, RADII, Size, cables_on_table, planar_curve
+from .curves import STEP, resample_polyline, turned_curve
+from .families import LENGTHS, RADII, Lying, Size, cables_on_table, planar_curve
 from .model import Color, Scene, Solid
 from .studio import Studio, box, cable_color, make_studio
 
@@ -34,8 +34,7 @@ def clutter(rng: Generator, size: Size) -> Scene | None:
     The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
+    studio, radius, curve = Lying(at_most=1).draw(rng, size)
     if curve is None:
         return None
     color, tree = cable_color(rng), cKDTree(curve)
@@ -82,17 +81,6 @@ def _blob(rng: Generator, center: Floats, half_width: float, studio: Studio, col
     return Solid(studio.to_camera(points), triangles.astype(np.int64), color)
 
 
-def tangle(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable that crosses itself four to ten times.
-
-    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
-    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
-    """
-    studio, radius = make_studio(rng, size), rng.uniform(RADII[0], 0.0045)
-    curve = planar_curve(rng, studio, radius, rng.uniform(0.9, LENGTHS[1]), (4, 10), 3.4 * radius, 26.0)
-    return None if curve is None else cables_on_table(rng, studio, [curve], radius)
-
-
 def hairpin(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable that turns back and runs along itself.
 
@@ -115,9 +103,7 @@ def hairpin(rng: Generator, size: Size) -> Scene | None:
     straight = np.vstack((tails[0][::-1], first, bulb + np.array([leg, 0.0]), second, tails[1] * (1, -1)))
     curve = resample_polyline(_bent(straight, rng.uniform(-4.0, 4.0)), STEP)
     angle = rng.uniform(-0.4, 0.4) + np.pi * rng.integers(2)
-    curve = curve @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    curve = curve - (curve.max(axis=0) + curve.min(axis=0)) / 2
-    return cables_on_table(rng, studio, [curve], radius)
+    return cables_on_table(rng, studio, [turned_curve(curve, angle)], radius)
 
 
 def _bulb(leg_distance: float, bend_radius: float) -> Floats:
@@ -157,8 +143,7 @@ def shiny(rng: Generator, size: Size) -> Scene | None:
     The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
-    studio, radius = make_studio(rng, size), rng.uniform(*RADII)
-    curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))))
+    studio, radius, curve = Lying(at_most=1).draw(rng, size)
     scene = None if curve is None else cables_on_table(rng, studio, [curve], radius)
     if scene is None:
         return None
@@ -178,15 +163,4 @@ def thin(rng: Generator, size: Size) -> Scene | None:
     studio = make_studio(rng, size)
     radius = rng.uniform(*THIN_WIDTHS_PX) * studio.distance / studio.camera.fx / 2
     curve = planar_curve(rng, studio, radius, rng.uniform(*LENGTHS), (0, int(rng.integers(2))), 0.015)
-    return None if curve is None else cables_on_table(rng, studio, [curve], radius)
-
-
-def far(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable at a distance of 1.1 to 1.5 m from the camera.
-
-    The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
-    cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
-    """
-    studio, radius = make_studio(rng, size, (1.1, 1.5)), rng.uniform(0.004, RADII[1])
-    curve = planar_curve(rng, studio, radius, rng.uniform(0.7, LENGTHS[1]), (0, int(rng.integers(3))))
     return None if curve is None else cables_on_table(rng, studio, [curve], radius)

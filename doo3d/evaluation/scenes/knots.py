@@ -9,11 +9,11 @@ from numpy.polynomial.chebyshev import chebval
 from numpy.random import Generator
 
 from ...types import Bools, Floats
-from .curves import STEP, CurveCrossings, curve_crossings, resample_polyline
-from .families import MIN_BEND_RADII, Size, cables_on_table, concatenate_curves
-from .model import Scene, Truth
-from .stacking import min_bend_radius, min_clearance, resting_heights, spline_axis
-from .studio import Studio, cable_color, make_studio
+from .curves import STEP, CurveCrossings, curve_crossings, resample_polyline, turned_curve
+from .families import Size, cables_on_table, concatenate_curves, sound_scene
+from .model import Scene
+from .stacking import resting_heights, spline_axis
+from .studio import Studio, make_studio, pick
 
 KNOTS = {"overhand": (3, 4), "figure eight": (3, 5)}
 """Degrees a, b of knots as curves of Chebyshev polynomials T_a(t), T_b(t), crossed over and under in turn (Koseleff and
@@ -35,7 +35,7 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(*RADII)
-    curve = planar_knot(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
+    curve = planar_knot(rng, studio, *KNOTS[pick(rng, list(KNOTS))])
     points, strand = concatenate_curves([curve])
     crossed = curve_crossings(points, strand)
     over = alternating(crossed) ^ (rng.random() < 0.5)
@@ -45,11 +45,8 @@ def knots(rng: Generator, size: Size) -> Scene | None:
     if z is None:
         return None
     axis = spline_axis(np.column_stack((curve, z + rng.uniform(0.02, 0.08))))
-    if not studio.contains(axis) or min_bend_radius(axis) < MIN_BEND_RADII * radius or min_clearance([axis], radius) < 1.5:
-        return None
-    cable = Truth(studio.to_camera(axis), radius, color=cable_color(rng))
-    scene = Scene("", "", 0, studio.camera, (cable,), (), studio.table(), studio.light)
-    return scene if rng.random() < 0.7 else replace(scene, table=None)
+    scene = sound_scene(rng, studio, [axis], radius, clearance=1.5)
+    return scene if scene is None or rng.random() < 0.7 else replace(scene, table=None)
 
 
 def planar_knot(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
@@ -59,9 +56,7 @@ def planar_knot(rng: Generator, studio: Studio, a: int, b: int) -> Floats:
     curve *= rng.choice((-1, 1), size=2)
     wave = rng.uniform(-0.08, 0.08, size=(2, 2))
     curve = curve + np.column_stack((np.sin(1.5 * curve[:, 1]), np.sin(1.5 * curve[:, 0]))) @ wave
-    angle = rng.uniform(-0.2, 0.2)
-    curve = curve @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    curve = curve - (curve.max(axis=0) + curve.min(axis=0)) / 2
+    curve = turned_curve(curve, rng.uniform(-0.2, 0.2))
     curve = curve / np.ptp(curve, axis=0) * np.array(studio.usable_size()) * rng.uniform(0.28, 0.42, size=2)
     return resample_polyline(curve, STEP)
 

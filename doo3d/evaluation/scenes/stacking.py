@@ -19,6 +19,9 @@ AXIS_SPACING = 0.0005
 CONTACT_RADII = 2.04
 """Radii between the axes of strands that lie on each other: 2 and a little for the sampling."""
 
+OWN_ARC_RADII = 6.0
+"""Radii along a cable within which its points do not touch each other."""
+
 MIN_VERTICAL_BEND_RADII = 10.0
 """Radii; tightest bend up or down."""
 
@@ -126,26 +129,24 @@ def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = Fa
     return np.asarray(result[:-1] if closed else result)
 
 
-def min_clearance(axes: list[Floats], radius: float) -> float:
-    """Return the least distance between the axes of cables, in diameters: 1 if they touch, below 1 if they intersect, 2 at most.
+def min_clearance(axes: list[Floats], radii: Floats | float) -> float:
+    """Return the least distance between the axes of strands in sums of their radii: 1 if they touch, 2 at most.
 
-    Two parts of one cable count like two cables if they are more than 6 radii apart along it.
+    Two parts of one cable count as two strands if they are more than 6 radii apart along it.
 
     Parameters
     ----------
     axes
         (P, 3) m for each cable, P points 0.5 mm apart.
-    radius
-        radius of all cables, m.
+    radii
+        m, the radius of each cable, or of all.
     """
-    points = np.vstack(axes)
-    strand = np.repeat(np.arange(len(axes)), [len(axis) for axis in axes])
-    pairs = cKDTree(points).query_pairs(4 * radius, output_type="ndarray")
-    if len(pairs) == 0:
-        return 2.0
-    far = (strand[pairs[:, 0]] != strand[pairs[:, 1]]) | (np.abs(pairs[:, 0] - pairs[:, 1]) * AXIS_SPACING > 6 * radius)
-    distance = np.linalg.norm(points[pairs[far, 0]] - points[pairs[far, 1]], axis=1)
-    return float(distance.min(initial=4 * radius)) / (2 * radius)
+    points, counts = np.vstack(axes), [len(axis) for axis in axes]
+    strand, radius = np.repeat(np.arange(len(axes)), counts), np.repeat(np.broadcast_to(radii, len(axes)), counts)
+    i, j = cKDTree(points).query_pairs(4 * float(np.max(radii)), output_type="ndarray").T
+    far = (strand[i] != strand[j]) | (np.abs(i - j) * AXIS_SPACING > OWN_ARC_RADII * radius[i])
+    i, j = i[far], j[far]
+    return float((np.linalg.norm(points[i] - points[j], axis=1) / (radius[i] + radius[j])).min(initial=2.0))
 
 
 def min_bend_radius(axis: Floats) -> float:

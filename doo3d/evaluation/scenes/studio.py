@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.random import Generator
@@ -10,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from ...types import Camera, Floats
 from .model import Color, Solid, Table, cuboid_triangles
+
+T = TypeVar("T")
 
 CABLE_COLORS: tuple[Color, ...] = (
     (205, 38, 34),
@@ -103,13 +107,18 @@ def make_studio(
     rotation = Rotation.from_euler("xyz", angles, degrees=True).as_matrix() @ np.diag([1.0, -1.0, -1.0])
     slant, azimuth = np.radians(rng.uniform(15, 40)), rng.uniform(0, 2 * np.pi)
     light = rotation @ (np.sin(slant) * np.cos(azimuth), np.sin(slant) * np.sin(azimuth), np.cos(slant))
-    color = TABLE_COLORS[rng.integers(len(TABLE_COLORS))]
+    color = pick(rng, TABLE_COLORS)
     return Studio(camera, rotation, float(rng.uniform(*distances)), (float(light[0]), float(light[1]), float(light[2])), color)
+
+
+def pick(rng: Generator, choices: Sequence[T]) -> T:
+    """Draw one of several things, each as likely as another."""
+    return choices[int(rng.integers(len(choices)))]
 
 
 def cable_color(rng: Generator) -> Color:
     """Draw one of seven cable colors, 8-bit RGB, all far more saturated than any table color."""
-    return CABLE_COLORS[rng.integers(len(CABLE_COLORS))]
+    return pick(rng, CABLE_COLORS)
 
 
 def box(center: Floats, size: tuple[float, float, float], angle: float, studio: Studio, color: Color) -> Solid:

@@ -10,10 +10,10 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ...types import Floats
-from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves, resample_polyline
-from .families import MIN_BEND_RADII, RADII, Size, at_height, cables_on_table
+from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves, resample_polyline, turned_curve
+from .families import RADII, Size, at_height, cables_on_table, is_sound, sound_scene
 from .model import Scene, Truth
-from .stacking import min_bend_radius, min_clearance, spline_axis
+from .stacking import min_clearance, spline_axis
 from .studio import Studio, cable_color, make_studio
 
 TURNS = (3.0, 6.0)
@@ -46,7 +46,7 @@ def coil(rng: Generator, size: Size) -> Scene | None:
     heading = (spiral[-1] - spiral[-2]) / np.linalg.norm(spiral[-1] - spiral[-2])
     points = np.vstack((start, spiral, spiral[-1] + rest[:, None] * heading))
     curve = resample_polyline(points * (1.0, rng.uniform(0.8, 1.0)) * rng.choice((-1, 1), 2), STEP)
-    curve = _turned(curve, rng.uniform(0, 2 * np.pi)) + _offset(rng, studio, curve)
+    curve = turned_curve(curve, rng.uniform(0, 2 * np.pi)) + _offset(rng, studio, curve)
     crossed = curve_crossings(curve, np.zeros(len(curve), dtype=int))
     over = np.full(len(crossed.first), rng.random() < 0.7)
     return cables_on_table(rng, studio, [curve], radius, over=over) if len(crossed.first) >= int(turns) - 1 else None
@@ -65,7 +65,7 @@ def figure_eight(rng: Generator, size: Size) -> Scene | None:
     shrink = 1 - rng.uniform(0.15, 0.3) * (t - start) / (2 * np.pi)
     curve = np.column_stack((wide * np.sin(t), tall * np.sin(t) * np.cos(t))) * shrink[:, None]
     drift = rng.uniform(-0.04, 0.04, 2) * (1.0, 0.2) * np.linspace(0, 1, len(t))[:, None]
-    curve = _turned(resample_polyline(curve + drift, STEP), rng.uniform(-0.5, 0.5))
+    curve = turned_curve(resample_polyline(curve + drift, STEP), rng.uniform(-0.5, 0.5))
     curve = np.asarray(curve + _offset(rng, studio, curve))
     if clear_crossings(curve, np.zeros(len(curve), dtype=int), 2.3 * radius, MIN_CROSSING_ANGLE) is None:
         return None
@@ -84,18 +84,14 @@ def ring(rng: Generator, size: Size) -> Scene | None:
     for k in (2, 3, 4):
         distance *= np.asarray(1 + rng.uniform(0, 0.5 / k) * np.cos(k * t + rng.uniform(0, 2 * np.pi)))
     planar = np.column_stack((distance * np.cos(t) * rng.uniform(1.0, 1.6), distance * np.sin(t)))
-    planar = _turned(planar, rng.uniform(0, np.pi))
+    planar = turned_curve(planar, rng.uniform(0, np.pi))
     points = at_height(planar + _offset(rng, studio, planar), radius)
     if rng.random() < 0.5:
         tilted = Rotation.from_rotvec(rng.uniform(-0.7, 0.7, 3) * (1, 1, 0)).apply(points)
         points = tilted + np.array([0, 0, rng.uniform(0.01, 0.1) + radius - tilted[:, 2].min()])
     axis = spline_axis(points, closed=True)
     around = np.vstack((axis, axis[:20]))
-    if (
-        not studio.contains(axis)
-        or min_bend_radius(around) < MIN_BEND_RADII * radius
-        or min_clearance([axis[:-40]], radius) < 1.2
-    ):
+    if not is_sound(studio, [around], radius, 0) or min_clearance([axis[:-40]], radius) < 1.2:
         return None
     cable = Truth(studio.to_camera(axis), radius, closed=True, color=cable_color(rng))
     return Scene("", "", 0, studio.camera, (cable,), (), studio.table(), studio.light)
@@ -145,37 +141,13 @@ def _side_by_side(
         first, last = int(rng.integers(0, 20)), len(middle) - int(rng.integers(0, 20))
         curve = (middle + place * spread[:, None] * normal)[first:last]
         axes.append(spline_axis(at_height(curve, float(radius))))
-    if not all(studio.contains(axis) for axis in axes) or not _is_apart(axes, radii):
-        return None
-    if min(min_bend_radius(axis) / radius for axis, radius in zip(axes, radii, strict=True)) < MIN_BEND_RADII:
-        return None
-    color = cable_color(rng)
-    cables = tuple(Truth(studio.to_camera(axis), float(radius), color=color) for axis, radius in zip(axes, radii, strict=True))
-    return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)
-
-
-def _is_apart(axes: list[Floats], radii: Floats) -> bool:
-    """Tell whether no two cables meet, and none meets itself."""
-    if any(min_clearance([axis], float(radius)) < 1.0 for axis, radius in zip(axes, radii, strict=True)):
-        return False
-    for k in range(len(axes)):
-        for j in range(k):
-            distance = np.linalg.norm(axes[k][::4, None] - axes[j][None, ::4], axis=-1).min()
-            if distance < float(radii[k] + radii[j]) * 0.999:
-                return False
-    return True
+    return sound_scene(rng, studio, axes, radii)
 
 
 def _eased(t: Floats) -> Floats:
     """Return a smooth step (R,): 0 up to 0, 1 from 1."""
     t = np.clip(t, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))
-
-
-def _turned(curve: Floats, angle: float) -> Floats:
-    """Return a planar curve (P, 2) rotated by an angle in radians, with its bounding box centered at the origin."""
-    rotated = curve @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    return np.asarray(rotated - (rotated.max(axis=0) + rotated.min(axis=0)) / 2)
 
 
 def _offset(rng: Generator, studio: Studio, curve: Floats) -> Floats:

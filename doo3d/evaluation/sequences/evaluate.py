@@ -27,6 +27,7 @@ from ..rendering.renderer import Rendered
 from ..scenes.model import Truth
 from .motions import FRAME_RATE
 from .nodes import find_jumps, measured_nodes, node_offsets
+from .recorded import RecordedSequence
 from .scenes import Sequence as TrueSequence
 
 VARIANTS = {
@@ -71,13 +72,13 @@ def sequence_benchmark(config: Config, give_count: bool = True) -> Benchmark:
     return Benchmark(measure, COLUMNS, _panels, _caption, lambda row: (not row.correct, row.hidden_share))
 
 
-def sequence_case(sequence: TrueSequence, sensor: str = "d435") -> Case:
+def sequence_case(sequence: TrueSequence | RecordedSequence, sensor: str = "d435") -> Case:
     """Return the case of a sequence, whose frames the sensor sees."""
     records = len(VARIANTS) * len(sequence)
     return Case(sequence.name, sequence.name, partial(_itself, sequence), (), sequence.seed, sensor, records)
 
 
-def _itself(sequence: TrueSequence) -> TrueSequence:
+def _itself(sequence: TrueSequence | RecordedSequence) -> TrueSequence | RecordedSequence:
     return sequence
 
 
@@ -136,8 +137,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
                 "sequence": config.sequence.model_copy(update={"chains": 1}),
             }
         )
-    sequence: TrueSequence = case.load()
-    frames = [_first_pass(rendered, config) for rendered in sequence.frames(case.sensor)]
+    frames = [_first_pass(rendered, config) for rendered in case.load().frames(case.sensor)]
     observations = [frame.observation for frame in frames]
     detections = {"single": [frame.observation.detection for frame in frames]}
     seconds = {"single": sum(frame.seconds[0] for frame in frames)}
@@ -151,7 +151,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     rows = []
     for variant in VARIANTS:
         end = {"found_length": found, "ms": times[variant], "ms_single": times["single"]}
-        rows += [case.record(row | end) for row in _rows(sequence, variant, frames, detections[variant])]
+        rows += [case.record(row | end) for row in _rows(variant, frames, detections[variant])]
     for row, detection in zip(rows, (each for variant in VARIANTS for each in detections[variant]), strict=True):
         row.detection = detection
     return rows
@@ -180,11 +180,11 @@ def _or_single(detection: Detection, single: Detection) -> Detection:
     return detection if detection.chains else replace(single, chains=tuple(replace(chain, id=None) for chain in single.chains))
 
 
-def _rows(sequence: TrueSequence, variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
+def _rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
     """Return the values of each frame in one variant; the longest chain of a frame is compared node by node."""
     truths = [frame.truth for frame in frames]
     offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant == "sequence")
-    jumps, counted = find_jumps(offsets, sequence.motion.radius)
+    jumps, counted = find_jumps(offsets, truths[0].radius)
     distances = 1e3 * np.linalg.norm(offsets, axis=2)
     rows = []
     for k, (frame, detection) in enumerate(zip(frames, detections, strict=True)):

@@ -7,8 +7,7 @@ from scipy.spatial import cKDTree
 from doo3d.evaluation.benchmark.cases import known_frame
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, make_scene
-from doo3d.evaluation.scenes.stacking import min_bend_radius
-from doo3d.evaluation.scenes.tough.settle import clearance
+from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
 
 SMALL = (320, 180)
 SEEDS = range(3)
@@ -23,7 +22,7 @@ def test_tough_cables_do_not_intersect_and_are_in_view(family):
     for seed in SEEDS:
         scene = make_scene(family, seed)
         axes = [cable.axis for cable in scene.cables]
-        assert clearance(axes, np.array([cable.radius for cable in scene.cables])) >= 0.999
+        assert min_clearance(axes, np.array([cable.radius for cable in scene.cables])) >= 0.999
         for cable in scene.cables:
             assert min_bend_radius(cable.axis) >= 3.99 * cable.radius
             pixels = scene.camera.project(cable.axis)
@@ -47,8 +46,8 @@ def test_tough_families_are_a_group_of_their_own():
 def test_clearance_is_in_sums_of_radii():
     x = np.arange(0, 0.1, 0.0005)
     one, other = (np.column_stack((x, np.full(len(x), y), 0 * x)) for y in (0.0, 0.009))
-    assert clearance([one, other], np.array([0.004, 0.002])) == pytest.approx(1.5)
-    assert clearance([one], np.array([0.004])) == 2
+    assert min_clearance([one, other], np.array([0.004, 0.002])) == pytest.approx(1.5)
+    assert min_clearance([one], np.array([0.004])) == 2
 
 
 def test_turns_of_a_coil_touch_overlap_and_pile_up():

@@ -7,10 +7,10 @@ from numpy.random import Generator
 from scipy.spatial import Delaunay
 
 from ....types import Floats
+from ..curves import rotation
 from ..model import Solid
 from ..stacking import AXIS_SPACING
-from ..studio import GRIPPER_COLORS, Studio, box
-from .plan import rotation
+from ..studio import GRIPPER_COLORS, Studio, box, pick
 from .strands import Strand
 
 WIDE_GAPS = (0.04, 0.08)
@@ -34,7 +34,7 @@ def box_on_junction(rng: Generator, studio: Studio, strands: list[Strand], nodes
     top = max(strand.radius for strand in strands) * 2 + 0.001
     middle = np.array([*nodes[node, :2], top + tall / 2])
     footprint = (rng.uniform(0.025, 0.045), rng.uniform(0.025, 0.045), tall)
-    return (box(middle, footprint, rng.uniform(0, np.pi), studio, GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))]),)
+    return (box(middle, footprint, rng.uniform(0, np.pi), studio, pick(rng, GRIPPER_COLORS)),)
 
 
 def wide_box(
@@ -69,7 +69,7 @@ def wide_box(
     slack = (size[:2] - least) / 2 * rng.uniform(-1, 1, size=2)
     shift = slack @ rotation(angle)
     middle = np.array([*(nodes[node, :2] + shift), 2 * thick + 0.001 + size[2] / 2])
-    solid = box(middle, (size[0], size[1], size[2]), angle, studio, GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))])
+    solid = box(middle, (size[0], size[1], size[2]), angle, studio, pick(rng, GRIPPER_COLORS))
     outline = Delaunay(studio.camera.project(solid.vertices))
     starts, headings = [], []
     for k, (strand, axis) in enumerate(zip(strands, axes, strict=True)):

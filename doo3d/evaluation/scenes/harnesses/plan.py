@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import COARSE_STRIDE, STEP, oriented_curve, random_curves
+from ..curves import COARSE_STRIDE, STEP, oriented_curve, random_curves, rotation
 from ..studio import Studio
 from .strands import Strand, cross_far_from_ends, crossings_of, is_open
 
@@ -134,11 +134,6 @@ def leaving_curve(rng: Generator, trunk: Floats, index: int, side: int, longer: 
     first = curve[4]
     turn = angle - np.arctan2(first[1], first[0])
     return np.asarray(curve @ rotation(turn) + trunk[index])
-
-
-def rotation(angle: float) -> Floats:
-    """Return the matrix that turns row vectors by an angle, radians counter-clockwise."""
-    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
 def placed(rng: Generator, plan: Plan, usable: Floats) -> Plan | None:

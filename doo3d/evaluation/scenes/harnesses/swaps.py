@@ -6,9 +6,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import STEP, random_curves, resample_polyline
-from ..studio import Studio
-from .plan import BRANCH_RATIOS, LEAVING_DEGREES, MIN_SPACING_RADII, Plan, leaving_curve, placed, rotation, strand_on_table
+from ..curves import STEP, random_curves, resample_polyline, rotation
+from ..studio import Studio, pick
+from .plan import BRANCH_RATIOS, LEAVING_DEGREES, MIN_SPACING_RADII, Plan, leaving_curve, placed, strand_on_table
 from .strands import Strand, crossings_of, is_open
 
 CONTACT_SPACINGS, APART_SPACINGS, CONTACT_CHANCE = (1.04, 1.15), (1.4, 2.6), 0.25
@@ -80,7 +80,7 @@ def _two_trees(rng: Generator, radius: float) -> Plan | None:
         possible = [side for side in sides if side[1] > side[0]]
         if not possible:
             return None
-        first, last, direction = possible[int(rng.integers(len(possible)))]
+        first, last, direction = pick(rng, possible)
         index = int(rng.uniform(first, last))
         start = len(nodes)
         starts.append(start)

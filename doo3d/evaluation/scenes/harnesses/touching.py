@@ -6,7 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import STEP, random_curves
+from ..curves import STEP, random_curves, rotation
+from ..studio import pick
 from .strands import CLEARANCE, NEAR_JUNCTION_RADII, Strand, near_points
 
 
@@ -14,7 +15,7 @@ def add_touching(rng: Generator, strands: list[Strand], nodes: list[Floats]) -> 
     """Add a cable of its own whose tip touches a strand from the side; False if there is no room."""
     radius = max(strand.radius for strand in strands)
     for _ in range(30):
-        host = strands[int(rng.integers(len(strands)))]
+        host = pick(rng, strands)
         reach = int(2.5 * NEAR_JUNCTION_RADII * radius / STEP)
         if len(host.curve) <= 2 * reach + 2:
             continue
@@ -27,8 +28,7 @@ def add_touching(rng: Generator, strands: list[Strand], nodes: list[Floats]) -> 
         curve = random_curves(rng, 1, rng.uniform(0.12, 0.22), 0.03)[0]
         curve = curve - curve[0]
         turn = np.arctan2(normal[1], normal[0]) + rng.uniform(-0.5, 0.5) - np.arctan2(curve[4][1], curve[4][0])
-        curve = curve @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-        curve = curve + host.curve[index] + normal * (flat + gap)
+        curve = curve @ rotation(turn) + host.curve[index] + normal * (flat + gap)
         added = Strand(curve, thin, (len(nodes), len(nodes) + 1), np.full(len(curve), thin))
         limit = CLEARANCE * (radius + thin)
         clear = True

@@ -7,11 +7,10 @@ from numpy.random import Generator
 
 from ....types import Floats
 from ..curves import STEP
-from ..families import Size, planar_curve
+from ..families import Size, planar_curve, sound_scene
 from ..model import Scene, Solid, cuboid_triangles
 from ..stacking import spline_axis
-from ..studio import GRIPPER_COLORS, make_studio
-from .settle import sound_scene
+from ..studio import GRIPPER_COLORS, make_studio, pick
 
 LIFTS = (0.045, 0.11)
 """m to which a gripper lifts a cable."""
@@ -47,7 +46,7 @@ def gripper(rng: Generator, size: Size) -> Scene | None:
     apart = 1.05 * radius + thick / 2
     boxes = [((0, 0.4 * long, side * apart), (wide, long, thick)) for side in (-1, 1)]
     boxes.append(((0, 0.9 * long + palm / 2, 0), (palm, palm, palm)))
-    solids, color = [], GRIPPER_COLORS[rng.integers(len(GRIPPER_COLORS))]
+    solids, color = [], pick(rng, GRIPPER_COLORS)
     for place, edges in boxes:
         inside = np.abs((axis - points[held]) @ frame.T - place) < np.array(edges) / 2 + radius
         corners = ((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * edges + place) @ frame + points[held]

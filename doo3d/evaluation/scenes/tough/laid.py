@@ -8,11 +8,11 @@ from scipy.interpolate import CubicSpline
 
 from ....types import Floats
 from ..curves import oriented_curve, random_curves
-from ..families import Size, at_height
+from ..families import Size, at_height, sound_scene
 from ..model import Scene
 from ..stacking import spline_axis
 from ..studio import Studio, make_studio
-from .settle import STEP, settle, sound_scene
+from .settle import STEP, settle
 
 TURNS = (4.0, 5.6)
 """Turns of a coil."""

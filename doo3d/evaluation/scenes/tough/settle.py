@@ -1,16 +1,12 @@
-"""Let cables come to rest on a table and on each other without intersecting, and check that they do not."""
+"""Let cables come to rest on a table and on each other without intersecting."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.random import Generator
 from scipy.spatial import cKDTree
 
 from ....types import Floats, Ints
-from ..families import MIN_BEND_RADII
-from ..model import Color, Scene, Solid, Truth
-from ..stacking import AXIS_SPACING, min_bend_radius
-from ..studio import Studio, cable_color
+from ..stacking import OWN_ARC_RADII
 
 STEP = 0.003
 """m between the points of a cable that settles."""
@@ -23,9 +19,6 @@ FALL_RADII, RELAXATION = 0.06, 1.6
 
 SMOOTHING_STEPS = (1, 2, 4, 8, 12)
 """Steps over which the displacement of a point is averaged: the stiffness of the cable."""
-
-OWN_ARC_RADII = 6.0
-"""Radii along a cable within which its points do not touch each other."""
 
 CONTACT = 1.035
 """Sums of radii between the axes of strands that touch, with a little for the sampling."""
@@ -77,63 +70,3 @@ def _touching(axis: Floats, reach: float, radius: float) -> tuple[Ints, Ints]:
     i, j = cKDTree(axis).query_pairs(reach, output_type="ndarray").T
     strands = np.abs(i - j) * STEP > OWN_ARC_RADII * radius
     return i[strands], j[strands]
-
-
-def clearance(axes: list[Floats], radii: Floats) -> float:
-    """Return the least distance between the axes of strands in sums of their radii: 1 if they touch, 2 at most.
-
-    Two parts of one cable count as two strands if they are more than 6 radii apart along it.
-
-    Parameters
-    ----------
-    axes
-        (P, 3) m for each cable, P points 0.5 mm apart.
-    radii
-        m, the radius of each cable.
-    """
-    points, counts = np.vstack(axes), [len(axis) for axis in axes]
-    strand, radius = np.repeat(np.arange(len(axes)), counts), np.repeat(radii, counts)
-    i, j = cKDTree(points).query_pairs(4 * float(np.max(radii)), output_type="ndarray").T
-    far = (strand[i] != strand[j]) | (np.abs(i - j) * AXIS_SPACING > OWN_ARC_RADII * radius[i])
-    i, j = i[far], j[far]
-    return float((np.linalg.norm(points[i] - points[j], axis=1) / (radius[i] + radius[j])).min(initial=2.0))
-
-
-def sound_scene(
-    rng: Generator,
-    studio: Studio,
-    axes: list[Floats],
-    radii: Floats,
-    colors: int = 1,
-    solids: tuple[Solid, ...] = (),
-    height: float = 0.0,
-) -> Scene | None:
-    """Return the scene of cables above a table, or None if they intersect, bend too much or leave the image.
-
-    Parameters
-    ----------
-    rng
-        the random number generator, for the colors.
-    studio
-        the camera above the table.
-    axes
-        (P, 3) m in the world frame for each cable, P points 0.5 mm apart.
-    radii
-        m, the radius of each cable.
-    colors
-        number of colors of the cables.
-    solids
-        other objects, in the camera's optical frame.
-    height
-        m, of the table in the world frame.
-    """
-    if not all(studio.contains(axis) for axis in axes) or clearance(axes, radii) < 0.999:
-        return None
-    if min(min_bend_radius(axis) / radius for axis, radius in zip(axes, radii, strict=True)) < MIN_BEND_RADII:
-        return None
-    drawn: list[Color] = [cable_color(rng) for _ in range(colors)]
-    cables = tuple(
-        Truth(studio.to_camera(axis), float(radius), color=drawn[k % colors])
-        for k, (axis, radius) in enumerate(zip(axes, radii, strict=True))
-    )
-    return Scene("", "", 0, studio.camera, cables, solids, studio.table(height), studio.light)

@@ -7,8 +7,9 @@ from numpy.random import Generator
 
 from ....types import Floats
 from ..model import Color, Scene
+from ..studio import pick
 from .places import free_studio, scene, spread, surface
-from .shapes import Shape, limb, shade, solids
+from .shapes import Shape, flat, limb, shade, solids
 from .things import COLORS, THINGS
 from .tools import TOOLS
 
@@ -43,11 +44,11 @@ def hands(rng: Generator, size: tuple[int, int]) -> Scene:
 
 def hand(rng: Generator, mirrored: bool) -> list[Shape]:
     """Draw a hand whose fingers point along x and whose palm is at the origin, with a long forearm."""
-    skin, mirror = shade(rng, SKINS[rng.integers(len(SKINS))]), -1.0 if mirrored else 1.0
+    skin, mirror = shade(rng, pick(rng, SKINS)), -1.0 if mirrored else 1.0
     curl, fan = rng.uniform(0.1, 1.0), rng.uniform(0.0, 0.25)
     rise = 0.03 + 0.05 * curl
     t = np.linspace(0, 1, 9)
-    palm = limb(_flat(-0.045 + 0.08 * t, 0 * t, rise), 0.030 + 0.013 * np.sin(0.6 * np.pi * t), skin, 0.38)
+    palm = limb(flat(-0.045 + 0.08 * t, 0 * t, rise), 0.030 + 0.013 * np.sin(0.6 * np.pi * t), skin, 0.38)
     shapes = [palm]
     for across, long, radius in FINGERS:
         bend = curl * rng.uniform(0.7, 1.3) * np.array([0.3, 0.9, 1.5])
@@ -64,9 +65,9 @@ def hand(rng: Generator, mirrored: bool) -> list[Shape]:
     shapes.append(limb(_smooth(thumb * (1, mirror, 1) + (0, 0, rise)), np.linspace(0.013, 0.009, 9), skin))
     cuff = rng.uniform(0.10, 0.45)
     arm = np.array([-0.04, -0.08, -cuff])
-    shapes.append(limb(_flat(arm, np.zeros(3), rise), np.array([0.026, 0.026, 0.036]), skin, 0.8))
-    sleeve = shade(rng, COLORS[rng.integers(len(COLORS))])
-    shapes.append(limb(_flat(np.array([-cuff, -1.5]), np.zeros(2), rise), np.array([0.042, 0.06]), sleeve, rounded=False))
+    shapes.append(limb(flat(arm, np.zeros(3), rise), np.array([0.026, 0.026, 0.036]), skin, 0.8))
+    sleeve = shade(rng, pick(rng, COLORS))
+    shapes.append(limb(flat(np.array([-cuff, -1.5]), np.zeros(2), rise), np.array([0.042, 0.06]), sleeve, rounded=False))
     return shapes
 
 
@@ -77,7 +78,3 @@ def _smooth(joints: Floats) -> Floats:
     line = np.column_stack([np.interp(new, old, axis) for axis in joints.T])
     line[1:-1] = (line[:-2] + 2 * line[1:-1] + line[2:]) / 4
     return np.asarray(line)
-
-
-def _flat(x: Floats, y: Floats, height: float) -> Floats:
-    return np.column_stack((x, y, np.full(len(x), height)))

@@ -10,7 +10,7 @@ from numpy.random import Generator
 
 from ....types import Floats
 from ..model import Color, Scene, Solid, Table
-from ..studio import TABLE_COLORS, Studio, make_studio
+from ..studio import TABLE_COLORS, Studio, make_studio, pick
 from .shapes import Shape, shade, solids, wood
 
 Maker = Callable[[Generator], list[Shape]]
@@ -48,7 +48,7 @@ def free_studio(rng: Generator, size: tuple[int, int], slants: tuple[float, floa
     studio = make_studio(rng, size, (distance, distance), min(MAX_TILT, TILT_AT_METRE / distance))
     slant, turn = np.radians(rng.uniform(*slants)), rng.uniform(0, 2 * np.pi)
     light = studio.rotation @ (np.sin(slant) * np.cos(turn), np.sin(slant) * np.sin(turn), np.cos(slant))
-    color = shade(rng, SURFACES[rng.integers(len(SURFACES))])
+    color = shade(rng, pick(rng, SURFACES))
     return replace(studio, light=(float(light[0]), float(light[1]), float(light[2])), table_color=color)
 
 
@@ -86,7 +86,7 @@ def spread(
     for _ in range(MAX_PLACES):
         if len(placed) - len(taken) == count:
             break
-        shapes = makers[int(rng.integers(len(makers)))](rng)
+        shapes = pick(rng, makers)(rng)
         corners = np.vstack([shape.vertices for shape in shapes])[:, :2]
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
         reach = float(np.linalg.norm(corners - middle, axis=1).max())

@@ -9,6 +9,7 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ..model import Color, Scene
+from ..studio import pick
 from .places import free_studio, scene
 from .shapes import Shape, cuboid, shade, solids, wood
 from .things import COLORS, THINGS
@@ -28,7 +29,7 @@ def shelves(rng: Generator, size: tuple[int, int]) -> Scene:
     """Draw a scene of a shelf with books and boxes, seen from the front. `size` is (width, height) px of the image."""
     studio = replace(free_studio(rng, size), distance=float(rng.uniform(*SHELF_DISTANCES)))
     deep, thick, pitch = rng.uniform(0.18, 0.32), rng.uniform(0.012, 0.028), rng.uniform(0.22, 0.36)
-    color, wide = shade(rng, FURNITURE[rng.integers(len(FURNITURE))]), rng.uniform(0.6, 1.2)
+    color, wide = shade(rng, pick(rng, FURNITURE)), rng.uniform(0.6, 1.2)
     start = rng.uniform(-0.5, 0.5) * pitch
     shapes = list[Shape]()
     for row in range(-4, 5):
@@ -40,7 +41,7 @@ def shelves(rng: Generator, size: tuple[int, int]) -> Scene:
             left = max((float(each.vertices[:, 0].max()) for each in made), default=left) + rng.uniform(0.0, 0.25)
     shapes += [cuboid((column * wide, 0, deep / 2), (thick, 6, deep), color) for column in range(-3, 4)]
     grain = wood(rng, studio) if rng.random() < 0.5 else None
-    wall = replace(studio.table(), color=shade(rng, WALLS[rng.integers(len(WALLS))]))
+    wall = replace(studio.table(), color=shade(rng, pick(rng, WALLS)))
     return scene(studio, solids(shapes, studio, grain), wall)
 
 
@@ -48,15 +49,11 @@ def _books(rng: Generator, left: float, bottom: float, deep: float, pitch: float
     """Draw a row of books or a box on a board, from an x on, standing at y = `bottom`."""
     if rng.random() < 0.3:
         wide, tall, far = rng.uniform(0.08, 0.3), rng.uniform(0.3, 0.8) * pitch, rng.uniform(0.5, 0.95) * deep
-        return [
-            cuboid(
-                (left + wide / 2, bottom + tall / 2, far / 2), (wide, tall, far), shade(rng, COLORS[rng.integers(len(COLORS))])
-            )
-        ]
+        return [cuboid((left + wide / 2, bottom + tall / 2, far / 2), (wide, tall, far), shade(rng, pick(rng, COLORS)))]
     shapes = list[Shape]()
     for _ in range(int(rng.integers(1, 12))):
         wide, tall, far = rng.uniform(0.008, 0.045), rng.uniform(0.5, 0.85) * pitch, rng.uniform(0.55, 0.9) * deep
-        color = shade(rng, COLORS[rng.integers(len(COLORS))], 0.3)
+        color = shade(rng, pick(rng, COLORS), 0.3)
         shapes.append(cuboid((left + wide / 2, bottom + tall / 2, far / 2), (wide - 0.001, tall, far), color))
         left += wide
     return shapes
@@ -72,7 +69,7 @@ def office(rng: Generator, size: tuple[int, int]) -> Scene:
     slant = rotation @ np.array([rng.uniform(-0.6, 0.6), rng.uniform(-0.9, -0.3), 0.7])
     slant /= np.linalg.norm(slant)
     studio = replace(studio, light=(float(slant[0]), float(slant[1]), float(slant[2])))
-    paint, side = shade(rng, WALLS[rng.integers(len(WALLS))]), rng.choice((-1.0, 1.0))
+    paint, side = shade(rng, pick(rng, WALLS)), rng.choice((-1.0, 1.0))
     back = rng.uniform(0.35, 0.7)
     walls = [
         cuboid((0, back + 0.05, 0.5), (8, 0.1, 4), paint),
@@ -86,7 +83,7 @@ def office(rng: Generator, size: tuple[int, int]) -> Scene:
 
 def _desk(rng: Generator, back: float) -> list[Shape]:
     """Draw a desk whose top is at z = 0, with a monitor, a keyboard and a few things on it."""
-    top, half = shade(rng, FURNITURE[rng.integers(len(FURNITURE))]), rng.uniform(0.5, 0.75)
+    top, half = shade(rng, pick(rng, FURNITURE)), rng.uniform(0.5, 0.75)
     shapes = [cuboid((0, back - 0.4, -0.012), (2 * half, 0.75, 0.024), top)]
     shapes += [
         cuboid((x, back - y, -0.37), (0.05, 0.05, 0.70), (90, 90, 94)) for x in (-half + 0.05, half - 0.05) for y in (0.1, 0.7)
@@ -101,13 +98,13 @@ def _desk(rng: Generator, back: float) -> list[Shape]:
     ]
     for _ in range(int(rng.integers(1, 5))):
         place = rng.uniform(-half + 0.1, half - 0.1), back - rng.uniform(0.1, 0.7)
-        shapes += [shape.turned("z", rng.uniform(0, 6)).moved(*place, 0.0) for shape in THINGS[rng.integers(len(THINGS))](rng)]
+        shapes += [shape.turned("z", rng.uniform(0, 6)).moved(*place, 0.0) for shape in pick(rng, THINGS)(rng)]
     return shapes
 
 
 def _chair(rng: Generator) -> list[Shape]:
     """Draw a chair before the desk: a seat, four square legs of 25 to 40 mm and a back of two posts and slats."""
-    leg, color = rng.uniform(0.025, 0.04), shade(rng, FURNITURE[rng.integers(len(FURNITURE))])
+    leg, color = rng.uniform(0.025, 0.04), shade(rng, pick(rng, FURNITURE))
     shapes = [cuboid((0, 0, -0.28), (0.42, 0.42, 0.035), color)]
     shapes += [cuboid((x, y, -0.5), (leg, leg, 0.44), color) for x in (-0.19, 0.19) for y in (-0.19, 0.19)]
     shapes += [cuboid((x, -0.19, -0.05), (leg, leg, 0.5), color) for x in (-0.19, 0.19)]
@@ -119,10 +116,10 @@ def _chair(rng: Generator) -> list[Shape]:
 def _pictures(rng: Generator, back: float) -> list[Shape]:
     """Draw a picture in a frame, a board on the wall and a door frame."""
     x, wide, tall = rng.uniform(-0.8, 0.8), rng.uniform(0.2, 0.5), rng.uniform(0.2, 0.4)
-    frame = shade(rng, FURNITURE[rng.integers(len(FURNITURE))])
+    frame = shade(rng, pick(rng, FURNITURE))
     shapes = [
         cuboid((x, back - 0.008, 0.65), (wide, 0.016, tall), frame),
-        cuboid((x, back - 0.0175, 0.65), (wide - 0.03, 0.003, tall - 0.03), shade(rng, COLORS[rng.integers(len(COLORS))])),
+        cuboid((x, back - 0.0175, 0.65), (wide - 0.03, 0.003, tall - 0.03), shade(rng, pick(rng, COLORS))),
         cuboid((rng.uniform(-0.8, 0.8), back - 0.1, rng.uniform(0.45, 0.6)), (rng.uniform(0.3, 0.9), 0.2, 0.02), frame),
     ]
     door = rng.uniform(0.7, 1.3) * rng.choice((-1.0, 1.0))

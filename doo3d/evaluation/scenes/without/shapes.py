@@ -48,6 +48,11 @@ class Shape:
         return replace(self, vertices=self.vertices + np.array(shift))
 
 
+def flat(x: Floats, y: Floats, height: float) -> Floats:
+    """Return points (P, 3) at one height."""
+    return np.column_stack((x, y, np.full(len(x), height)))
+
+
 def cuboid(center: tuple[float, float, float], size: tuple[float, float, float], color: Color) -> Shape:
     """Return a box with edges along the axes, of a center and edge lengths (x, y, z) in m."""
     return Shape((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size + center, cuboid_triangles(), color)

@@ -10,6 +10,7 @@ from numpy.random import Generator
 
 from ....types import Floats
 from ..model import Color, Scene, Solid
+from ..studio import pick
 from .places import SURFACES, free_studio, scene, spread, surface
 from .shapes import Shape, cuboid, limb, ribbon, shade, solids, wood
 from .things import THINGS
@@ -61,7 +62,7 @@ def boards(rng: Generator, size: tuple[int, int]) -> Scene:
     width, gap = rng.uniform(0.06, 0.22), float(rng.choice((0.0008, rng.uniform(0.001, 0.004), rng.uniform(0.004, 0.012))))
     long = float(rng.choice((6.0, rng.uniform(0.3, 0.9))))
     start = rng.uniform(-0.5, 0.2) if rng.random() < 0.4 else -3.0
-    heading, color = rng.uniform(0, np.pi), shade(rng, SURFACES[rng.integers(len(SURFACES))])
+    heading, color = rng.uniform(0, np.pi), shade(rng, pick(rng, SURFACES))
     first, grained, spread_of_color = wood(rng, studio), rng.random() < 0.7, rng.choice((0.0, 0.12, 0.3))
     grains = [replace(first, point=first.point + rng.uniform(-0.2, 0.2, 3)) if grained else None for _ in range(PLANK_GRAINS)]
     planks = list[Solid]()
@@ -93,7 +94,7 @@ def _sheet(rng: Generator) -> list[Shape]:
     """Draw a sheet of paper with print of one kind."""
     x, y = ((0.297, 0.21), (0.21, 0.148), (0.42, 0.297))[rng.integers(3)]
     paper = shade(rng, (240, 239, 234), 0.04)
-    ink, width = INKS[rng.integers(len(INKS))], float(rng.uniform(0.0004, 0.0035))
+    ink, width = pick(rng, INKS), float(rng.uniform(0.0004, 0.0035))
     lines = (_text, _grid, _plot)[rng.integers(3)](rng, x - 0.04, y - 0.04)
     sheet = cuboid((0, 0, PAPER_THICKNESS / 2), (x, y, PAPER_THICKNESS), paper)
     return [sheet, *(ribbon(line, width, INK_HEIGHT, ink) for line in lines)]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..model import Color, Scene
+from ..studio import pick
 from .places import Maker, free_studio, scene, spread, surface
 from .shapes import Shape, cuboid, hoop, shade, solids, stone, turned_profile
 
@@ -35,7 +36,7 @@ def boxes(rng: Generator, size: tuple[int, int]) -> Scene:
 def rubble(rng: Generator, size: tuple[int, int]) -> Scene:
     """Draw a scene of 40 to 160 stones in heaps. `size` is (width, height) px of the image."""
     studio = free_studio(rng, size)
-    half, color = np.array(studio.usable_size()) / 2, ROCKS[rng.integers(len(ROCKS))]
+    half, color = np.array(studio.usable_size()) / 2, pick(rng, ROCKS)
     heaps = rng.uniform(-0.8, 0.8, (int(rng.integers(1, 5)), 2)) * half
     stones = []
     for _ in range(int(rng.integers(40, 161))):
@@ -50,7 +51,7 @@ def rubble(rng: Generator, size: tuple[int, int]) -> Scene:
 def carton(rng: Generator) -> list[Shape]:
     """Draw a closed box, or an open one with thin walls."""
     x, y, z = rng.uniform(0.04, 0.25), rng.uniform(0.04, 0.20), rng.uniform(0.015, 0.15)
-    color = shade(rng, _any(rng))
+    color = shade(rng, pick(rng, COLORS))
     if rng.random() < 0.6:
         return [cuboid((0, 0, z / 2), (x, y, z), color)]
     wall = rng.uniform(0.002, 0.006)
@@ -62,7 +63,7 @@ def carton(rng: Generator) -> list[Shape]:
 def book(rng: Generator) -> list[Shape]:
     """Draw a book: two covers and white pages that stand back."""
     x, y, z = rng.uniform(0.15, 0.25), rng.uniform(0.11, 0.18), rng.uniform(0.01, 0.04)
-    color = shade(rng, _any(rng))
+    color = shade(rng, pick(rng, COLORS))
     covers = [cuboid((0, 0, height), (x, y, 0.003), color) for height in (0.0015, z + 0.0015)]
     spine = cuboid((0, -y / 2 + 0.0015, z / 2), (x, 0.003, z), color)
     return [*covers, spine, cuboid((0, 0.002, z / 2), (x - 0.008, y - 0.008, z - 0.003), (232, 228, 214))]
@@ -71,7 +72,7 @@ def book(rng: Generator) -> list[Shape]:
 def cup(rng: Generator) -> list[Shape]:
     """Draw a cup with a rim and a handle."""
     radius, tall, wall = rng.uniform(0.03, 0.05), rng.uniform(0.06, 0.12), rng.uniform(0.002, 0.004)
-    foot, color = radius * rng.uniform(0.7, 1.0), shade(rng, _any(rng))
+    foot, color = radius * rng.uniform(0.7, 1.0), shade(rng, pick(rng, COLORS))
     profile = np.array([(0, 0), (foot, 0), (radius, tall), (radius - wall, tall), (foot - wall, wall), (0, wall)])
     handle = hoop(0.3 * tall, rng.uniform(0.004, 0.007), color).turned("x", np.pi / 2).moved(radius, 0.0, tall / 2)
     return [turned_profile(profile, color), handle]
@@ -82,7 +83,7 @@ def roll(rng: Generator) -> list[Shape]:
     inner, tall = rng.uniform(0.015, 0.038), rng.uniform(0.012, 0.05)
     outer = inner + rng.uniform(0.006, 0.02)
     profile = np.array([(inner, 0), (outer, 0), (outer, tall), (inner, tall), (inner, 0)])
-    return [turned_profile(profile, shade(rng, _any(rng)))]
+    return [turned_profile(profile, shade(rng, pick(rng, COLORS)))]
 
 
 def bottle(rng: Generator) -> list[Shape]:
@@ -90,12 +91,8 @@ def bottle(rng: Generator) -> list[Shape]:
     radius, tall = rng.uniform(0.025, 0.045), rng.uniform(0.10, 0.24)
     neck = radius * rng.uniform(0.35, 1.0)
     profile = np.array([(0, 0), (radius, 0), (radius, 0.65 * tall), (neck, 0.8 * tall), (neck, tall), (0, tall)])
-    return [turned_profile(profile, shade(rng, _any(rng)))]
+    return [turned_profile(profile, shade(rng, pick(rng, COLORS)))]
 
 
 THINGS: tuple[Maker, ...] = (carton, book, cup, roll, bottle)
 """The kinds of things."""
-
-
-def _any(rng: Generator) -> Color:
-    return COLORS[rng.integers(len(COLORS))]
