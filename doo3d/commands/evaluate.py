@@ -30,7 +30,7 @@ MIN_RELIABILITY_FRAMES = 20
 ABLATION_FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots"
 
 Families = Annotated[
-    str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
+    str, typer.Option(help="Comma-separated families, or all; basic and more are halves of all; without: no cables; tough: hard.")
 ]
 Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
 Start = Annotated[int, typer.Option(min=0, metavar="SEED", help="Seed of the first scene of each family.")]

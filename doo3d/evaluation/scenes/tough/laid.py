@@ -59,9 +59,9 @@ def radii(rng: Generator, size: Size) -> Scene | None:
 
 def bundle(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of four cables side by side, a third to a whole thickness apart. `size` is (width, height) px."""
-    studio, radius = make_studio(rng, size, (0.44, 0.58)), rng.uniform(0.0026, 0.0038)
+    studio, radius = make_studio(rng, size, (0.52, 0.66)), rng.uniform(0.0029, 0.004)
     middle = _middle(rng, studio, rng.uniform(0.4, 0.46))
-    gap = 2 * radius * rng.uniform(1.4, 1.9)
+    gap = 2 * radius * rng.uniform(1.35, 2.0)
     spread = gap + _fanned(rng, len(middle), gap * rng.uniform(0.3, 1.2, 2))
     four = np.full(4, radius)
     return sound_scene(
