@@ -13,7 +13,6 @@ from .attachments import end_meetings
 from .bodies import body_meetings
 from .clouds import gap_links
 from .elbows import bridges
-from .exchanges import exchanged
 from .joins import joined
 from .readings import JunctionContext
 from .strands import free_ends, strands_of
@@ -96,9 +95,6 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     )
     chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
     notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
-    if half_width is None:
-        chains, too_many = exchanged(chains, context.foreground.viewpoint, context.segment_length)
-        notes += too_many
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     view = JunctionContext.of([chain.joints for chain in chains], context, config)
