@@ -15,12 +15,9 @@ from .clouds import gap_links
 from .elbows import bridges
 from .joins import joined
 from .readings import JunctionContext
-from .strands import free_ends, strands_of
+from .strands import NODE_RADII, free_ends, strands_of
 from .tails import without_tails
 from .tree import choose, connected, cut, nodes_of, parted
-
-CROSSING_RADII = 3.0
-"""Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
 
 MAX_CHAINS = 80
 """Chains at most, the longest, on which junctions are looked for, for time: a harness has 10 to 40."""
@@ -59,7 +56,7 @@ class Branched:
             for each in crossings
             if not any(
                 {each.upper.chain, each.lower.chain} <= {end.chain for end in junction.ends}
-                and ((each.point - junction.position) ** 2).sum() < (CROSSING_RADII * float(junction.radii.max())) ** 2
+                and ((each.point - junction.position) ** 2).sum() < (NODE_RADII * float(junction.radii.max())) ** 2
                 for junction in self.junctions
             )
         )
