@@ -12,7 +12,7 @@ from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .clouds import bridged_place, hidden_place
-from .costs import MISFIT_COST, TIP_COST
+from .costs import MISFIT_COST, MISS_COST, NEARNESS_COST, TIP_COST
 from .necks import neck_share
 from .readings import JunctionContext, Meeting
 from .strands import NODE_RADII, FreeEnds, SampledChain, box_distances
@@ -37,10 +37,6 @@ PLANAR_NECK_FREE = 0.35
 
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
-
-NEARNESS_COST, MISS_COST = 0.5, 20.0
-"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis.
-They choose, among the positions on a strand that fit an end, the nearest and straightest ahead."""
 
 HIDDEN_WEIGHT = 0.1
 """Weight of the gain of a junction across a gap of a cloud: it is taken where nothing else connects the end."""

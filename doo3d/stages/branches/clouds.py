@@ -17,17 +17,11 @@ from ...geometry.disjoint_set import DisjointSet
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from .. import FrameContext
-from .costs import JOIN_COST, TURN_COST
-from .strands import MIN_ANGLE, FreeEnds, SampledChain
+from .costs import JOIN_COST, MISS_COST, NEARNESS_COST, TURN_COST
+from .strands import ARM_RADII, MIN_ANGLE, FreeEnds, SampledChain
 
 GAP_COST = 0.3
 """Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
-
-BRIDGED_RADII = 12.0
-"""Longest path of points from an end to another strand, in radii of the end."""
-
-BRIDGED_NEARNESS, BRIDGED_MISS = 0.5, 15.0
-"""Cost units of a path of points: per mm of its length, and per sum of radii by which the end points past its target."""
 
 COVERED_SHARE = 0.95
 """Share of a path that must be filled with points."""
@@ -92,11 +86,11 @@ def bridged_place(
     """
     offset = strand.points - point
     distance = np.linalg.norm(offset, axis=1)
-    near = distance < BRIDGED_RADII * radius
+    near = distance < ARM_RADII[1] * radius
     if not near.any():
         return None
     miss = np.linalg.norm(offset - np.clip(offset @ tangent, 0, None)[:, None] * tangent, axis=1) / (strand.radii + radius)
-    cost = np.where(near, 1000 * BRIDGED_NEARNESS * distance + BRIDGED_MISS * miss, np.inf)
+    cost = np.where(near, 1000 * NEARNESS_COST * distance + MISS_COST * miss, np.inf)
     best = int(cost.argmin())
     return (best, float(cost[best])) if surface.covers(point, strand.points[best]) else None
 

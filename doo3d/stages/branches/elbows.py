@@ -16,17 +16,11 @@ from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
 from ...types import Chain, Floats
 from .clouds import GAP_COST, hidden_place
-from .costs import TURN_COST
+from .costs import JOIN_COST, TURN_COST
 from .strands import ARM_RADII, SampledChain
 
 MIN_TURN = 0.9
 """Smallest turn of an elbow, radians: a cable turns less over such a short length, two joined branches of one trunk turn more."""
-
-ELBOW_COST = 150.0
-"""Largest cost of a bridge between two elbows, cost units."""
-
-BODY_COST = 30.0
-"""Cost units added to a bridge from an elbow to a strand without an elbow."""
 
 
 @dataclass(frozen=True)
@@ -79,11 +73,11 @@ def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: floa
     for one, (number, strand) in itertools.product(elbows, enumerate(strands)):
         place = hidden_place(one.point, one.direction, strand, max_gap) if group[one.strand] != group[number] else None
         if place is not None and np.linalg.norm(strand.points[place[0]] - one.point) > length:
-            found.append((BODY_COST + place[1], one, Elbow(number, strand.points[place[0]], -one.direction)))
+            found.append((place[1], one, Elbow(number, strand.points[place[0]], -one.direction)))
     objects = DisjointSet(group)
     result = []
     for cost, one, other in sorted(found, key=lambda item: item[0]):
-        if cost < ELBOW_COST and objects.join(one.strand, other.strand):
+        if cost < JOIN_COST and objects.join(one.strand, other.strand):
             joints = equal_segments(np.stack((one.point, other.point)), length)
             radius = max(strands[one.strand].radius, strands[other.strand].radius)
             result.append(Chain(joints, length, radius, occluded=np.ones(len(joints) - 1, dtype=bool)))
