@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from .geometry.noise import MAD_TO_DEVIATION
+from .geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from .geometry.polyline import unit
 from .kernels import nearest
 from .types import Array, Bools, Camera, Floats, Foreground, Ints
@@ -30,10 +30,6 @@ MIN_RISE_NOISE_RATIO = 2.0
 
 COLOR_SAMPLES = 256
 """Colors at most that are kept of the object, and of the surface beside it."""
-
-COLOR_NOISE_LAB = 6.0
-"""Distance of Lab colors (8 bits a channel) that noise and shading explain: added to all distances, so that colors nearer to
-each other than this decide nothing."""
 
 NEIGHBOR_SAMPLES = 3
 """The distance of a color to a set of samples is that to its third nearest one, so that two stray samples decide nothing."""
@@ -148,7 +144,7 @@ class BareSurface:
             steps = np.array([(code & 255, code >> 8 & 255, code >> 16) for code in missing])
             lab = _lab(((steps << COLOR_STEP_BITS) + middle).astype(np.uint8))
             to_object, to_surface = (
-                COLOR_NOISE_LAB + _distance_to(lab, samples) for samples in (self.object_colors, self.surface_colors)
+                COLOR_NOISE + _distance_to(lab, samples) for samples in (self.object_colors, self.surface_colors)
             )
             self._shares.update(zip(missing, (to_object / (to_object + to_surface)).tolist(), strict=True))
         shares = np.array([self._shares[code] for code in codes.tolist()])

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .config import Config, ConfigLike, SegmentConfig, as_config
 from .errors import ArgumentError, InputError
+from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
 from .stages.branches import Branched, find_branches, part_leftovers
@@ -38,10 +39,6 @@ MAX_EXTENDED_CHAINS = 30
 """Chains at most along which the mask is extended: following each, and all stages again, take a second or more beyond that."""
 
 EXTENSION_NOTE = "extend_mask: {} chains were found, so the mask is not extended along them; that is done for at most {}"
-
-BRANCH_SEGMENT_RADII = 0.5
-"""Radii; length at most of the segments by which strands of branched objects are joined in an image: what shows of a branch
-beyond the strand that it crosses may be short."""
 
 
 @dataclass
@@ -182,7 +179,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     if foreground.sampling is not None and foreground.sampling.is_sparse:
         context = replace(context, segment_length=foreground.sampling.spacing / 2)
     elif config.merge.branches and config.mode == "2d":
-        context = replace(context, segment_length=min(context.segment_length, BRANCH_SEGMENT_RADII * grid.radius))
+        context = replace(context, segment_length=min(context.segment_length, STEP_RADII * grid.radius))
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")

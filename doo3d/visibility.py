@@ -12,10 +12,8 @@ import numpy as np
 from .bare_surface import BareSurface
 from .config import VisibilityConfig
 from .geometry.polyline import steps, unit
+from .geometry.radii import STEP_RADII
 from .types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
-
-LOOKAHEAD_STEP_RADII = 0.25
-"""Radii between the positions ahead of an end that are asked for."""
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
 """Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning ends."""
@@ -255,7 +253,7 @@ class Visibility:
         """
         if self.depth is None or self.camera is None:
             return np.zeros(len(ends), dtype=bool)
-        step = LOOKAHEAD_STEP_RADII * radius
+        step = STEP_RADII / 2 * radius
         ahead = ends[:, None] + np.arange(step, reach * (1 + 1e-9), step)[:, None] * directions[:, None]
         points = ahead.reshape(-1, ends.shape[1])
         free = replace(self, own_object_counts_as_free=True).classify(points) == PointVisibility.FREE

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import InputError
+from ..outputs.atomic import writing
 from .arguments import frame_of, save
 from .explain import lines, run_with_stages
 
@@ -84,10 +84,8 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
     data, stages = run_with_stages(entry, config)
     explanation = explain_stages(stages, config)
     backdrop = planar_backdrop(data.color) if isinstance(data, Image) else backdrop_of(data)
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written to ({error.strerror})", code="out-unwritable") from None
     files: dict[str, str | bytes] = {
         "explanation.json": dumps({"frame": entry.name, **explanation.to_dict()}),
         "explanation.txt": "\n".join(lines(explanation)) + "\n",

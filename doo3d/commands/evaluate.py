@@ -22,7 +22,7 @@ app = typer.Typer(no_args_is_help=True, help="Measure the detection against know
 
 
 Families = Annotated[
-    str, typer.Option(help="Comma-separated families of scenes, or all; basic and more are halves of all; without has no cables.")
+    str, typer.Option(help="Comma-separated families, or all; basic and more are halves of all; without: no cables; tough: hard.")
 ]
 Truth = Annotated[
     Path | None,

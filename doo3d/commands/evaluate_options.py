@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..evaluation.benchmark.run import Benchmark
     from ..evaluation.metrics.record import Record
 
-SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "stereo": "stereo", "perfect": "none"}
+SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "stereo": "stereo", "coarse": "coarse", "perfect": "none"}
 """Name of a depth camera in the shell -> its key in the renderer's SENSORS."""
 
 
@@ -200,7 +200,7 @@ def check_choice(option: str, value: str, choices: Collection[str]) -> str:
 def parse_sensor(name: str) -> str:
     """Return the renderer's name of the depth camera given with --sensor.
 
-    It is the given name, "d435", "d455", "zivid" or "stereo", or "none" if the given name is "perfect".
+    It is the given name, "d435", "d455", "zivid", "stereo" or "coarse", or "none" if the given name is "perfect".
 
     Raises
     ------

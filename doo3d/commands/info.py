@@ -188,12 +188,8 @@ def _check_sheet_path(path: Path, capture: Path) -> None:
 def _draw(path: Path, title: str, tiles: Sequence[Tile]) -> None:
     import cv2
 
-    from ..outputs.atomic import write_bytes
+    from ..outputs.atomic import write_bytes, writing
     from ..viz.contact_sheet import draw_sheet
 
-    try:
+    with writing(f"--contact-sheet {path}"):
         write_bytes(path, cv2.imencode(path.suffix.lower(), draw_sheet(title, tiles)[:, :, ::-1])[1].tobytes())
-    except OSError as error:
-        raise InputError(
-            f"--contact-sheet {path}: cannot be written to ({error.strerror or error})", code="out-unwritable"
-        ) from None

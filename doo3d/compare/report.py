@@ -13,7 +13,7 @@ from ..config import Config
 from ..errors import InputError, describe_error, error_code
 from ..guard.parsing import read_json
 from ..inputs import IMAGE_FORMATS, Capture, FrameRef
-from ..outputs.atomic import write_bytes, write_text
+from ..outputs.atomic import write_bytes, write_text, writing
 from ..outputs.detection_json import dumps
 from ..types import Frame
 from ..viz.comparison import draw_comparison
@@ -112,14 +112,12 @@ def compare_capture(
         raise InputError("to compare, a 3-D config and a 2-D one are needed, such as default and image", code="config-mode")
     _check_folder(out, capture.path, force)
     records = []
-    try:
+    with writing(out):
         for ref in capture.frames:
             records.append(_compare_frame(ref, config, config_2d, out))
             report(records[-1])
         if any(record.comparison for record in records):
             write_text(out / SUMMARY, _summary(capture, records))
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
     return records
 
 

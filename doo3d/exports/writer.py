@@ -14,7 +14,7 @@ from typing import Any
 from ..errors import DooWarning, InputError
 from ..guard.file_names import check_file_name
 from ..inputs.support.pose_file import PoseLike, read_pose
-from ..outputs.atomic import PREFIX
+from ..outputs.atomic import PREFIX, writing
 from ..outputs.products import Products
 from ..outputs.run_reader import Results, open_results, read_detection
 from ..types import Detection
@@ -95,10 +95,8 @@ def export(
     plan = _plan(kind, to, detections, path)
     made = _products(results)
     _check_replaceable(plan, force, made)
-    try:
+    with writing(path):
         written = FORMATS.call(to, _write, kind, plan, with_progress)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror or error})", code="out-unwritable") from None
     if made is not None:
         made.add(written)
     return written

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..types import Bools, Floats, Foreground
-from .noise import MAD_TO_DEVIATION
+from .noise import DEVIATIONS, MAD_TO_DEVIATION
 
 POSITIONS = (np.arange(5) + 0.5) / 5
 """Fractions of a segment's length at which its readings are taken."""
@@ -21,9 +21,6 @@ SURFACE_RADII = 0.85
 MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII = 1.2, 2.5
 """Radii by which a reading may differ from the surface and still support it. The least is that of visibility: a table under the
 object is two radii behind the surface. The most is where `strand_filter` takes a reading for that of something else."""
-
-TOLERANCE_DEVIATIONS = 3.0
-"""Standard deviations of the readings on the whole chain that the tolerance is, between these limits: noise is no error."""
 
 MIN_SUPPORT = 0.3
 """Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
@@ -97,7 +94,7 @@ def depth_support(joints: Floats, radius: float, foreground: Foreground) -> Dept
     residual = np.abs(error)
     deviation = MAD_TO_DEVIATION * float(np.median(residual[measured])) if measured.any() else 0.0
     least, most = MIN_TOLERANCE_RADII * radius, MAX_TOLERANCE_RADII * radius
-    agreeing = measured & (residual < min(max(TOLERANCE_DEVIATIONS * deviation, least), most))
+    agreeing = measured & (residual < min(max(DEVIATIONS * deviation, least), most))
     of_segment = np.sort(np.where(measured, error, np.inf).reshape(len(error), -1), axis=1)
     count = measured.sum(axis=(1, 2))
     rows = np.arange(len(count))

@@ -91,9 +91,10 @@ def median_half_width(half_width: Array) -> float:
 
 
 def half_width_in(mask: Bools, reach: float = 0.0) -> Callable[[Floats], Floats]:
-    """Return a function from positions (K, 2) px to the half-width (K,) px of a mask (H, W) there: the distance to its edge.
+    """Return a function from positions (K, 2) px to the half-width of a mask there, (K,) px; 0 outside of the mask.
 
-    It is 0 outside of the mask. reach : px, by how much positions may miss the middle of the strand whose half-width is wanted.
+    mask : (H, W). reach : px, largest distance from a position to the medial axis of its strand, whose distance to the edge is
+    the half-width.
     """
     if not mask.any():
         return lambda positions: np.zeros(len(positions))

@@ -32,6 +32,8 @@ def announced_size(data: bytes) -> Size | None:
 
 def _announced(data: bytes) -> Size | None:
     if data.startswith(b"\x89PNG\r\n\x1a\n"):
+        if data[12:16] != b"IHDR":
+            return None
         return _largest([struct.unpack_from(">II", data, 16)])
     if data.startswith(b"\xff\xd8\xff"):
         return _jpeg(data)

@@ -1,8 +1,8 @@
-"""Readers of captures: one file per format; the format is detected from content, not from the file name alone.
+"""Readers of captures; the format is detected from content, not from the file name alone.
 
-To add a format, write a file with one class like `FolderCapture` and give it a line in `FORMATS`; the order of the lines is
-the order in which formats are tried. A program of your own adds its class at run time: `FORMATS["mine"] = MyCapture`; such
-formats are tried first.
+To add a format, write a file with one class like `VideoCapture`, or a row in `layouts`, and give it a line in `FORMATS`; the
+order of the lines is the order in which formats are tried. A program of your own adds its class at run time:
+`FORMATS["mine"] = MyCapture`; such formats are tried first.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_data import in_base_frame, with_masks, with_trajectory
 from .read_options import DEFAULT, ReadOptions, check_used
 from .support.calibration import Calibration
-from .support.camera_choice import check_size, choose_camera, describe_camera
 from .support.camera_files import read_camera_file
+from .support.camera_search import check_size, choose_camera, describe_camera
 from .support.git_lfs import check_not_pointer
 from .support.images import is_image
+from .support.listing import is_depth_content
 from .support.pose_file import TF, pose_file_beside, read_pose
-from .support.roles import is_depth_content
 from .unknown_format import unknown_format
 
 __all__ = [
@@ -156,10 +156,8 @@ def _posed_in_base(capture: Capture, options: ReadOptions) -> Capture:
     if not isinstance(options.pose, str):
         return in_base_frame(capture, np.array(options.pose), "POSE")
     if options.pose.startswith(TF) and capture.format != "bag":
-        raise InputError(
-            f"pose={options.pose}: names a frame of a bag's tf, and {capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw",
-            code="pose-invalid",
-        )
+        remedy = f"{capture.path} is no bag: give a file or x,y,z,qx,qy,qz,qw"
+        raise InputError(f"pose={options.pose}: names a frame of a bag's tf, and {remedy}", code="pose-invalid")
     return in_base_frame(capture, None, options.pose)
 
 
@@ -181,7 +179,7 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
     if first is None:
         return capture
     size = (first.camera.width, first.camera.height)
-    chosen, note = choose_camera(cameras, lambda: size, aligned=first.color is not None)
+    chosen, note = choose_camera(cameras, size, aligned=first.color is not None)
     check_size(chosen, size)
     if chosen != cameras[0]:
         capture = opened_with(chosen)
@@ -216,10 +214,8 @@ def _can_read(name: str, path: Path) -> bool:
 def _checked(name: str, read: Any) -> Capture:
     """Return what a reader made, after a check that it is a capture."""
     if missing := [part for part in ("path", "format", "frames") if not hasattr(read, part)]:
-        raise ConfigError(
-            f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it",
-            code="plugin-broken",
-        )
+        sentence = f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it"
+        raise ConfigError(sentence, code="plugin-broken")
     return Capture.of(read)
 
 

@@ -187,10 +187,8 @@ class Capture(Sequence[FrameRef]):
 
     def _slice(self, part: slice) -> Capture:
         if part.step is not None and operator.index(part.step) < 1:
-            raise InputError(
-                f"a slice of a capture with the step {part.step}: frames keep their order, so give 1 or more",
-                code="selection-invalid",
-            )
+            sentence = f"a slice of a capture with the step {part.step}: frames keep their order, so give 1 or more"
+            raise InputError(sentence, code="selection-invalid")
         chosen = range(*part.indices(len(self)))
         if len(chosen) == len(self):
             return self

@@ -50,10 +50,8 @@ class FramePosition:
         """
         match = _POSITION.fullmatch(text.strip())
         if match is None or ("." in match[2] and not match[3]):
-            raise InputError(
-                f"{option} {text}: expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s",
-                code="selection-invalid",
-            )
+            sentence = "expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s"
+            raise InputError(f"{option} {text}: {sentence}", code="selection-invalid")
         return FramePosition(float(match[2]), bool(match[3]), match[1] == "-")
 
 
@@ -138,12 +136,10 @@ class _FrameIndex:
         `option` is the command-line option that the positions were given with, named in errors.
         """
         inside = np.ones(self.count, dtype=bool)
-        if first is not None:
-            positions, value = self._on_axis(first, option)
-            inside &= positions >= value - _TIME_EPS_S
-        if last is not None:
-            positions, value = self._on_axis(last, option)
-            inside &= positions <= value + _TIME_EPS_S
+        for position, sign in ((first, 1), (last, -1)):
+            if position is not None:
+                positions, value = self._on_axis(position, option)
+                inside &= sign * (positions - value) >= -_TIME_EPS_S
         return inside
 
     def listed(self, text: str) -> Bools:
@@ -159,15 +155,13 @@ class _FrameIndex:
         for part in text.split(","):
             match = _SPAN.fullmatch(part.strip())
             if match is None:
-                raise InputError(
-                    f"--frames {text}: expected numbers and spans such as 3,7,10-20 or 2s-4.5s, got {part.strip()!r}",
-                    code="selection-invalid",
-                )
-            first, last = (FramePosition.parse(token, "--frames") if token else None for token in match.groups())
-            if first is not None and last is None:
-                selected[self._nearest(first)] = True
+                sentence = f"expected numbers and spans such as 3,7,10-20 or 2s-4.5s, got {part.strip()!r}"
+                raise InputError(f"--frames {text}: {sentence}", code="selection-invalid")
+            first = FramePosition.parse(match[1], "--frames")
+            if match[2]:
+                selected |= self.span(first, FramePosition.parse(match[2], "--frames"), "--frames")
             else:
-                selected |= self.span(first, last, "--frames")
+                selected[self._nearest(first)] = True
         return selected
 
     def _nearest(self, position: FramePosition) -> int:
@@ -179,10 +173,8 @@ class _FrameIndex:
     def _on_axis(self, position: FramePosition, option: str) -> tuple[Floats, float]:
         """Return (count,) the frames' values and the position's value: numbers, or s since the first frame."""
         if position.in_seconds and not self._has_times:
-            raise InputError(
-                f"{self.path}: {option} {position} is a time, but not all frames have one: give a frame's number",
-                code="times-missing",
-            )
+            sentence = f"{option} {position} is a time, but not all frames have one: give a frame's number"
+            raise InputError(f"{self.path}: {sentence}", code="times-missing")
         values = self._seconds if position.in_seconds else np.arange(self.count, dtype=float)
         if not position.from_end:
             return values, position.value

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..plausibility.camera import camera_notes
 from ..plausibility.depth_unit import depth_samples, depth_step, unit_notes
 from ..plausibility.registration import ColorShift, color_shift, registration_notes
-from ..types import Camera, Cloud, Floats, Frame
+from ..types import Camera, Cloud, Frame
 from .capture import Capture, FrameData, FrameRef
 
 SCHEMA = "doo3d/info/2"
@@ -230,16 +230,14 @@ def _summarize_frame(index: int, frame: FrameRef) -> tuple[FrameSummary, FrameDa
         values |= {"kind": "cloud", "color": data.colors is not None, "viewpoint": data.viewpoint is not None}
         values |= {"points": len(data.points), "low": low, "high": high}
     elif isinstance(data, Frame):
+        measured = data.depth[data.depth > 0]
+        depth = tuple(np.percentile(measured, PERCENTILES).tolist()) if len(measured) else None
         values |= {"kind": "depth", "size": data.depth.shape[::-1], "camera": data.camera, "color": data.color is not None}
-        values |= {"depth": _percentiles(data.depth[data.depth > 0]), "missing": float((data.depth == 0).mean())}
+        values |= {"depth": depth, "missing": float((data.depth == 0).mean())}
         values |= {"depth_step": depth_step(depth_samples(data.depth)), "color_shift": color_shift(data)}
     else:
         values |= {"kind": "image", "size": data.color.shape[1::-1], "color": True}
     return FrameSummary(index, frame.name, frame.timestamp, **values), loaded
-
-
-def _percentiles(depth: Floats) -> tuple[float, ...] | None:
-    return tuple(np.percentile(depth, PERCENTILES).tolist()) if len(depth) else None
 
 
 def _timing(capture: Capture) -> Timing | None:
@@ -248,15 +246,11 @@ def _timing(capture: Capture) -> Timing | None:
         return None
     times = np.array([stamp for stamp, _ in stamped])
     steps = np.diff(times)
-    median = float(np.median(steps)) if len(steps) else 0.0
-    longest = int(np.argmax(steps)) if len(steps) else None
-    return Timing(
-        first=float(times.min()),
-        last=float(times.max()),
-        rate=1 / median if median > 0 else None,
-        longest=None if longest is None else float(steps[longest]),
-        longest_after=None if longest is None else stamped[longest][1],
-    )
+    if not len(steps):
+        return Timing(float(times[0]), float(times[0]), None, None, None)
+    median, longest = float(np.median(steps)), int(np.argmax(steps))
+    rate = 1 / median if median > 0 else None
+    return Timing(float(times.min()), float(times.max()), rate, float(steps[longest]), stamped[longest][1])
 
 
 def _depth_warnings(summary: CaptureSummary) -> list[str]:
@@ -279,9 +273,9 @@ def _camera_warnings(summary: CaptureSummary) -> list[str]:
 
 
 def _color_warnings(summary: CaptureSummary) -> list[str]:
-    judged = [frame for frame in summary.readable if frame.color_shift is not None]
-    width = max((frame.size[0] for frame in judged if frame.size is not None), default=None)
-    return registration_notes([frame.color_shift for frame in judged if frame.color_shift is not None], width)
+    judged = [(frame.color_shift, frame.size) for frame in summary.readable if frame.color_shift is not None]
+    width = max((size[0] for _, size in judged if size is not None), default=None)
+    return registration_notes([shift for shift, _ in judged], width)
 
 
 def _cloud_warnings(summary: CaptureSummary) -> list[str]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,12 @@ from .formats.image_with_yaml import can_read_pair, list_pairs
 from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
 from .formats.video import VideoCapture
 from .read_options import OF_DEPTH, ReadOptions, without_color
-from .support.camera_search import RECORDER_FILE, has_camera_file
+from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
 from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
 from .support.images import PHOTO_SUFFIXES, Size, is_image
 from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
-from .support.listing import images_in, match_images, natural_key
-from .support.roles import role_of
+from .support.listing import images_in, match_images, natural_key, role_of
 
 _LISTED_DEPTH, _LISTED_COLOR, _TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 _BOP_CAMERAS = "scene_camera.json"
@@ -139,19 +139,13 @@ def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Fi
     folder = None if without_color(options) else _first_folder(path, "color", "rgb", "image")
     color = images_in(folder) if folder else {}
     times, others = _times_in(depth), _times_in(color)
-    frames = [Files(name, file, number=number) for number, (name, file) in enumerate(depth.items(), 1)]
-    if times is not None:
-        frames = [files._replace(time=time) for files, time in zip(frames, times.tolist(), strict=True)]
+    stamps = [None] * len(depth) if times is None else times.tolist()
+    files = [Files(file.stem, file, time=stamps[i], number=i + 1) for i, file in enumerate(depth.values())]
     if folder is None:
-        return frames
+        return files
     if times is None or others is None or not len(others):
-        color = match_images(color, depth)
-        return [
-            files._replace(color=color[files.name])
-            if files.name in color
-            else files._replace(fault=(f"{path}: has no colour image for {path / 'depth' / files.name}", "color-missing"))
-            for files in frames
-        ]
+        color, missing = match_images(color, depth), f"{path}: has no colour image for {path / 'depth'}"
+        return [each.with_color(color.get(each.name), f"{missing}/{each.name}") for each in files]
     images, pairs = list(color.values()), associate(times, others, options.tolerance)
     if not pairs:
         raise InputError(
@@ -159,7 +153,7 @@ def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Fi
             "(--input-option tolerance=...)",
             code="times-apart",
         )
-    return [frames[i]._replace(color=images[j]) for i, j in pairs]
+    return [files[i]._replace(color=images[j]) for i, j in pairs]
 
 
 def _times_in(images: dict[str, Path]) -> Floats | None:
@@ -248,43 +242,31 @@ def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]
     masks = defaultdict[str, tuple[Path, ...]](tuple)
     for name, file in images_in(path / "mask_visib").items():
         masks[name.partition("_")[0]] += (file,)
-    frames = []
-    for name in sorted({**depth, **color}):
-        files = Files(name, depth.get(name), color.get(name), masks[name])
-        if name not in depth:
-            files = files._replace(fault=(f"{path / 'depth'}: has no depth image {name}", "depth-missing"))
-        elif folder is not None and name not in color:
-            files = files._replace(fault=(f"{folder}: has no image {name} for {depth[name]}", "color-missing"))
-        else:
-            number = str(int(name)) if name.isdecimal() else name
-            try:
-                sensor, pose = _bop_camera(cameras.get(number), options, f"{path / _BOP_CAMERAS}: image {number}")
-                files = files._replace(sensor=sensor, pose=pose)
-            except InputError as error:
-                files = files._replace(fault=(str(error), error.code))
-        frames.append(files)
-    return frames
+    names = sorted({**depth, **color})
+    frames = [Files(name, depth.get(name), color.get(name), masks[name]) for name in names]
+    return [each.completed(partial(_bop_frame, path, folder, cameras, options)) for each in frames]
 
 
-def _bop_camera(camera: Any, options: ReadOptions, where: str) -> tuple[Sensor, Floats | None]:
-    """Return the camera of one image, and its pose camera to world, m; the file has world to camera, mm."""
-    if not isinstance(camera, dict):
-        raise InputError(f"{where}: is missing or not an object, expected cam_K and depth_scale", code="intrinsics-missing")
-    if options.camera is None and "cam_K" not in camera:
-        sentence = f"{where}: has no cam_K: add it, or give --input-option 'camera=[fx, fy, cx, cy]'"
-        raise InputError(sentence, code="intrinsics-missing")
-    pinhole = options.camera or pinhole_of(camera["cam_K"], f"{where}: cam_K")
-    scale = options.depth_scale
+def _bop_frame(path: Path, folder: Path | None, cameras: dict[str, Any], options: ReadOptions, files: Files) -> Files:
+    """Return the frame with its camera, and its pose camera to world, m; the file has world to camera, mm."""
+    if files.depth is None:
+        raise InputError(f"{path / 'depth'}: has no depth image {files.name}", code="depth-missing")
+    if folder is not None and files.color is None:
+        raise InputError(f"{folder}: has no image {files.name} for {files.depth}", code="color-missing")
+    number = str(int(files.name)) if files.name.isdecimal() else files.name
+    camera, where = cameras.get(number), f"{path / _BOP_CAMERAS}: image {number}"
+    if not isinstance(camera, dict) or (options.camera is None and "cam_K" not in camera):
+        remedy = "add it, or give --input-option 'camera=[fx, fy, cx, cy]'"
+        raise InputError(f"{where}: is missing, or has no cam_K: {remedy}", code="intrinsics-missing")
+    pinhole, scale = options.camera or pinhole_of(camera["cam_K"], f"{where}: cam_K"), options.depth_scale
     if scale is None:
         meaning = "millimetres per unit, above zero (1 for millimetres)"
         scale = _MM_PER_M / check_depth_scale(camera.get("depth_scale"), where, meaning)
-    rotation, translation = camera.get("cam_R_w2c"), camera.get("cam_t_w2c")
-    pose = None
-    if rotation is not None and translation is not None:
-        pose = pose_of(rotation, translation, f"{where}: cam_R_w2c, cam_t_w2c")
+    pose, given = None, (camera.get("cam_R_w2c"), camera.get("cam_t_w2c"))
+    if None not in given:
+        pose = np.linalg.inv(pose_of(*given, f"{where}: cam_R_w2c, cam_t_w2c"))
         pose[:3, 3] /= _MM_PER_M
-        pose[:3, :3], pose[:3, 3] = pose[:3, :3].T, -pose[:3, :3].T @ pose[:3, 3]
-    return Sensor(KnownCamera(pinhole), scale, options.depth_scale), pose
+    return files._replace(sensor=Sensor(KnownCamera(pinhole), scale, options.depth_scale), pose=pose)
 
 
 BOP = Layout(
@@ -312,21 +294,21 @@ def _list_stray(path: Path, options: ReadOptions, notes: list[str]) -> list[File
         number = int(name) if name.isdecimal() else index
         time, pose = rows.get(number, (None, None))
         files = Files(name, file, time=time, pose=pose)
-        if video is not None and number >= len(video):
-            files = files._replace(fault=(f"{path / _VIDEO}: has no frame for {file}", "color-missing"))
-        frames.append(files if video is None or files.fault else files._replace(color=video[number]))
+        if video is not None:
+            color = video[number] if number < len(video) else None
+            files = files.with_color(color, f"{path / _VIDEO}: has no frame for {file}")
+        frames.append(files)
     return frames
 
 
 def _stray_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
     """Return the camera of the depth images; the file has that of the video, whose images are scaled to the depth."""
     words = [word for _, row in read_lines(path / _MATRIX, 3, "a camera matrix, three numbers a line") for word in row]
-    fx, fy, cx, cy = pinhole_of(words, str(path / _MATRIX))
     video = cv2.VideoCapture(str(path / _VIDEO)) if (path / _VIDEO).is_file() else None
     given = [int(video.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)] if video else [0]
     width, height = given if min(given) > 0 else STRAY_VIDEO_SIZE
     x, y = (size[0] / width, size[1] / height) if size else (1.0, 1.0)
-    return KnownCamera((fx * x, fy * y, (cx + 0.5) * x - 0.5, (cy + 0.5) * y - 0.5))
+    return KnownCamera(scaled(pinhole_of(words, str(path / _MATRIX)), x, y))
 
 
 STRAY = Layout(

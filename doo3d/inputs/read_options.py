@@ -80,14 +80,10 @@ class ReadOptions(BaseModel):
         for pair in pairs or []:
             key, equals, text = pair.partition("=")
             if not equals or not key.strip():
-                raise InputError(
-                    f"--input-option {pair}: expected key=value, such as depth_topic=/camera/depth or depth_scale=5000",
-                    code="override-invalid",
-                )
+                sentence = "expected key=value, such as depth_topic=/camera/depth or depth_scale=5000"
+                raise InputError(f"--input-option {pair}: {sentence}", code="override-invalid")
             values[key.strip()] = parse_yaml(text, f"--input-option {' '.join(pair[:80].split())}")
-        if camera_file is not None:
-            values["camera_file"] = camera_file.absolute()
-        return ReadOptions.of(values, "--input-option")
+        return ReadOptions.of(values | ({} if camera_file is None else {"camera_file": camera_file.absolute()}), "--input-option")
 
     @staticmethod
     def of(values: Mapping[str, Any], source: str) -> ReadOptions:
@@ -133,10 +129,9 @@ def check_used(options: ReadOptions, used: Collection[str], where: str) -> None:
     ------
     InputError : another option is set.
     """
-    default = ReadOptions()
     for name in ReadOptions.model_fields:
         value = getattr(options, name)
-        if value == getattr(default, name) or name in used or f"{name}={value}" in used:
+        if value == getattr(DEFAULT, name) or name in used or f"{name}={value}" in used:
             continue
         if name == "tolerance" and options.trajectory is not None:
             continue

@@ -26,18 +26,12 @@ def unknown_format(path: Path, formats: Sequence[CaptureFormat]) -> InputError:
     inside = sorted(path.iterdir())
     if not inside:
         return InputError(f"{path}: this folder is empty. {listed}", code="folder-empty")
-    captures = [item.name for item in inside if any(_can_read(reader, item) for reader in formats)]
-    if captures:
-        more = len(captures) - _MAX_LISTED
-        names = ", ".join(captures[:_MAX_LISTED]) + (f" and {more} more" if more > 0 else "")
-        return InputError(
-            f"{path}: this folder is not a capture but holds {len(captures)} captures, give one of these: {names}",
-            code="folder-of-captures",
-        )
-    return InputError(
-        f"{path}: holds nothing in a known format. Found: {_inventory(inside)}. {_remedy_of_folder(inside)}. {listed}",
-        code="format-unknown",
-    )
+    if captures := [item.name for item in inside if any(_can_read(reader, item) for reader in formats)]:
+        more = f" and {len(captures) - _MAX_LISTED} more" if len(captures) > _MAX_LISTED else ""
+        sentence = f"this folder is not a capture but holds {len(captures)} captures, give one of these"
+        return InputError(f"{path}: {sentence}: {', '.join(captures[:_MAX_LISTED])}{more}", code="folder-of-captures")
+    found = f"holds nothing in a known format. Found: {_inventory(inside)}. To make it readable, {_remedy_of_folder(inside)}"
+    return InputError(f"{path}: {found}. {listed}", code="format-unknown")
 
 
 def _can_read(reader: CaptureFormat, path: Path) -> bool:
@@ -50,33 +44,27 @@ def _can_read(reader: CaptureFormat, path: Path) -> bool:
 def _inventory(inside: Sequence[Path]) -> str:
     """Return the numbers of files by suffix, such as "12 .png, 3 .json", and the names of folders."""
     files = Counter(item.suffix.lower() or "without suffix" for item in inside[:_MAX_LOOKED_AT] if not item.is_dir())
-    folders = [f"{item.name}/" for item in inside if item.is_dir()]
-    kinds = [f"{count} {suffix}" for suffix, count in files.most_common(_MAX_LISTED)]
-    more = len(folders) - _MAX_LISTED
-    return ", ".join([*kinds, *folders[:_MAX_LISTED], *([f"{more} more folders"] if more > 0 else [])])
+    folders, kinds = [f"{item.name}/" for item in inside if item.is_dir()], files.most_common(_MAX_LISTED)
+    more = [f"{len(folders) - _MAX_LISTED} more folders"] if len(folders) > _MAX_LISTED else []
+    return ", ".join([*(f"{count} {suffix}" for suffix, count in kinds), *folders[:_MAX_LISTED], *more])
 
 
 def _remedy_of_file(path: Path) -> str:
-    suffix = path.suffix.lower()
-    if suffix in _ARCHIVES:
-        return "unpack it and give the folder"
-    if suffix in _ARRAYS:
-        return f"load it in Python and save its depth in metres and the camera matrix with {_SAVE}"
-    return "is it a capture?"
+    return _remedy_of([path.suffix.lower()]) or "is it a capture?"
+
+
+def _remedy_of(suffixes: Sequence[str]) -> str:
+    """Return the remedy for the first of some suffixes that is known; "" if none is."""
+    first = next((suffix for suffix in suffixes if suffix in (*_ARCHIVES, *_ARRAYS)), "")
+    array = f"load it in Python and save its depth in metres and the camera matrix with {_SAVE}" if first else ""
+    return "unpack it and give the folder" if first in _ARCHIVES else array
 
 
 def _remedy_of_folder(inside: Sequence[Path]) -> str:
-    suffixes = Counter(suffix for item in inside[:_MAX_LOOKED_AT] if not item.is_dir() and (suffix := item.suffix.lower()))
     if any(item.suffix.lower() in PHOTO_SUFFIXES for folder in inside if folder.is_dir() for item in _first_files(folder)):
-        return "To make it readable, call the sub-folders of the images depth and color"
-    if not suffixes:
-        return f"To make it readable, {_LAYOUT}, with a camera.json"
-    common = next(iter(suffix for suffix, _ in suffixes.most_common() if suffix in (*_ARCHIVES, *_ARRAYS)), "")
-    if common in _ARCHIVES:
-        return "To make it readable, unpack the archives"
-    if common:
-        return f"To make it readable, load it in Python and save depth in metres and the camera matrix with {_SAVE}"
-    return f"To make it readable, {_LAYOUT}, with a camera.json"
+        return "call the sub-folders of the images depth and color"
+    suffixes = Counter(item.suffix.lower() for item in inside[:_MAX_LOOKED_AT] if not item.is_dir())
+    return _remedy_of([suffix for suffix, _ in suffixes.most_common()]) or f"{_LAYOUT}, with a camera.json"
 
 
 def _first_files(folder: Path) -> list[Path]:

@@ -16,7 +16,7 @@ from ..pipeline import Stages, run_with_stages
 from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
-from ..types.display import tree_text
+from ..types.display import counted, tree_text
 from .doubts import doubts
 
 SCHEMA = "doo3d/explanation/1"
@@ -199,7 +199,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         _fit(stages, config, in_words),
         _prune(stages),
         _merge(stages, config, in_words),
-        Account("fill", f"{_counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
+        Account("fill", f"{counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
         _refine(stages, in_words),
         *_branches(stages),
         _confidence(stages, config),
@@ -279,17 +279,13 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
     left_out = (
         (stages.traversal.spur_length, "in spurs (traverse.min_branch)"),
         (stages.traversal.loop_length, "in loops round holes in the surface"),
-        (stages.traversal.trimmed_length, "cut off at tips, where strands touch at junctions, and at corners"),
+        (stages.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
     )
     return Account(
         "traverse",
-        f"{_counted(len(lengths), 'path')}: {listed}{more}",
+        f"{counted(len(lengths), 'path')}: {listed}{more}",
         (
             *(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
-            *(
-                ("paths cut at corners beyond which a strand goes on straight: " + str(stages.traversal.corners),)
-                * (stages.traversal.corners > 0)
-            ),
             *stages.traversal.notes,
         ),
     )
@@ -301,7 +297,7 @@ def _fit(stages: Stages, config: Config, in_words: _Lengths) -> Account:
     return Account(
         "fit",
         f"{_segments(stages.fitted)} of {in_words(length)}",
-        (f"{_counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
+        (f"{counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
     )
 
 
@@ -310,7 +306,7 @@ def _prune(stages: Stages) -> Account:
     return Account(
         "prune",
         _segments(stages.pruned.chains),
-        (f"{_counted(removed, 'segment')} that overlapped one of a longer chain (prune.width)",) * (removed > 0),
+        (f"{counted(removed, 'segment')} that overlapped one of a longer chain (prune.width)",) * (removed > 0),
     )
 
 
@@ -326,7 +322,7 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
 
     return Account(
         "merge",
-        f"{_counted(len(merged.decisions), 'connection')}, {_counted(len(merged.assemblies), 'chain')}",
+        f"{counted(len(merged.decisions), 'connection')}, {counted(len(merged.assemblies), 'chain')}",
         (*(sentence(dropped) for dropped in merged.dropped if dropped.setting != TOO_MANY), *merged.notes),
     )
 
@@ -337,8 +333,8 @@ def _refine(stages: Stages, in_words: _Lengths) -> Account:
     reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
     return Account(
         "refine",
-        f"{_counted(len(stages.chains), 'chain')}: {', '.join(in_words(chain.length) for chain in stages.chains)}",
-        (f"{_counted(dropped, 'chain')} {reason}",) * (dropped > 0),
+        f"{counted(len(stages.chains), 'chain')}: {', '.join(in_words(chain.length) for chain in stages.chains)}",
+        (f"{counted(dropped, 'chain')} {reason}",) * (dropped > 0),
     )
 
 
@@ -359,12 +355,8 @@ def _confidence(stages: Stages, config: Config) -> Account:
     values, least = [chain.confidence for chain in stages.chains], config.output.min_confidence
     low = sum(value < least and evidence.may_be_clutter for value, evidence in zip(values, stages.evidence, strict=True))
     made = "; ".join([", ".join(f"{value:.2f}" for value in values) or "no chains", *doubts(stages)])
-    return Account("confidence", made, (f"{_counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' * (count != 1)}"
+    return Account("confidence", made, (f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
 
 
 def _segments(chains: Sequence[Chain]) -> str:
-    return f"{_counted(len(chains), 'chain')} of {_counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"
+    return f"{counted(len(chains), 'chain')} of {counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"

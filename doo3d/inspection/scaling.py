@@ -104,9 +104,9 @@ def draw_frame(respect: str, size: float) -> tuple[Frame, Bools, float]:
     Parameters
     ----------
     respect
-        what `size` is: pixels, length, cables or crossings.
+        the quantity that `size` gives: "pixels", "length", "cables" or "crossings".
     size
-        megapixels of the frame; m of cable, to the nearest that fits; number of cables or of crossings.
+        megapixels of the frame; m of cable, rounded to a whole number of strands in the frame; number of cables or of crossings.
 
     Returns
     -------

@@ -713,27 +713,6 @@ def section_offsets(
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
     """
 
-def sigma_filter(depth: Array, mask: Bools, rows: Ints, columns: Ints, half_width: int, max_difference: float) -> Floats:
-    """Average each depth reading with the neighbors of similar depth (sigma filter: Lee, CVGIP 24, 1983).
-
-    Parameters
-    ----------
-    depth
-        (H, W) float32 m, 0 = no reading
-    mask
-        (H, W) bool, the pixels that are averaged; it must be True at the pixels (rows, columns)
-    rows, columns
-        (N,) int64, the N pixels to filter, each with a reading
-    half_width
-        px; the window has 2 half_width + 1 rows and columns
-    max_difference
-        m; neighbors whose depth differs by this or more are left out
-
-    Returns
-    -------
-    (N,) float64 m, the filtered depth of each pixel.
-    """
-
 def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
     """Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
 

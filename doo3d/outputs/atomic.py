@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
+from collections.abc import Iterator
 from pathlib import Path
+
+from ..errors import InputError
 
 PREFIX = ".doo3d-"  # of the names of temporary files; a killed run may leave one behind
 
@@ -45,3 +48,16 @@ def write_text(path: Path, text: str) -> None:
         the disk is full or the folder may not be written to; an existing file at `path` is unchanged.
     """
     write_bytes(path, text.encode("utf-8"))
+
+
+@contextlib.contextmanager
+def writing(where: object, hint: str = "") -> Iterator[None]:
+    """Turn an error of the system in a `with` block that writes into an InputError.
+
+    where : the file or folder, named in the error. hint : end of its sentence.
+    """
+    try:
+        yield
+    except OSError as error:
+        message = f"{where}: cannot be written to ({error.strerror or error}){hint}"
+        raise InputError(message, code="out-unwritable") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..errors import InputError
-from .atomic import write_bytes
+from .atomic import write_bytes, writing
 
 
 def named_after(results: Path, suffix: str) -> Path:
@@ -52,7 +52,5 @@ def save(path: Path, content: str | bytes) -> None:
     ------
     InputError : the file cannot be written.
     """
-    try:
+    with writing(path):
         write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from ..config import Config
 from ..errors import InputError
 from ..inputs import Capture
 from ..outputs import MANIFEST
-from ..outputs.atomic import PREFIX, write_text
+from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_observation, summary, write_objects
 from ..sequence.detect_sequence import check_mode, gap_frames
 from ..sequence.given_length import length_notes
@@ -27,6 +27,8 @@ FIRST_PASS = f"{PREFIX}first-pass"
 
 BEGUN = "second-pass"
 """File in it that holds the digest of what the second pass began with."""
+
+TO_RESUME = "; repeat the same command to resume"
 
 NO_OBJECTS = "sequence: no object is seen wholly in enough frames, so every frame keeps its own chains"
 
@@ -76,7 +78,7 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     objects = find_objects(observations, config)
     known = SequenceFile(tuple(names), gap_frames(observations, config), config.output.min_confidence, tuple(objects))
-    with _writing(folder):
+    with writing(folder, TO_RESUME):
         write_objects(folder, known)
     notes = length_notes(observations, config)
     del observations
@@ -91,7 +93,7 @@ def run_sequence(
 
         def report(record: FrameRecord) -> None:
             if is_other or not begun.exists():
-                with _writing(folder):
+                with writing(folder, TO_RESUME):
                     write_text(begun, digest)
             reporter(record)
 
@@ -103,16 +105,6 @@ def run_sequence(
             method=SecondPass(folder.resolve(), digest),
             extra={"sequence": {"objects": summary(objects, len(names))}},
         )
-
-
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    """Turn an error of the system in a `with` block that writes to a folder into an InputError."""
-    try:
-        yield
-    except OSError as error:
-        message = f"{folder}: cannot be written to ({error.strerror or error}); repeat the same command to resume"
-        raise InputError(message, code="out-unwritable") from None
 
 
 def _read(file: Path) -> bytes:

@@ -1,1 +1,1 @@
-"""Frames of one capture combined: chains tracked over time, and views of an object at rest fused to one cloud."""
+"""Combine the frames of one capture: track chains, find the same objects in all frames, and fuse views of an object at rest."""

@@ -1,9 +1,8 @@
-"""Detect in all frames of a capture together: each frame for itself, then with what is known of the whole capture.
+"""Detect objects in all frames of a capture together, in two passes.
 
-The first pass detects in every frame as always. From all frames together it is found which objects there are and how long each
-is. In the second pass every object is found in every frame, from the frames before and after in which it is plain. The second
-pass works in windows of fixed borders, each with some frames before and after it: so it needs little memory, and any window can
-be done alone.
+The first pass detects in each frame by itself. Then the number of objects and their lengths are voted over all frames. The second
+pass finds every object in every frame, starting from the frames in which that object is seen whole. It works in windows with
+fixed borders, and reads some frames before and after each window: memory stays small, and windows are independent of each other.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from .second_pass import Shape, follow
 from .topology import trees_of
 
 WINDOW, CONTEXT = 300, 90
-"""Frames of a window, and frames before and after it that are looked at too: 10 s and 3 s of video."""
+"""Frames of a window, and further frames that are read before and after it: 10 s and 3 s of video."""
 
 FRAME_RATE = 30.0
 """Frames per second of captures without times."""
@@ -39,17 +38,17 @@ BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequen
 """Note of a frame in which an object is missing between frames that show it."""
 
 NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
-"""Codes of the errors of a frame that shows nothing, which other frames can fill; any other error is one of the input."""
+"""Codes of errors of a frame that shows nothing; such a frame is filled from others. Any other error is raised."""
 
 
 def detect_sequence(
     frames: Iterable[Frame | Cloud], config: ConfigLike | None = None, masks: Iterable[Array | None] | None = None
 ) -> list[Detection]:
-    """Return the deformable linear objects in every frame of a capture, found in all frames together.
+    """Detect the deformable linear objects of a capture in all frames together.
 
-    An object has the same id, the same direction and the same number of segments in all frames, and joint i is the same point of
-    the material. What one frame does not show is filled in from the frames before and after. A frame that shows the objects
-    wholly keeps the shapes that it has for itself.
+    An object has the same id, direction and number of segments in all frames, and joint i is the same point of the material.
+    Parts hidden in one frame are filled in from the frames before and after. An object that is seen whole keeps the shape of
+    that frame.
 
     Parameters
     ----------
@@ -58,12 +57,12 @@ def detect_sequence(
     config
         the settings, as for `detect`; section `sequence` is for this.
     masks
-        for each frame the caller's own segmentation, or None, as for `detect`; None segments all as the config says.
+        for each frame the caller's own segmentation, as for `detect`, or None; None segments all frames as the config says.
 
     Returns
     -------
-    A detection for each frame; the first has the notes on the whole sequence. Chains have `occluded` where nothing was seen, and
-    `from_time` where other frames filled it in.
+    A detection for each frame; the first also has the notes on the whole sequence. Per segment, `occluded` is True where the
+    frame does not show the object, and `from_time` where the segment was filled in from other frames.
 
     Raises
     ------
@@ -109,9 +108,9 @@ def check_mode(config: Config) -> None:
 
 
 def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None) -> Observation:
-    """Detect in one frame for itself, and keep what it shows of the objects: the first pass.
+    """Detect in one frame by itself, and return its detection with all strands seen: the first pass.
 
-    A frame that shows nothing, such as one without depth, is an observation without chains, with a note.
+    A frame that shows nothing, such as one without depth, gives an observation without chains and with a note.
 
     frame, config, mask : as for `detect`.
 
@@ -133,7 +132,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
-    """Yield the detection of every frame, from what each shows for itself: the second pass.
+    """Yield the detection of every frame, given the observations of all frames: the second pass.
 
     Parameters
     ----------
@@ -142,7 +141,8 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     config
         the settings; sections `sequence` and `tracking` are used.
     past_only
-        True to find each object from earlier frames only, to compare. Number and lengths of the objects are those of all frames.
+        True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
+        frames.
     """
     objects = find_objects(observations, config)
     max_gap = gap_frames(observations, config)
@@ -153,7 +153,10 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
-    """Return the first frame, and the one after the last, that the window from `start` on looks at, of `count` frames."""
+    """Return the range of frames, (first, one after the last), that the window from frame `start` on reads.
+
+    count : number of frames of the capture.
+    """
     return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
 
 
@@ -171,7 +174,7 @@ def combine_window(
     Parameters
     ----------
     observations
-        the frames that the window looks at, as `window_bounds` says.
+        the observations of the frames of `window_bounds`.
     objects
         the objects of the whole capture.
     start
@@ -179,9 +182,9 @@ def combine_window(
     first
         index in the capture of the first of the observations.
     max_gap
-        number of frames in a row without any strand of an object up to which it is filled in.
+        largest number of successive frames without any strand of an object that are filled in.
     min_confidence
-        confidence below which chains that no sequence confirms are left out: rings, and all where no object was found.
+        smallest confidence of chains that the sequence does not confirm: rings, and all chains if no object was found.
     past_only
         as for `combine`.
     """

@@ -1,4 +1,4 @@
-"""Compare the length that a user gives of the objects of a sequence with what the frames show."""
+"""Compare the given length of the objects of a sequence with the length measured in the frames."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from .objects import MIN_FRAMES, find_objects
 from .observations import Observation
 
 MAX_DIFFERENCE = 0.02
-"""Relative difference between a given and a measured length without a note: the spread of lengths of one object over frames, as
-in `objects`. Chains have whole segments, so a segment always is within it."""
+"""Largest relative difference between given and measured length without a note: the spread of one object's length over frames, as
+in `objects`. A difference of one segment is always allowed, since chains have whole segments."""
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
-    """Return a note if `sequence.length` is given and the frames show objects of another length; else nothing.
+    """Return a note if the frames show objects of another length than the given `sequence.length`.
 
     Parameters
     ----------

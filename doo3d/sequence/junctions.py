@@ -16,26 +16,35 @@ from .second_pass import Shape
 from .topology import Node, Nodes, trees_of
 
 MIN_ENDS = 3
-"""Chain ends that a junction joins at least."""
+"""Fewest chain ends at a junction."""
 
 ROUNDS, FREE_ROUNDS = 3, 5
 """Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again. Then
 the times that objects whose ends are still too far off are led there without regard to where they were seen."""
 
 MAX_GAP_SEGMENTS = 0.3
-"""Segments between an end and its junction from which on it is too far off."""
+"""Largest distance of an end from its junction, in segments."""
 
 BLEND_RADII, MIN_BLEND_SEGMENTS = 6.0, 3
 """Radii, and segments at least, along which a seen end gives way to its junction."""
 
 
 def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> list[Shape | None]:
-    """Return the objects of one frame with the ends that meet at a junction led to one place.
+    """Move the ends that meet at a junction to one point, in one frame.
 
-    The place is the mean of the ends in the sense of least squares, each weighted by how recently it was seen. A part that was
-    not seen moves with its ends; where an object was seen beside its end, the shift fades along a few radii.
+    The point is the weighted mean of the ends; an end counts more if it was seen recently. Joints that were not seen move along
+    with the end. If the object was seen beside its end, the shift fades out over a few radii.
 
-    objects : the objects of the capture. shapes : for each of them its shape in the frame; None where it is not there.
+    Parameters
+    ----------
+    objects
+        the objects of the capture.
+    shapes
+        for each object its shape in the frame; None if it is not in the frame.
+
+    Returns
+    -------
+    The shapes with joined ends, in the same order.
     """
     result = list(shapes)
     for number in range(ROUNDS + FREE_ROUNDS):
@@ -109,7 +118,7 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
 
 
 def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], others: Sequence[Chain]) -> Branched:
-    """Return the chains of a frame as trees: object by object, the longest first, in each the trunk first.
+    """Assemble the chains of a frame to trees, by descending total length; in each tree the trunk comes first.
 
     A junction at which fewer than three chains are in the frame is left out.
 
@@ -118,9 +127,9 @@ def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], 
     objects
         the objects of the capture.
     chains
-        the chain of each; None where it is not in the frame.
+        for each object its chain; None if it is not in the frame.
     others
-        further chains, each an object by itself.
+        further chains; each is an object by itself.
     """
     ends = Counter(node.junction for item, chain in zip(objects, chains, strict=True) if chain for node in item.nodes if node)
     present = [(item, chain) for item, chain in zip(objects, chains, strict=True) if chain is not None]

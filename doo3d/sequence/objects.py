@@ -1,4 +1,4 @@
-"""What holds throughout a capture: which objects there are, how long and how thick they are, and where they are wholly seen."""
+"""Find the objects of a capture, with their lengths, radii and junctions, and the frames in which they are seen whole."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .topology import OPEN, ChainInFrame, Nodes, Pattern, pattern_of, trees_of, 
 from .tracking import Tracker
 
 MIN_CONFIDENCE = 0.15
-"""Confidence that a chain needs to count as a whole object."""
+"""Smallest confidence of a chain that counts as a whole object."""
 
 MAX_LENGTH_ERROR = 0.025
-"""Share by which a chain's length may differ from its object's for it to be the whole object."""
+"""Largest relative difference between the lengths of a whole chain and of its object."""
 
 JUNCTION_SLACK_RADII = 1.5
 """Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
@@ -27,7 +27,7 @@ LENGTH_SPREAD, SHIFT_SPREAD, MIN_LENGTH_SHARE = 0.02, 0.03, 0.1
 are too short wherever an end is hidden, hardly ever too long, so the object's length is the longest that enough chains have."""
 
 MIN_FRAMES = 3
-"""Frames in which an object is wholly seen at least; fewer only in captures that are as short."""
+"""Fewest frames in which an object is seen whole; all frames in a shorter capture."""
 
 MAX_LINK_FRAMES = 90
 """Frames after which a chain of the length of one that was lost is taken for it, wherever it lies: 3 s of video."""
@@ -38,7 +38,7 @@ MAX_PART_SHARE = 0.5
 
 @dataclass(frozen=True)
 class Anchor:
-    """A frame in which an object is wholly seen, or filled with confidence.
+    """A frame in which an object is seen whole, or its gaps are filled with confidence.
 
     Attributes
     ----------
@@ -57,26 +57,26 @@ class Anchor:
 
 @dataclass(frozen=True)
 class SequenceObject:
-    """An object of a capture, with what does not change: a cable, or the part of a branched one between two junctions or tips.
+    """A cable, or the part of a branched object between two junctions or tips, with its constant properties.
 
     Attributes
     ----------
     id
-        its identity, from 0 on.
+        number of the object in the capture, from 0 on.
     length
-        m.
+        m, arc length.
     radius
         m; NaN if unknown.
     segments
         number of segments of its chain in every frame.
     anchors
-        the frames in which it is whole, in order.
+        the frames in which the object is seen whole, in order.
     nodes
-        the junctions at its first and its last end; None for a tip.
+        the junctions at its first and last end; None for a tip.
     is_trunk
-        whether it is part of the trunk of its tree. The objects of a tree follow each other, those of the trunk first.
+        True for a part of the trunk of a tree. The objects of one tree are successive, those of its trunk first.
     parts
-        (frame, chain) of the chains that are a part of it; only of objects with junctions.
+        (frame, chain) of the chains that are only a part of the object; known for objects with junctions.
     """
 
     id: int
@@ -132,11 +132,12 @@ class _Track:
 
 
 def find_objects(observations: Sequence[Observation], config: Config) -> list[SequenceObject]:
-    """Vote over all frames which objects a capture holds.
+    """Find the objects of a capture by a vote over all frames.
 
-    Chains are tracked from frame to frame. The length of an object is where its lengths lie closest together; a chain that only
-    appears while another object is short by its length is a part of that object. Closed chains are not followed in time. Of a
-    branched object every part between two junctions or tips is an object here, and enough frames have to agree on a junction.
+    Chains are tracked from frame to frame. The length of an object is the longest length on which enough frames agree. A chain
+    that appears only while another object is too short by the same length is a part of that object. Rings are not followed. In a
+    branched object, each part between two junctions or tips is an object of its own, and a junction needs a minimum number of
+    frames.
 
     Parameters
     ----------
@@ -148,7 +149,8 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
 
     Returns
     -------
-    The objects, the one that is seen longest first, with their anchors; those of one tree follow each other.
+    The objects with their anchors. Those of one tree are successive; trees are sorted by the summed length of their chains in all
+    frames, in descending order.
     """
     tracks = _tracks(observations, config.tracking)
     least = min(MIN_FRAMES, len(observations))
@@ -191,9 +193,10 @@ def _numbered(
 
 
 def vote_length(lengths: Floats) -> float:
-    """Return the longest length that enough of the lengths (K,) m agree on.
+    """Return the longest length, m, on which enough of the lengths (K,) m agree within 2 %.
 
-    It is moved to the median of those around it until it stays (mean shift), since the longest of them are a little too long.
+    The result is moved to the median of the lengths around it until it converges (mean shift with the median), since the longest
+    measurements are a little too long.
     """
     ordered = np.sort(lengths)[::-1]
     least = max(min(MIN_FRAMES, len(ordered)), int(np.ceil(MIN_LENGTH_SHARE * len(ordered))))

@@ -1,4 +1,4 @@
-"""What one frame alone shows of the objects: its detection, and every strand that was seen, with what its ends are."""
+"""Record the detection of one frame by itself, with all strands seen and how likely their ends are tips."""
 
 from __future__ import annotations
 
@@ -15,40 +15,42 @@ from ..stages.refine import estimate_centerline, lay_chains
 from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground
 
 MIN_STRAND_RADII = 6.0
-"""Radii; shorter strands tell nothing about where along an object they belong."""
+"""Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
 
 MIN_JOINED_CONFIDENCE = 0.3
-"""Confidence of a connection below which the two sides of it count as two strands."""
+"""Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two."""
 
 LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
-"""Radii beyond an end at which the frame is asked whether the object ends there."""
+"""Distances beyond an end, in radii, at which the mask and the depth are read to tell whether the object ends there."""
 
 OCCLUDER_MARGIN_RADII, MIN_OCCLUDER_MARGIN = 0.6, 0.005
-"""Radii, and m, by which what hides a continuation is nearer than it at least: more than the noise of depth on the table."""
+"""Smallest distance in depth, in radii and in m, of an occluder in front of a continuation: above the noise of depth on the
+table."""
 
 JUNCTION_SEGMENTS = 1
-"""Segments of a chain beside a junction that need not be seen for its strand to end there."""
+"""Segments next to a junction that may be unseen in a strand that ends at the junction."""
 
 TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
-"""How surely the end of a strand is a tip of its object: in plain view; no depth around; hidden, or continued in the mask."""
+"""Confidence that an end of a strand is a tip of its object: the end is in plain view; depth is missing around it; the end is
+hidden, or the mask continues."""
 
 
 @dataclass(frozen=True)
 class ObservedStrand:
-    """A stretch of an object as one frame shows it, perhaps with hidden parts that are bridged.
+    """A stretch of an object seen in one frame, possibly with hidden parts between seen ones.
 
     Attributes
     ----------
     points
         (K, 3) m, joints on the seen parts, in order.
     arcs
-        (K,) m, arc length from the strand's start to each of them.
+        (K,) m, arc length of each point from the start of the strand.
     length
-        m, from the strand's start to its end.
+        m, arc length of the whole strand.
     tips
-        how surely its start and its end are tips of the object: TIP, UNKNOWN or CUT_OFF.
+        confidence that the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
     chain
-        index of the chain of the detection that it is part of; -1 for a strand that merging dropped.
+        index in the detection of the chain that the strand is part of; -1 for a strand that merging dropped.
     """
 
     points: Floats
@@ -60,14 +62,14 @@ class ObservedStrand:
 
 @dataclass(frozen=True)
 class Observation:
-    """One frame as it is seen by itself.
+    """The detection of one frame by itself, with all strands seen.
 
     Attributes
     ----------
     detection
-        the detection of the frame alone.
+        the detection of the frame by itself.
     strands
-        all that was seen: the chains, parted where their connections are doubtful, and what merging dropped.
+        the chains, cut at doubtful connections, and the pieces that merging dropped.
     """
 
     detection: Detection
@@ -75,14 +77,14 @@ class Observation:
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
-    """Return what a frame alone shows.
+    """Return the observation of a frame: its detection, and all strands seen.
 
     Parameters
     ----------
     detection
         the detection of the frame.
     stages
-        what every stage made of it.
+        the product of every stage for that frame.
     config
         the settings of the stages.
     """
@@ -175,18 +177,22 @@ def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
 
 
 def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
-    """Return strands, cut in two where they pass a junction: a frame may join two parts through one that it does not show.
+    """Cut strands in two where they pass a junction, since one frame may join two branches through a junction that is hidden.
 
     Parameters
     ----------
     strands
-        what was seen.
+        the strands of a frame.
     place
-        (3,) m, of the junction.
+        (3,) m, position of the junction.
     least
-        m, length of a strand on both sides of the junction from which on it is cut.
+        m, smallest length on both sides of the junction for a strand to be cut.
     tolerance
-        m, within which a strand passes the junction.
+        m, largest distance of a strand from the junction for it to be cut.
+
+    Returns
+    -------
+    The strands in the same order; the two parts of a strand take its place.
     """
     result = []
     for strand in strands:
@@ -205,7 +211,7 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
 
 
 def runs(values: Bools) -> list[tuple[int, int]]:
-    """Return (first, end) of each run of True in (N,) bool: values[first:end] are True."""
+    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8)))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 

@@ -1,8 +1,8 @@
-"""Lay the strands that a frame shows onto an object whose shape is about known.
+"""Register the strands of a frame with an object whose shape is approximately known.
 
-An object does not stretch: a strand of a known length takes up just that length of the object, so all that is to be found is
-where it begins and which way it runs. Then the object is bent from its expected shape to the strands. What lies between strands,
-or beyond the last, moves with its neighbors and keeps its expected shape as far as its length allows.
+An object does not stretch, so a strand covers the same length of the object as its own. Its start and its direction along the
+object are unknown, and are searched. Then the object is fitted to the strands, starting from its expected shape. Joints between
+strands, or beyond the last one, move with their neighbors and keep the expected shape as far as the length allows.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from ..types import Bools, Floats
 from .observations import ObservedStrand
 
 STEPS_PER_SEGMENT = 3
-"""Steps per segment at which the place of a strand is tried."""
+"""Positions per segment that are tried for the start of a strand."""
 
 MAX_OVERHANG_SHARE = 0.03
-"""Share of the object's length by which a strand may reach beyond its ends: lengths are measured to about 1 %."""
+"""Largest overhang of a strand beyond the ends of the object, as a share of its length: lengths are measured to about 1 %."""
 
 MAX_OVERLAP_SHARE = 0.2
-"""Share of a strand that may lie where another already lies."""
+"""Largest share of a strand that may overlap a strand placed earlier."""
 
 PLACE_ERROR_SHARE, TIP_ERROR_SHARE = 0.02, 0.01
-"""Standard deviations of a strand's place from what is expected, and of a tip's, as shares of the object's length."""
+"""Standard deviations of the position of a strand, and of a tip, around the expected one, as shares of the object's length."""
 
 MAX_TIP_COST = 25.0
-"""What it costs at most that the tip of a strand is not the object's."""
+"""Largest cost of placing the tip of a strand away from the end of the object, in squared standard deviations."""
 
 SHIFT_WEIGHT = 0.2
-"""Weight of a shift that all of a strand shares, against 1 for its shape."""
+"""Weight of the mean displacement of a strand, relative to 1 for the change of its shape."""
 
 MAX_SHIFT_TOLERANCES = 2.5
-"""Tolerances by which all of a strand may be shifted."""
+"""Largest mean displacement of a strand, in tolerances."""
 
 REACH_SHARE = 0.9
-"""Share of the straight distance between two strands that the object between them must be long."""
+"""Smallest arc length of the object between two strands, as a share of their straight distance."""
 
 SHAPE_WEIGHT, TURN_WEIGHT, PLACE_WEIGHT = 1.0, 0.02, 3e-6
 """Weights of second differences, first differences and displacements from the expected shape, against 1 for a joint of a strand.
@@ -56,7 +56,7 @@ SEEN_MOBILITY = 0.02
 
 @dataclass(frozen=True)
 class Placed:
-    """A strand on an object.
+    """A strand with its position along an object.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Placed:
     span
         (first, last) m, arc lengths on the object between which the strand lies.
     cost
-        how badly it fits there: squares of distances in standard deviations, 0 for a perfect fit.
+        misfit in squared standard deviations; 0 for a perfect fit.
     """
 
     arcs: Floats
@@ -77,26 +77,26 @@ class Placed:
 
 
 def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
-    """Find where along an object the strands of a frame lie.
+    """Find the position along an object of each strand of a frame.
 
-    The longest are laid first. A strand goes where it is nearest to the expected shape and where its tips are the object's, not
-    on top of another, and not farther from its neighbors than the object reaches. A shift that the whole strand shares counts
-    little: the object may have moved on.
+    Strands are placed in order of descending length. Each takes the position of least cost: distance from the expected shape, and
+    distance of its tips from the ends of the object. Strands do not overlap, and the object must be long enough to reach from
+    one to the next. The mean displacement of a strand counts little, since the object may have moved.
 
     Parameters
     ----------
     strands
-        what was seen.
+        the strands of the frame.
     expected
-        (M + 1, 3) m, the joints where they are expected.
+        (M + 1, 3) m, expected joints of the object.
     length
-        of the object, m.
+        m, length of the object.
     tolerance
-        m, largest RMS distance of a strand from the expected shape; strands farther off belong to something else.
+        m, largest RMS distance of a strand from the expected shape; a strand farther away belongs to another object.
 
     Returns
     -------
-    The strands that were laid, in their order along the object.
+    The strands that were placed, in their order along the object.
     """
     step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
     dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
@@ -166,27 +166,27 @@ def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: 
 
 
 def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
-    """Bend an object from its expected shape to the strands laid on it.
+    """Fit the joints of an object to the strands placed on it, by regularized least squares.
 
     Parameters
     ----------
     expected
-        (M + 1, 3) m, the joints where they are expected.
+        (M + 1, 3) m, expected joints of the object.
     placed
-        the strands.
+        the strands, with their positions along the object.
     length
-        of the object, m.
+        m, length of the object.
 
     Returns
     -------
     joints : (M + 1, 3) m, neighbors about `length` / M apart.
-    seen : (M + 1,) bool, the joints that a strand covers.
+    seen : (M + 1,) bool, True for the joints that a strand covers.
 
     Notes
     -----
-    The displacement from the expected shape minimizes the squared distances from the samples, plus SHAPE_WEIGHT times the squares
-    of its second differences, and so on: a linear system of five bands. Then segments are brought to one length by moving their
-    joints, seen ones little (Mueller et al., "Position based dynamics", 2007).
+    The displacement d of the expected joints minimizes the squared distances from the samples, plus SHAPE_WEIGHT |d''|^2,
+    TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. The normal equations are pentadiagonal. Then
+    joints are moved until all segments have one length, seen joints least (Mueller et al., "Position based dynamics", 2007).
     """
     count = len(expected)
     segment = length / (count - 1)
@@ -217,7 +217,7 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
-    """Tell which of `count` joints, one every `segment` m, lie on strands: (count,) bool."""
+    """Tell which of `count` joints of an object, `segment` m apart, are covered by strands: (count,) bool."""
     seen = np.zeros(count, dtype=bool)
     for item in placed:
         near = np.rint(item.arcs / segment).astype(int)
@@ -228,15 +228,18 @@ def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
 
 
 def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
-    """Return joints (M + 1, 3) m moved so that neighbors are about `segment` m apart; joints that are `fixed` hardly move."""
+    """Move joints (M + 1, 3) m until neighbors are `segment` m apart to about 0.1 %.
+
+    fixed : (M + 1,) bool, True for joints that move 50 times less than the others.
+    """
     mobility = np.where(fixed, SEEN_MOBILITY, 1.0)
     return equalize_lengths(np.ascontiguousarray(joints, dtype=float), segment, mobility, LENGTH_ROUNDS, LENGTH_TOLERANCE)
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:
-    """Return joints (M + 1, 3) m with neighbors exactly `segment` m apart, from joints where they are so to about 1 %.
+    """Scale each segment between joints (M + 1, 3) m to exactly `segment` m; the lengths given differ by about 1 %.
 
-    Each joint keeps its direction from the one before; the sum of the small changes is spread evenly.
+    Segments keep their directions, and the mean of all joints stays.
     """
     steps = np.diff(joints, axis=0)
     steps *= segment / np.linalg.norm(steps, axis=1, keepdims=True)

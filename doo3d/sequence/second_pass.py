@@ -1,11 +1,11 @@
-"""Find an object in every frame of a stretch of time, from the frames before and after in which it is plain.
+"""Find an object in every frame of a period, starting from its anchors, the frames in which it is seen whole.
 
-1. In an anchor, a frame in which the object is whole, the seen parts of its chain have their places along the object.
-2. From each anchor on, forward and backward in time, the object's last shape, moved on at its last speed, is what the next frame
-   is expected to show. The strands that are seen there are laid onto it, and the object is bent to them.
-3. Where the object is hidden, the shapes that come from before and from after are blended, each by how long ago it was seen.
-   Where the two disagree, the one onto which the strands fit better counts. The strands are laid once more, onto that.
-4. What was not seen is smoothed over time; what was seen stays where it was seen.
+1. In an anchor, the seen parts of the chain have known positions along the object.
+2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved on with its last
+   velocity. The strands of that frame are registered with it, and the object is fitted to them.
+3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was seen. If the two disagree,
+   the shape that fits the strands better is used. The strands are registered once more, with that shape.
+4. Joints that were not seen are smoothed over time (Whittaker smoother); seen joints stay.
 """
 
 from __future__ import annotations
@@ -22,40 +22,40 @@ from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_str
 from .registration import Placed, bend, place_strands, to_lengths
 
 SPEED_SHARE = 0.7
-"""Share of its last motion that an object is expected to go on with."""
+"""Share of the last displacement of an object that is expected again in the next frame."""
 
 MIN_TOLERANCE_RADII, TOLERANCE_SHARE = 8.0, 0.06
-"""Radii, and share of the object's length, that a strand may be from where it is expected next; the larger counts."""
+"""Largest distance of a strand from the expected shape: in radii, and as a share of the object's length; the larger counts."""
 
 LOST_TOLERANCES = 4.0
-"""Tolerances within which the strands are looked for where none is within one."""
+"""Larger distance, in tolerances, in which strands are searched if none is within one tolerance."""
 
 MISSING_COST = 25.0
-"""What it costs that a strand fits nowhere."""
+"""Cost of a strand that fits nowhere, in squared standard deviations."""
 
 TIME_STIFFNESS, SEEN_WEIGHT = 30.0, 1e4
-"""Weights of the second differences over time, and of where a joint was seen, against 1 for the place that the passes gave it."""
+"""Weights of the second differences over time, and of a position that was seen, relative to 1 for one that was not seen."""
 
 NEVER = 10**6
-"""Frames since a joint was seen, if it never was."""
+"""Age, in frames, of a joint that was never seen."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """An object in one frame.
+    """The shape of an object in one frame.
 
     Attributes
     ----------
     joints
-        (M + 1, 3) m.
+        (M + 1, 3) m, positions.
     seen
-        (M + 1,) bool, the joints where it was seen.
+        (M + 1,) bool, True for joints seen in the frame.
     age
         (M + 1,) int, frames since each joint was seen last.
     cost
-        how badly the strands of the frame fit onto what was expected; 0 for an anchor.
+        misfit of the frame's strands to the expected shape, in squared standard deviations; 0 for an anchor.
     from_time
-        (M + 1,) bool, the joints of which only other frames tell where they are.
+        (M + 1,) bool, True for joints whose positions come from other frames only.
     """
 
     joints: Floats
@@ -82,26 +82,26 @@ def follow(
     max_gap: int,
     past_only: bool = False,
 ) -> list[list[Shape | None]]:
-    """Find the objects of one tree in every frame of a stretch of time: a single cable is a tree of one object.
+    """Find the objects of one tree in every frame of a period; a single cable is a tree of one object.
 
     Parameters
     ----------
     items
-        the objects; their anchors are used as far as they lie in the stretch.
+        the objects of the tree; only their anchors in the period are used.
     observations
-        the frames of the stretch.
+        the observations of all frames of the period.
     first
-        index in the capture of the first of them.
+        index in the capture of the first observation.
     claimed
-        for each object and each frame, the chains that are another object.
+        for each object and each frame, the indices of the chains that belong to other objects.
     max_gap
-        number of frames in a row without any strand of the tree up to which it is filled in.
+        largest number of successive frames without any strand of the tree that are filled in.
     past_only
-        True to use no later frame, as while recording: nothing before the first anchor, and no smoothing over time.
+        True to use earlier frames only, as while recording: no shape before the first anchor, and no smoothing over time.
 
     Returns
     -------
-    For each object and each frame its shape, or None where it is not there.
+    For each object and each frame its shape; None if the object is not in the frame.
     """
     located = [_located(item, observations, first, own, past_only) for item, own in zip(items, claimed, strict=True)]
     located = _without_long_gaps(located, max_gap)

@@ -1,4 +1,4 @@
-"""Which objects of a capture meet at junctions, voted over its frames."""
+"""Find the junctions between the objects of a capture, by a vote over its frames."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ..geometry.disjoint_set import DisjointSet
 from ..types import ChainEnd, Detection
 
 MIN_PATTERN_SHARE = 1 / 3
-"""Share of the frames with the most common answer in which a richer tree has to be seen: hidden parts take junctions away in many
-frames, and a strand that only touches adds one in few."""
+"""Fewest frames of a pattern with more junctions, as a share of those of the most common pattern: occlusion hides junctions in
+many frames, a strand that only touches adds one in few."""
 
 
 class Node(NamedTuple):
@@ -24,7 +24,7 @@ class Node(NamedTuple):
     junction
         number of the junction in the capture.
     confidence
-        0 to 1, that the objects are joined there: the mean of those of the frames that tell.
+        0 to 1, mean confidence of the junction over the frames in which it was detected.
     """
 
     junction: int
@@ -32,11 +32,11 @@ class Node(NamedTuple):
 
 
 Nodes = tuple[Node | None, Node | None]
-"""The junctions at the first and the last end of an object; None for a tip."""
+"""Junctions at the first and the last end of an object; None for a tip."""
 
 
 class ChainInFrame(NamedTuple):
-    """A chain of one frame that tracking took for an object.
+    """A chain of one frame that tracking assigned to an object.
 
     Attributes
     ----------
@@ -52,22 +52,22 @@ class ChainInFrame(NamedTuple):
 
 
 Pattern = tuple[bool, bool]
-"""Whether the first and the last end of a chain, in the direction of its object, are at junctions."""
+"""Pattern of the ends of a chain: True for an end at a junction; first and last end in the direction of the object."""
 
 OPEN: Pattern = (False, False)
 
 
 def pattern_of(detection: Detection, chain: int, backwards: bool) -> Pattern:
-    """Return which ends of a chain are at junctions of its frame, in the direction of its object."""
+    """Tell which ends of a chain are at junctions of its frame; `backwards` if the chain runs against its object."""
     joined = {end for junction in detection.junctions for end in junction.ends}
     first, last = ChainEnd(chain, 0) in joined, ChainEnd(chain, 1) in joined
     return (last, first) if backwards else (first, last)
 
 
 def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
-    """Return the pattern with the most junctions of those that enough frames have.
+    """Return the pattern with the most junctions among the patterns found in enough frames.
 
-    patterns : of the chains of one object. least : number of frames that have to agree at least.
+    patterns : the patterns of all chains of one object. least : smallest number of frames that must agree.
     """
     counts = Counter(patterns)
     enough = max(least, MIN_PATTERN_SHARE * max(counts.values(), default=0))
@@ -76,16 +76,20 @@ def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
 
 
 def vote_nodes(tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection], least: int) -> list[Nodes]:
-    """Return for each object the junctions at its ends, those that most frames agree on first; an end is at one junction.
+    """Assign each end of an object to at most one junction, in order of the number of frames that agree.
 
     Parameters
     ----------
     tracked
-        for each object its chains.
+        for each object its chains in all frames.
     detections
-        all frames.
+        the detections of all frames.
     least
-        number of frames that have to agree on a junction at least.
+        smallest number of frames that must agree on a junction.
+
+    Returns
+    -------
+    For each object the junctions at its first and last end; None for a tip.
     """
     votes: dict[frozenset[tuple[int, int]], list[float]] = {}
     for confidence, met in _junctions(tracked, detections):
@@ -115,7 +119,7 @@ def _junctions(
 
 
 def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
-    """Return the objects that junctions connect: indices, in ascending order, of each connected tree."""
+    """Group objects that junctions connect: return the ascending indices of the objects of each tree."""
     objects = DisjointSet(range(len(nodes)))
     owners: dict[int, int] = {}
     for item, pair in enumerate(nodes):
@@ -134,18 +138,22 @@ def vote_trunk(
     tracked: Sequence[Sequence[ChainInFrame]],
     detections: Sequence[Detection],
 ) -> list[int]:
-    """Return the objects along the trunk of a tree that most frames agree on; the longest object if none has them all.
+    """Return the indices of the objects along the trunk of a tree, by a vote of the frames that show the whole tree.
 
     Parameters
     ----------
     tree
-        the objects of the tree.
+        indices of the objects of the tree.
     lengths
-        of each of them, m.
+        m, length of each object.
     tracked
-        for each object its chains.
+        for each object its chains in all frames.
     detections
-        all frames.
+        the detections of all frames.
+
+    Returns
+    -------
+    The objects in order along the trunk; the longest object alone if no frame shows the whole tree.
     """
     places = {(each.frame, each.chain): item for item in tree for each in tracked[item]}
     votes: Counter[tuple[int, ...]] = Counter()

@@ -17,10 +17,10 @@ from ..types import Chain, ChainEnd, Connection, Crossing, Detection, Floats, In
 from ..types.arguments import refused
 
 COMPARED_STEPS = 60
-"""Steps along the longer of two chains at which the two are compared."""
+"""Number of positions along the longer of two chains at which their distance is measured."""
 
 MIN_MOTION_RADII = 10.0
-"""Radii that a chain may always move from one frame to the next, however short it is."""
+"""Motion between frames, in radii, that is allowed for a chain of any length."""
 
 MAX_AGE = 30
 """Frames for which a chain that is not found is remembered at its last position: a second of video."""

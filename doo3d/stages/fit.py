@@ -9,13 +9,11 @@ import numpy as np
 
 from ..config import FitConfig
 from ..errors import ConfigError
+from ..geometry.limits import MAX_SAMPLES
 from ..geometry.polyline import steps
 from ..kernels import traverse_contour
 from ..types import Chain, Floats, Path
 from . import FrameContext
-
-MAX_SEGMENTS = 50_000
-"""Segments of all chains of a frame; 500 chains of 40 segments are a pile. More take minutes."""
 
 
 def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
@@ -42,7 +40,7 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
 
     Raises
     ------
-    ConfigError : the segments are so short that there would be more than `MAX_SEGMENTS`.
+    ConfigError : the segments are so short that there would be more than `MAX_SAMPLES`.
     """
     _check_number(paths, context.segment_length)
     chains: list[Chain] = []
@@ -61,7 +59,7 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
 def _check_number(paths: list[Path], length: float) -> None:
     """Raise ConfigError if segments of `length` m (px in 2-D) would be so many that nothing could come of them."""
     total = math.fsum(float(steps(path.points).sum()) for path in paths)
-    if not total <= MAX_SEGMENTS * length:
+    if not total <= MAX_SAMPLES * length:
         raise ConfigError(
             f"fit.segment_length: {length:g} would make {total / length:.0f} segments in this frame: give it in m, in 2-D in px, "
             "as long as a few radii",

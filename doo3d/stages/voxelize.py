@@ -11,8 +11,9 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
+from ..geometry.limits import AT_ONCE, MAX_CELLS
 from ..geometry.mask import bounding_box, mask_radius
-from ..geometry.noise import MAD_TO_DEVIATION
+from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
 from ..kernels import connected_components, neighbor_table, thin_pixels
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
@@ -29,20 +30,11 @@ MAX_CLOSED_GAP = 4.0
 SPARSE_RADIUS_OVER_SPACING = 0.5
 """Least radius in spacings along the strands of a cloud of sparse points, which bridges join: it sets the scale of all stages."""
 
-MIDDLE_RADII = 0.25
-"""Radii; where strands touch, the core of each is its middle line and what is nearer to it than this."""
-
 BETWEEN_RADII, MIN_BETWEEN_PX = 0.5, 1.5
 """Radii, and px at least; where strands touch, a pixel farther than this from every core is between them."""
 
 CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
-
-MAX_VOXELS = 2_000_000
-"""Occupied voxels (pixels in 2-D) at most, for memory: thinning takes about 150 bytes each."""
-
-ROWS_AT_ONCE = 1 << 14
-"""Voxels whose neighbors are averaged at once: their 26 neighbors with three coordinates each fit into the cache."""
 
 MIN_COMPONENT = 12
 """Voxels of half a radius; smaller 26-connected components are removed."""
@@ -52,9 +44,6 @@ MIN_COMPONENT_COARSE = 3
 
 MIN_MASK_RADIUS_PX = 0.5
 """px; least radius of a mask: a line of single pixels."""
-
-NOISE_DEVIATIONS = 3.0
-"""Standard deviations of the depth noise that a step in depth must exceed."""
 
 USE_FILTERED_POINTS = True
 """Voxelize the points of filtered depth: noise of single readings breaks thin strands apart (`doo3d evaluate ablations`)."""
@@ -81,7 +70,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
 
     Raises
     ------
-    InputError : the grid would hold more than MAX_VOXELS (two million) voxels.
+    InputError : the grid would hold more than MAX_CELLS (two million) voxels.
     """
     dim = foreground.points.shape[1]
     if dim == 2 and foreground.mask is not None:
@@ -191,7 +180,7 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
     farthest = -_local_minimum(np.where(np.isfinite(depth), -depth, depth), window)[v, u]
     noise = MAD_TO_DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - filtered[:, 2])))
     slope = np.maximum(farthest - own, nearest - nearest_wide)
-    at_edge[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - nearest > min_step + NOISE_DEVIATIONS * noise + slope
+    at_edge[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - nearest > min_step + DEVIATIONS * noise + slope
     return at_edge
 
 
@@ -221,7 +210,7 @@ def _points_to_voxelize(
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(mask, pixels, MIDDLE_RADII * radius_px), in_core)
+    in_core = np.where(beside, middle_pixels(mask, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
     between = foreground.side_by_side & (
@@ -251,8 +240,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
     cells = voxelize_points(points, origin, size, margin)
     if isinstance(cells, float):
         raise _too_large(cells, KEY_LIMIT, size)
-    if len(cells.keys) > MAX_VOXELS:
-        raise _too_large(len(cells.keys), MAX_VOXELS, size)
+    if len(cells.keys) > MAX_CELLS:
+        raise _too_large(len(cells.keys), MAX_CELLS, size)
     sampling = foreground.sampling
     if (
         sampling is not None
@@ -268,8 +257,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         keys = sorted_unique(np.concatenate(closed))
     else:
         keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
-    if len(keys) > MAX_VOXELS:
-        raise _too_large(len(keys), MAX_VOXELS, size)
+    if len(keys) > MAX_CELLS:
+        raise _too_large(len(keys), MAX_CELLS, size)
     if between is not None:
         centers = origin + (unpack_keys(keys, cells.shape) + 0.5) * size
         keys = keys[np.isin(keys, cells.keys) | ~_is_seen_at(centers, foreground, between)]
@@ -289,8 +278,8 @@ def _finish(grid: VoxelGrid, min_voxels: int) -> VoxelGrid:
     kept = np.bincount(label)[label] >= min_voxels
     added = np.flatnonzero((grid.counts == 0) & kept)
     centroids = grid.centroids.copy()
-    for start in range(0, len(added), ROWS_AT_ONCE):
-        rows = added[start : start + ROWS_AT_ONCE]
+    for start in range(0, len(added), AT_ONCE):
+        rows = added[start : start + AT_ONCE]
         near = table[rows]
         holds_points = (near >= 0) & (grid.counts[near] > 0)
         number = holds_points.sum(axis=1)
@@ -309,9 +298,9 @@ def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> 
     pixels = foreground.points.astype(np.int64) if foreground.pixels is None else foreground.pixels
     if not len(pixels):
         return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
-    if len(pixels) > MAX_VOXELS:
+    if len(pixels) > MAX_CELLS:
         raise InputError(
-            f"the mask has {len(pixels)} pixels, the limit is {MAX_VOXELS}: scale the image down", code="voxels-too-many"
+            f"the mask has {len(pixels)} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many"
         )
     radius = config.radius or max(mask_radius(mask), MIN_MASK_RADIUS_PX)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1

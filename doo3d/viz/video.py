@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..inputs.support.native_output import capture_native_output
-from ..outputs.atomic import PREFIX
+from ..outputs.atomic import PREFIX, writing
 from ..outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ..outputs.run_reader import Results
 from ..types import Array
@@ -111,10 +111,9 @@ def write_video(
     size = _size(frames)
     temporary = path.absolute().parent / f"{PREFIX}{path.stem}{suffix}"
     try:
-        _write(frames, temporary, fps, codec, size, with_progress)
-        temporary.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written to ({error.strerror})", code="out-unwritable") from None
+        with writing(path):
+            _write(frames, temporary, fps, codec, size, with_progress)
+            temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
     return Video(len(frames), sum(frame.error is not None for frame in statuses), fps, size)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.kernels import agreeing_readings, depth_differences, readings_in_mask, sigma_filter
+from doo3d.kernels import agreeing_readings, depth_differences, readings_in_mask
 
 
 def slow_agreement(depth, mask, row, column, half, slope):
@@ -65,15 +65,3 @@ def test_readings_and_differences_of_a_mask():
     np.testing.assert_array_equal(readings_in_mask(depth, mask), readings[readings > 0])
     both = (readings[:, 1:] > 0) & (readings[:, :-1] > 0)
     np.testing.assert_array_equal(depth_differences(depth, mask), np.abs(np.diff(readings, axis=1)[both]))
-
-
-def test_the_sigma_filter_reduces_noise_and_keeps_depth_steps():
-    depth = (0.8 + 0.002 * np.random.default_rng(0).normal(size=(40, 400))).astype(np.float32)
-    mask = np.zeros(depth.shape, bool)
-    mask[15:25] = True
-    depth[20:25] += 0.1
-    v, u = np.nonzero(mask)
-    mean = sigma_filter(depth, mask, v, u, 10, 0.012)
-    true = np.where(v < 20, 0.8, 0.9)
-    assert np.abs(mean - true).max() < 0.001
-    assert (mean - true).std() < 0.0004

@@ -67,12 +67,6 @@ def _no_strand_filter(readings: Any, *_: Any) -> Any:
     return StrandDepth(readings, np.zeros((0, 3)), 0)
 
 
-def _no_cuts(paths: Any, *_: Any) -> Any:
-    from ...stages.traverse.corners import CutPaths
-
-    return CutPaths(paths, 0, 0.0)
-
-
 def _all(_: Any, pixels: Any, *__: Any) -> Any:
     return np.ones(len(pixels), dtype=bool)
 
@@ -109,7 +103,6 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.segment.strand_filter",),
         made_for=DEPTH,
     ),
-    "sigma filter": Ablation(places={f"{_STAGES}.segment.depth_filter:MAX_DEPTH_ERROR_RADII": math.inf}),
     "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(
         places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
@@ -126,7 +119,6 @@ ABLATIONS: dict[str, Ablation] = {
     "small loops": Ablation(places={f"{_STAGES}.traverse.branch_graph:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.branch_graph:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_CLEARANCE_RADII": 0.0}),
-    "corners": Ablation(places={f"{_STAGES}.traverse.traverse:cut_corners": _no_cuts}, modules=("stages.traverse.corners",)),
     "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
@@ -136,7 +128,6 @@ ABLATIONS: dict[str, Ablation] = {
         made_for=("stereo", "ragged", "images"),
     ),
     "ends extended to the surface": Ablation(places={f"{_STAGES}.refine.refine:extend_to_surface": _first}),
-    "fragments attached": Ablation(places={f"{_STAGES}.refine.refine:attach_fragments": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
     "smoothing of the axis": Ablation(places={f"{_STAGES}.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
     "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),

@@ -13,16 +13,13 @@ from ..scenes.model import Scene, Truth
 from ..scenes.registry import family_rng
 from .depth_sensor import SENSORS, measure_depth
 from .rays import OCCLUDER, TABLE, Hits, RayCaster
-from .stereo import StereoSensor, measure_stereo
+from .stereo import STEREO_SENSORS, measure_stereo
 
 AMBIENT, DIFFUSE, GLOSS = 0.42, 0.62, 0.10
 """Fractions of the light; the table's shadow keeps the ambient part."""
 
 SUBPIXELS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)])
 """px, offsets of the rays of a pixel from its center."""
-
-STEREO = "stereo"
-"""The sensor whose depth is found by matching two rendered infrared images."""
 
 MIN_WALL_LENGTH = 0.4
 """m; a solid as long is a surface such as a table or a wall, on which a slope is no edge, as no gripper or plug is."""
@@ -64,16 +61,16 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
     scene
         the scene, in the optical frame of its camera.
     sensor
-        simulated depth camera: "d435", "d455", "zivid", "stereo", or "none" for exact depth. "stereo" matches two rendered
-        infrared images; the others add errors to the exact depth.
+        simulated depth camera: "d435", "d455", "zivid", "stereo", "coarse", or "none" for exact depth. "stereo" and "coarse"
+        match two rendered infrared images; the others add errors to the exact depth.
 
     Raises
     ------
     ValueError : there is no such sensor.
     MissingDependency : open3d is not installed.
     """
-    if sensor not in SENSORS and sensor != STEREO:
-        raise ValueError(f"no sensor {sensor!r}: there are {', '.join([*SENSORS, STEREO])}")
+    if sensor not in SENSORS | STEREO_SENSORS:
+        raise ValueError(f"no sensor {sensor!r}: there are {', '.join([*SENSORS, *STEREO_SENSORS])}")
     rng = family_rng(f"{scene.family}/{scene.name}/{sensor}", scene.seed)
     caster, camera = RayCaster(scene), scene.camera
     shape = (camera.height, camera.width)
@@ -82,8 +79,8 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
     exact = np.where(np.isfinite(hits.depth), hits.depth, 0.0).reshape(shape)
     labels = hits.label.reshape(shape)
     color = _color_image(caster, hits, directions, rng)
-    if sensor == STEREO:
-        depth = measure_stereo(caster, StereoSensor(), rng)
+    if sensor in STEREO_SENSORS:
+        depth = measure_stereo(caster, STEREO_SENSORS[sensor], rng)
     else:
         depth = measure_depth(exact, hits.shiny.reshape(shape), camera, SENSORS[sensor], rng, _walls(scene, hits).reshape(shape))
     truths = tuple(replace(cable, seen=caster.seen_samples(cable)) for cable in scene.cables)

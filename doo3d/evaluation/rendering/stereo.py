@@ -94,6 +94,10 @@ class StereoSensor:
     depth_step: float = 0.001
 
 
+STEREO_SENSORS = {"stereo": StereoSensor(), "coarse": StereoSensor(block=17, window=8.0, uniqueness=0)}
+"""Stereo cameras: name -> sensor. "coarse" compares blocks three times as wide, so that thin cables sink into what is behind."""
+
+
 @dataclass(frozen=True)
 class StereoPair:
     """The images of the two infrared cameras, and what is needed to match them.

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import DooError, InputError, require, unread_code
+from ...errors import InputError, require
+from ...guard.guarding import guarded
 from ...guard.parsing import read_yaml
 from ...types import Array
 from ..support.git_lfs import check_not_pointer
@@ -136,9 +137,8 @@ class Bag:
             return 0, ""
         data = unzstd(storage.read(message.location)) if self.compressed else storage.read(message.location, _HEADER_BYTES)
         order = ">" if topic.encoding == "cdr" and not data[1] & 1 else "<"
-        seconds, rest, letters = struct.unpack_from(
-            f"{order}III", data, 4
-        )  # after a sequence number (ROS 1) or the CDR header (ROS 2)
+        # after a sequence number (ROS 1) or the CDR header (ROS 2)
+        seconds, rest, letters = struct.unpack_from(f"{order}III", data, 4)
         if 16 + letters > len(data):
             raise ValueError("its header is invalid")
         return seconds * 10**9 + rest, data[16 : 16 + letters].rstrip(b"\0").decode("utf-8", "replace").lstrip("/")
@@ -162,19 +162,15 @@ class Bag:
         ------
         InputError : the message cannot be read or decoded.
         """
-        file = self.storages[location[0]].path
+        storage = self.storages[location[0]]
         try:
             with self._lock:
-                data = self.storages[location[0]].read(location)
-            return decode_message(unzstd(data) if self.compressed else data, topic)
+                data = storage.read(location)
+            data = unzstd(data) if self.compressed else data
         except DamagedRecord as error:
-            raise InputError(f"{file}: {error}", code="bag-damaged") from None
-        except OSError as error:
-            raise InputError(f"{file}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
-        except DooError:
-            raise
-        except Exception as error:  # generated deserializers raise anything on arbitrary bytes
-            raise InputError(f"{file}: a message on {topic.name} is damaged ({error})", code="message-damaged") from None
+            raise InputError(f"{storage.path}: {error}", code="bag-damaged") from None
+        with guarded(f"{storage.path}: a message on {topic.name}", code="message-damaged"):
+            return decode_message(data, topic)
 
     def close(self) -> None:
         """Close the files of the bag."""
@@ -220,17 +216,14 @@ def storage_class(path: Path) -> Any:
 def _open_storage(path: Path, number: int) -> Storage:
     if not path.exists():
         raise InputError(f"{path}: is missing, but listed in {METADATA}: copy the whole bag", code="file-missing")
-    storage = storage_class(path)
-    if storage is None:
-        with path.open("rb") as file:
-            check_not_pointer(path, file.read(_HEADER_BYTES))
-        empty = not path.stat().st_size
-        raise InputError(
-            f"{path}: {'is empty' if empty else 'is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?'}",
-            code="file-empty" if empty else "file-damaged",
-        )
-    opened_storage: Storage = storage(path, number)
-    return opened_storage
+    storage: type[Storage] | None = storage_class(path)
+    if storage is not None:
+        return storage(path, number)
+    if not path.stat().st_size:
+        raise InputError(f"{path}: is empty", code="file-empty")
+    with path.open("rb") as file:
+        check_not_pointer(path, file.read(_HEADER_BYTES))
+    raise InputError(f"{path}: is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?", code="file-damaged")
 
 
 def files_of(path: Path) -> tuple[list[Path], bool]:
@@ -253,18 +246,15 @@ def files_of(path: Path) -> tuple[list[Path], bool]:
     if not metadata.exists():  # a killed recorder has not written it
         return sorted(file for file in path.iterdir() if file.suffix in SUFFIXES), False
     try:
-        metadata_values = read_yaml(metadata)["rosbag2_bagfile_information"]
-        names = [Path(str(name)).name for name in metadata_values["relative_file_paths"]]
-        mode = str(metadata_values.get("compression_mode") or "").lower()
+        values = read_yaml(metadata)["rosbag2_bagfile_information"]
+        names = [Path(str(name)).name for name in values["relative_file_paths"]]
+        mode = str(values.get("compression_mode") or "").lower()
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            f"{metadata}: cannot be read as the description of a ROS 2 bag ({error!r})", code="yaml-invalid"
-        ) from None
+        sentence = f"{metadata}: cannot be read as the description of a ROS 2 bag ({error!r})"
+        raise InputError(sentence, code="yaml-invalid") from None
     if mode == "file":
-        raise InputError(
-            f"{path}: its files are compressed as a whole: decompress them first, with zstd -d or ros2 bag convert",
-            code="bag-compressed",
-        )
+        sentence = f"{path}: its files are compressed as a whole: decompress them first, with zstd -d or ros2 bag convert"
+        raise InputError(sentence, code="bag-compressed")
     if not names:
         raise InputError(f"{metadata}: lists no files", code="bag-empty")
     return [path / name for name in names], mode == "message"

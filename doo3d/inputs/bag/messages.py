@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from contextlib import suppress
 from typing import Any
 
 import cv2
@@ -12,6 +13,7 @@ from ...errors import InputError
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, check_points
 from ...types import Array
+from ..support.arrays import to_metres
 from ..support.native_output import capture_native_output
 
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
@@ -108,11 +110,9 @@ def depth_of(message: Any, scale: float) -> Array:
     else:
         image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
     if image.ndim != 2 or image.dtype == np.uint8:
-        raise InputError(
-            f"a depth image is of {image.dtype} and shape {image.shape}: is it a coloured preview of the depth?",
-            code="depth-type",
-        )
-    return np.asarray(image / np.float32(scale) if image.dtype == np.uint16 else image, dtype=np.float32)
+        sentence = f"a depth image is of {image.dtype} and shape {image.shape}: is it a coloured preview of the depth?"
+        raise InputError(sentence, code="depth-type")
+    return to_metres(image, scale)
 
 
 def _compressed_depth(message: Any) -> Array:
@@ -122,17 +122,10 @@ def _compressed_depth(message: Any) -> Array:
         raise InputError("a compressed depth image is cut off", code="message-damaged")
     _, a, b = _DEPTH_HEADER.unpack_from(data)
     if not data.startswith(b"\x89PNG", _DEPTH_HEADER.size):
-        raise InputError(
-            f"a compressed depth image ({message.format}) is no PNG, other compressions cannot be read",
-            code="encoding-unsupported",
-        )
+        sentence = f"a compressed depth image ({message.format}) is no PNG, other compressions cannot be read"
+        raise InputError(sentence, code="encoding-unsupported")
     image = _decompress(data[_DEPTH_HEADER.size :])
-    if image.dtype != np.uint16 or image.ndim != 2:
-        raise InputError(
-            f"a compressed depth image is of {image.dtype} and shape {image.shape}, expected 16 bits, one channel",
-            code="depth-type",
-        )
-    if not message.format.startswith("32FC1"):
+    if not message.format.startswith("32FC1") or image.dtype != np.uint16 or image.ndim != 2:
         return image
     with np.errstate(divide="ignore"):
         return np.where(image > 0, np.float32(a) / (image.astype(np.float32) - np.float32(b)), 0).astype(np.float32)
@@ -154,27 +147,23 @@ def color_of(message: Any) -> Array:
         return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, conversion))
     layout = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
     if layout is None:
-        raise InputError(
-            f"colour images of encoding {encoding!r} cannot be read; known are {', '.join(_TO_RGB)}", code="encoding-unsupported"
-        )
+        sentence = f"colour images of encoding {encoding!r} cannot be read; known are {', '.join(_TO_RGB)}"
+        raise InputError(sentence, code="encoding-unsupported")
     channels, to_rgb = layout
     image = _rows(message, channels, np.uint8)
     image = image if channels > 1 else image[:, :, 0]
     try:
         return image if to_rgb is None else np.asarray(cv2.cvtColor(np.ascontiguousarray(image), to_rgb))
     except cv2.error as error:
-        raise InputError(
-            f"an image of {message.width}x{message.height} does not fit the encoding {encoding} ({error.err})", code="color-shape"
-        ) from None
+        sentence = f"an image of {message.width}x{message.height} does not fit the encoding {encoding} ({error.err})"
+        raise InputError(sentence, code="color-shape") from None
 
 
 def _rows(message: Any, channels: int, dtype: Any) -> Array:
     """Return the pixels of an Image, (H, W, channels), without the padding of its rows."""
     if dtype is None:
-        raise InputError(
-            f"depth images of encoding {message.encoding!r} cannot be read; known are {', '.join(DEPTH)}",
-            code="encoding-unsupported",
-        )
+        sentence = f"depth images of encoding {message.encoding!r} cannot be read; known are {', '.join(DEPTH)}"
+        raise InputError(sentence, code="encoding-unsupported")
     kind = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     height, width, step = message.height, message.width, message.step
     check_pixels(width, height, "an image")
@@ -194,11 +183,8 @@ def _decompress(data: bytes) -> Array:
     if (size := announced_size(data)) is not None:
         check_pixels(*size, "a compressed image")
     image = None
-    with capture_native_output() as native:
-        try:
-            image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-        except cv2.error:
-            pass
+    with capture_native_output() as native, suppress(cv2.error):
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if image is None or "premature end" in native.text.lower():
         raise InputError("a compressed image is damaged or cut off", code="message-damaged")
     return np.asarray(image)
@@ -217,30 +203,24 @@ def cloud_of(message: Any) -> tuple[Array, Array | None]:
     InputError : the cloud has no x, y, z, or fewer bytes than declared.
     """
     order = ">" if message.is_bigendian else "<"
-    fields = {
-        field.name: (order + _FIELDS[field.datatype], field.offset) for field in message.fields if field.datatype in _FIELDS
-    }
+    fields = {each.name: (order + _FIELDS[each.datatype], each.offset) for each in message.fields if each.datatype in _FIELDS}
     if not {"x", "y", "z"} <= set(fields):
         raise InputError(f"a cloud has the fields {', '.join(fields) or 'none'}, expected x, y and z", code="points-missing")
-    height, width, step, row = message.height, message.width, message.point_step, message.row_step
-    data = np.asarray(message.data, dtype=np.uint8)
-    row = row or step * width
+    height, width, step = message.height, message.width, message.point_step
+    data, row = np.asarray(message.data, dtype=np.uint8), message.row_step or step * width
     if not width or not height:
         return np.zeros((0, 3)), None
-    if any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values()):
-        raise InputError(f"a cloud has points of {step} bytes, too few for its fields", code="message-damaged")
-    if row < step * width or data.size < row * (height - 1) + step * width:
-        raise InputError(
-            f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is incomplete", code="message-damaged"
-        )
+    is_short = any(offset + np.dtype(kind).itemsize > step for kind, offset in fields.values())
+    if is_short or row < step * width or data.size < row * (height - 1) + step * width:
+        sentence = f"a cloud of {width}x{height} points of {step} bytes has {data.size} bytes: it is incomplete"
+        raise InputError(sentence, code="message-damaged")
     check_points(width * height, "a cloud")
     names = [name for name in ("x", "y", "z", "rgb", "rgba") if name in fields]
     names += [name for name in ("r", "g", "b") if name in fields and fields[name][0][1:] == "u1"]
-    layout = np.dtype(
-        {"names": names, "formats": [fields[n][0] for n in names], "offsets": [fields[n][1] for n in names], "itemsize": step}
-    )
-    rows = [np.frombuffer(data[k * row : k * row + step * width].tobytes(), layout) for k in range(height)]
-    cells = np.concatenate(rows)
+    formats, offsets = zip(*(fields[name] for name in names), strict=True)
+    layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
+    rows = np.lib.stride_tricks.as_strided(data, (height, step * width), (row, 1))
+    cells = np.frombuffer(rows.tobytes(), layout)
     with np.errstate(invalid="ignore"):  # signalling NaN
         points = np.stack([cells[axis].astype(float) for axis in "xyz"], axis=1)
     finite = np.isfinite(points).all(axis=1)

@@ -12,7 +12,7 @@ from ...errors import InputError
 from ...types import Array, Floats
 from . import realsense
 from .index import Bag, TopicIndex
-from .tf import Transforms
+from .tf import Transforms, values_of
 from .topics import Stream
 from .undistortion import Lens
 
@@ -54,20 +54,13 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
     apart = np.abs(times[nearest] - depth_times)
     note = ""
     if not (apart <= tolerance * 1e9).any():
-        least = apart.min() / 1e9
-        fault = (
-            f"no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}, "
-            f"the nearest differs by {least:.3f} s"
-        )
+        least, names = apart.min() / 1e9, f"no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}"
+        fault = f"{names}, the nearest differs by {least:.3f} s"
         if required:
-            raise InputError(
-                f"{path}: {fault}: give --input-option tolerance=..., or read the depth alone, with "
-                "--input-option color_topic=none",
-                code="times-apart",
-            )
-        note = (
-            f"{fault}, so depth is read alone: --input-option tolerance={math.ceil(least * 100) / 100:g} reads the color with it"
-        )
+            remedy = "give --input-option tolerance=..., or read the depth alone, with --input-option color_topic=none"
+            raise InputError(f"{path}: {fault}: {remedy}", code="times-apart")
+        wider = math.ceil(least * 100) / 100
+        note = f"{fault}, so depth is read alone: --input-option tolerance={wider:g} reads the color with it"
     return np.asarray(np.where(apart <= tolerance * 1e9, nearest, -1)), note
 
 
@@ -101,7 +94,7 @@ def color_geometry(
     InputError : the transform or the colour camera's intrinsics are not in the bag.
     """
     assert depth.lens is not None
-    frames = (depth.topic_index.frame, color.topic_index.frame)
+    frames, is_same_size = (depth.topic_index.frame, color.topic_index.frame), color.size == depth.size
     registered = "aligned_depth_to_color" in depth.name or "depth_registered" in depth.name
     depth_to_color: Floats | None
     if realsense.stream_of(depth.name) and realsense.stream_of(color.name):
@@ -109,11 +102,9 @@ def color_geometry(
     elif registered or (frames[0] == frames[1] and frames[0]):
         depth_to_color = np.eye(4)
     else:
-        depth_to_color = transforms.between(*frames, time)
-        if depth_to_color is None or not all(frames):
-            depth_to_color = (
-                np.eye(4) if color.size == depth.size and (color.lens is None or _same_pixels(depth.lens, color.lens)) else None
-            )
+        depth_to_color = transforms.between(*frames, time) if all(frames) else None
+        if depth_to_color is None and is_same_size and (color.lens is None or _same_pixels(depth.lens, color.lens)):
+            depth_to_color = np.eye(4)
     if depth_to_color is None:
         raise InputError(
             f"{bag.path}: {color.name} ({color.size[0]}x{color.size[1]}, frame {frames[1]!r}) is not aligned to {depth.name} "
@@ -122,17 +113,16 @@ def color_geometry(
             code="extrinsics-missing",
         )
     same_position = np.allclose(depth_to_color, np.eye(4), atol=1e-7)
-    if color.lens is None:
-        if not same_position or color.size != depth.size:
-            raise InputError(
-                f"{bag.path}: there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}: "
-                "read the depth alone, with --input-option color_topic=none",
-                code="intrinsics-missing",
-            )
-        return depth.lens, None
-    if same_position and _same_pixels(depth.lens, color.lens):
-        return color.lens, None
-    return color.lens, tuple(tuple(row) for row in depth_to_color.tolist())
+    if color.lens is None and not (same_position and is_same_size):
+        raise InputError(
+            f"{bag.path}: there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}: "
+            "read the depth alone, with --input-option color_topic=none",
+            code="intrinsics-missing",
+        )
+    lens = color.lens or depth.lens
+    if same_position and _same_pixels(depth.lens, lens):
+        return lens, None
+    return lens, tuple(tuple(row) for row in depth_to_color.tolist())
 
 
 def _same_pixels(a: Lens, b: Lens) -> bool:
@@ -157,8 +147,8 @@ def transforms_of(bag: Bag, index: Mapping[str, TopicIndex]) -> Transforms:
             except InputError:
                 continue
             for stamped in message.transforms:
-                translation, rotation, stamp = stamped.transform.translation, stamped.transform.rotation, stamped.header.stamp
-                values = (translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w)
-                result.add(stamped.header.frame_id, stamped.child_frame_id, stamp.sec * 10**9 + stamp.nanosec, values, static)
+                header = stamped.header
+                time = header.stamp.sec * 10**9 + header.stamp.nanosec
+                result.add(header.frame_id, stamped.child_frame_id, time, values_of(stamped.transform), static)
     result.finish()
     return result

@@ -15,7 +15,7 @@ from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, NONE, OF_DEPTH, ReadOptions, check_used, without_color
-from ..support.color_alignment import align_color
+from ..support.color_registration import align_color
 from ..support.pose_file import TF
 from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of
@@ -96,16 +96,12 @@ class BagCapture:
 
 def _topic_lines(index: Mapping[str, TopicIndex], streams: Streams) -> list[str]:
     """Return a line for each topic of a type that is read: name, type, number of messages, use."""
-    streams_by_use = {"depth": streams.depth, "colour": streams.color, "clouds": streams.cloud}
-    uses = {
-        (stream if isinstance(stream, TopicIndex) else stream.topic_index).topic.name: use
-        for use, stream in streams_by_use.items()
-        if stream is not None
-    }
+    used = [(stream.topic_index, use) for stream, use in ((streams.depth, "depth"), (streams.color, "colour")) if stream]
+    used += [(streams.cloud, "clouds")] if streams.cloud else []
+    uses = {topic_index.topic.name: f", read as {use}" for topic_index, use in used}
     return [
-        f"{name} ({topic_index.topic.kind}, {len(topic_index)} message{'s' * (len(topic_index) != 1)})"
-        + (f", read as {uses[name]}" if name in uses else "")
-        for name, topic_index in sorted(index.items())
+        f"{name} ({each.topic.kind}, {len(each)} message{'s' * (len(each) != 1)}){uses.get(name, '')}"
+        for name, each in sorted(index.items())
     ]
 
 
@@ -173,19 +169,23 @@ def _check_options(path: Path, streams: Streams, options: ReadOptions) -> None:
 
 def _check_base_frame(path: Path, transforms: Transforms, options: ReadOptions) -> None:
     """Raise InputError if the option `pose` names a coordinate frame that the tf of the bag has not."""
-    if isinstance(options.pose, str) and options.pose.startswith(TF):
-        name = options.pose.removeprefix(TF).lstrip("/")
-        if name not in transforms.frames:
-            listed = ", ".join(transforms.frames)
-            has = f"has the frames {listed}" if listed else "is empty (no tf2_msgs/TFMessage)"
-            raise InputError(f"{path}: no frame {name!r} in its tf, which {has}", code="pose-missing")
+    name = _base_frame(options)
+    if name is not None and name not in transforms.frames:
+        listed = ", ".join(transforms.frames)
+        has = f"has the frames {listed}" if listed else "is empty (no tf2_msgs/TFMessage)"
+        raise InputError(f"{path}: no frame {name!r} in its tf, which {has}", code="pose-missing")
+
+
+def _base_frame(options: ReadOptions) -> str | None:
+    """Return the coordinate frame that the option `pose` names; None if it names none."""
+    is_frame = isinstance(options.pose, str) and options.pose.startswith(TF)
+    return str(options.pose).removeprefix(TF).lstrip("/") if is_frame else None
 
 
 def _pose(transforms: Transforms, frame: str, time: int, options: ReadOptions) -> Floats | None:
     """Return the (4, 4) pose of a frame at a time (ns): in the frame that the option `pose` names, else in the world."""
-    if isinstance(options.pose, str) and options.pose.startswith(TF):
-        return transforms.between(frame, options.pose.removeprefix(TF).lstrip("/"), time)
-    return transforms.pose(frame, time)
+    target = _base_frame(options)
+    return transforms.pose(frame, time) if target is None else transforms.between(frame, target, time)
 
 
 def _load(
@@ -233,12 +233,9 @@ def _no_frames(bag: Bag, faults: list[str]) -> InputError:
     """Return the error for a bag without any frames."""
     topics = [
         f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
-        for topic in bag.topics.values()
+        for topic in sorted(bag.topics.values())
     ]
     if faults and not topics:
         return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
-    return InputError(
-        f"{bag.path}: has no depth images, no clouds and no colour images; "
-        f"it has the topics {', '.join(sorted(topics)) or '(none)'}",
-        code="frames-missing",
-    )
+    listed = f"it has the topics {', '.join(topics) or '(none)'}"
+    return InputError(f"{bag.path}: has no depth images, no clouds and no colour images; {listed}", code="frames-missing")

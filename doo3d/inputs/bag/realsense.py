@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import InputError
 from ...types import Floats
 from .index import Bag, TopicIndex
-from .tf import matrix
+from .tf import matrix, values_of
 
 _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 
@@ -30,18 +30,6 @@ def stream_of(topic: str) -> str | None:
     """
     match = _STREAM.fullmatch(topic)
     return f"{match[1]}/{match[2]}" if match else None
-
-
-def is_depth_stream(topic: str) -> bool:
-    """Return whether `topic` is named like a topic of depth images of RealSense's SDK."""
-    match = _STREAM.fullmatch(topic)
-    return match is not None and match[2].startswith("Depth")
-
-
-def is_color_stream(topic: str) -> bool:
-    """Return whether `topic` is named like a topic of colour images of RealSense's SDK."""
-    match = _STREAM.fullmatch(topic)
-    return match is not None and match[2].startswith("Color")
 
 
 def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
@@ -58,19 +46,13 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
     ------
     InputError : the bag does not state the unit of depth, or its value is impossible.
     """
-    match = _STREAM.fullmatch(topic)
-    assert match is not None
-    name = f"{match[1]}/option/Depth Units/value"
-    option = next((index[key] for key in (name, name.replace(" ", "_")) if key in index), None)
-    if option is None or not len(option):
-        raise InputError(
-            f"{bag.path}: has no unit of depth (topic {name}): give it, such as --input-option depth_scale=1000",
-            code="depth-unit",
-        )
-    unit = float(bag.message(option.topic, option.location(0)).data)
+    name = f"{(stream_of(topic) or topic).rpartition('/')[0]}/option/Depth Units/value"
+    option = index.get(name) or index.get(name.replace(" ", "_"))
+    unit = float(bag.message(option.topic, option.location(0)).data) if option else 0.0
     if not 0 < unit < 1:
         raise InputError(
-            f"{bag.path}: {name} is {unit} m, which is impossible: give the unit, such as --input-option depth_scale=1000",
+            f"{bag.path}: has no unit of depth, or an impossible one (topic {name}: {unit} m): give it, such as --input-option "
+            "depth_scale=1000",
             code="depth-unit",
         )
     return 1 / unit
@@ -103,12 +85,5 @@ def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str
 
 def _stream_transforms(bag: Bag, index: Mapping[str, TopicIndex], stream: str) -> dict[str, Floats]:
     """Return the transform (4, 4) from the reference of each extrinsics group to the stream, by group."""
-    result = {}
-    for name, topic_index in index.items():
-        if name.startswith(f"{stream}/tf/") and len(topic_index):
-            message = bag.message(topic_index.topic, topic_index.location(0))
-            translation, rotation = message.translation, message.rotation
-            result[name.rpartition("/")[2]] = matrix(
-                (translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w)
-            )
-    return result
+    topics = {name.rpartition("/")[2]: each for name, each in index.items() if name.startswith(f"{stream}/tf/") and len(each)}
+    return {group: matrix(values_of(bag.message(each.topic, each.location(0)))) for group, each in topics.items()}

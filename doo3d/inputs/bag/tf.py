@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from ...types import Floats
-from ..support.poses import interpolate_pose
+from ...types import Floats, Ints
+from ..formats.trajectory import interpolate_pose
 
 FIXED = ("map", "odom", "world")
 """Fixed frames (REP 105) in order of preference; the first one above a camera in the tree is its world."""
@@ -26,8 +26,9 @@ class Transforms:
     def __init__(self) -> None:
         self._parents: dict[str, str] = {}
         self._static: dict[str, Floats] = {}
-        self._times: dict[str, array[int]] = {}
-        self._values: dict[str, array[float]] = {}
+        self._times: dict[str, list[int]] = {}
+        self._values: dict[str, list[tuple[float, ...]]] = {}
+        self._tracks: dict[str, tuple[Ints, Floats]] = {}
 
     def add(self, parent: str, child: str, time: int, values: tuple[float, ...], static: bool) -> None:
         """Add the transform of one message, child to parent: x_parent = T @ x_child.
@@ -54,8 +55,8 @@ class Transforms:
             self._parents[child] = parent
         elif child not in self._static:
             if self._parents.setdefault(child, parent) == parent:  # a second parent would make it no tree
-                self._times.setdefault(child, array("q")).append(time)
-                self._values.setdefault(child, array("d")).extend(values)
+                self._times.setdefault(child, []).append(time)
+                self._values.setdefault(child, []).append(values)
 
     @property
     def frames(self) -> list[str]:
@@ -65,9 +66,8 @@ class Transforms:
     def finish(self) -> None:
         """Sort the transforms of each frame by time; call this once, after the last `add` and before `pose` or `between`."""
         for child, times in self._times.items():
-            order = np.argsort(np.array(times), kind="stable")
-            self._times[child] = array("q", np.array(times)[order].tolist())
-            self._values[child] = array("d", np.array(self._values[child]).reshape(-1, 7)[order].ravel().tolist())
+            order = np.argsort(times, kind="stable")
+            self._tracks[child] = np.array(times, np.int64)[order], np.array(self._values[child])[order]
 
     def pose(self, frame: str, time: int) -> Floats | None:
         """Return the (4, 4) pose of a frame in the world at a time (ns): x_world = pose @ x_frame, m.
@@ -118,21 +118,25 @@ class Transforms:
         return None
 
     def _transform_at(self, child: str, time: int) -> Floats | None:
-        times = np.frombuffer(self._times[child], dtype=np.int64)
-        values = np.frombuffer(self._values[child], dtype=float).reshape(-1, 7)
+        times, values = self._tracks[child]
+        last = len(times) - 1
         after = int(np.searchsorted(times, time))
-        if after < len(times) and times[after] == time:
-            return matrix(tuple(values[after]))
-        if after in (0, len(times)):  # before the first or after the last: that one, if it is near in time
-            end = min(after, len(times) - 1)
-            return matrix(tuple(values[end])) if abs(int(times[end]) - time) <= _MAX_EXTRAPOLATION_S * 1e9 else None
-        start, stop = int(times[after - 1]), int(times[after])
+        if after > last or after == 0 or times[after] == time:  # that one, if it is near in time
+            near = min(after, last)
+            return matrix(values[near]) if abs(int(times[near]) - time) <= _MAX_EXTRAPOLATION_S * 1e9 else None
+        start, stop = times[after - 1 : after + 1].tolist()
         if stop - start > _MAX_GAP_S * 1e9:
             return None
-        return interpolate_pose(matrix(tuple(values[after - 1])), matrix(tuple(values[after])), (time - start) / (stop - start))
+        return interpolate_pose(matrix(values[after - 1]), matrix(values[after]), (time - start) / (stop - start))
 
 
-def matrix(values: tuple[float, ...]) -> Floats:
+def values_of(transform: Any) -> tuple[float, ...]:
+    """Return the seven values of a message geometry_msgs/Transform, as `matrix` takes them."""
+    t, r = transform.translation, transform.rotation
+    return t.x, t.y, t.z, r.x, r.y, r.z, r.w
+
+
+def matrix(values: Floats | tuple[float, ...]) -> Floats:
     """Return a (4, 4) transform from seven values: translation x, y, z, then quaternion x, y, z, w (scalar last).
 
     A quaternion of length zero gives the identity rotation.

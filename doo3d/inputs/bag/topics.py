@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -17,6 +18,7 @@ from .messages import encoding_of, is_color, is_depth, is_gray, size_of
 from .undistortion import Lens
 
 MILLIMETRES = 1000.0  # units per metre of 16UC1 (REP 118)
+_CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 _INFRARED_OR_CONFIDENCE = re.compile(r"infra|confidence|(^|[/_])ir([/_]|\d|$)")
 _MAX_ATTEMPTS = 20  # messages of a topic that are read until one is complete
@@ -95,22 +97,14 @@ class Streams:
 
     def _image_streams(self) -> dict[str, Stream]:
         """Return the topics with images, with encoding and size of the first complete image."""
-        result = {}
+        streams = {}
         for name, topic_index in self._index.items():
-            if topic_index.topic.kind in _IMAGES and (message := self._first_complete(topic_index)) is not None:
-                result[name] = Stream(topic_index, encoding_of(message), size_of(message))
-        return result
-
-    def _first_complete(self, topic_index: TopicIndex) -> Any:
-        """Return the first message with a complete image; None if the first few have none."""
-        for i in range(min(len(topic_index), _MAX_ATTEMPTS)):
-            try:
-                message = self._bag.message(topic_index.topic, topic_index.location(i))
-                size_of(message)
-            except InputError:
-                continue
-            return message
-        return None
+            for i in range(min(len(topic_index), _MAX_ATTEMPTS) if topic_index.topic.kind in _IMAGES else 0):
+                with suppress(InputError):
+                    message = self._bag.message(topic_index.topic, topic_index.location(i))
+                    streams[name] = Stream(topic_index, encoding_of(message), size_of(message))
+                    break
+        return streams
 
     def _requested(self, key: str, kinds: tuple[str, ...]) -> TopicIndex | None:
         """Return the topic named by the option `key`, of one of the message types `kinds`; None if the option names none."""
@@ -139,14 +133,13 @@ class Streams:
 
     def _best(self, candidates: list[TopicIndex], rank: Callable[[TopicIndex], tuple[Any, ...]], key: str) -> TopicIndex:
         """Return the candidate of least rank; raise InputError if two have the same."""
-        ranked = sorted(candidates, key=lambda candidate: (rank(candidate), candidate.topic.name))
-        if len(ranked) > 1 and rank(ranked[0]) == rank(ranked[1]):
-            tied = [candidate.topic.name for candidate in ranked if rank(candidate) == rank(ranked[0])]
-            raise InputError(
-                f"{self._bag.path}: {', '.join(tied)} are equally good: choose one, such as --input-option {key}={tied[0]}",
-                code="topic-ambiguous",
-            )
-        return ranked[0]
+        best = min(map(rank, candidates))
+        first, *tied = sorted((each for each in candidates if rank(each) == best), key=lambda each: each.topic.name)
+        if tied:
+            names = ", ".join(each.topic.name for each in (first, *tied))
+            sentence = f"{names} are equally good: choose one, such as --input-option {key}={first.topic.name}"
+            raise InputError(f"{self._bag.path}: {sentence}", code="topic-ambiguous")
+        return first
 
     def _depth_rank(self, candidate: TopicIndex) -> tuple[Any, ...]:
         name = candidate.topic.name.lower()
@@ -169,37 +162,29 @@ class Streams:
 
     def _with_lens(self, stream: Stream, info: str | None) -> Stream:
         """Return the stream with its camera and unit, from the options or else from the bag."""
-        options, depth = self._options, stream is self.depth
-        scale = stream.scale
-        if depth and options.depth_scale is not None:
-            scale = options.depth_scale
-        elif depth and realsense.stream_of(stream.name) and not stream.encoding.startswith("32F"):
+        if stream is not self.depth:
+            return replace(stream, lens=self._lens(stream, info))
+        options, scale = self._options, self._options.depth_scale
+        if scale is None and realsense.stream_of(stream.name) and not stream.encoding.startswith("32F"):
             scale = realsense.depth_scale(self._bag, self._index, stream.name)
-        if depth and options.camera is not None:
-            fx, fy, cx, cy = options.camera
-            lens: Lens | None = Lens(Camera(fx, fy, cx, cy, *stream.size))
-        else:
-            lens = self._lens(stream, info)
-        if depth and lens is None:
+        lens = Lens(Camera(*options.camera, *stream.size)) if options.camera is not None else self._lens(stream, info)
+        if lens is None:
             raise InputError(
                 f"{self._bag.path}: has no CameraInfo for {stream.name} (expected on {_info_name(stream.name)}): "
                 "name its topic with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'",
                 code="intrinsics-missing",
             )
-        return Stream(stream.topic_index, stream.encoding, stream.size, lens, scale)
+        return replace(stream, lens=lens, scale=stream.scale if scale is None else scale)
 
     def _lens(self, stream: Stream, info: str | None) -> Lens | None:
         """Return the lens from the requested CameraInfo, the one beside the images, or one of the same frame and size."""
-        kind = "sensor_msgs/msg/CameraInfo"
-        paired = self._requested("info_topic", (kind,)) if info else self._index.get(_info_name(stream.name))
-        infos = [paired] if paired else [other for other in self._index.values() if other.topic.kind == kind]
+        paired = self._requested("info_topic", (_CAMERA_INFO,)) if info else self._index.get(_info_name(stream.name))
+        infos = [paired] if paired else [each for each in self._index.values() if each.topic.kind == _CAMERA_INFO]
         for other in infos:
-            if not len(other) or (paired is None and (other.frame != stream.topic_index.frame or not other.frame)):
-                continue
-            message = self._bag.message(other.topic, other.location(0))
-            if paired is None and (message.width, message.height) != stream.size:
-                continue
-            return self._lens_of(message, other.topic.name, stream)
+            if len(other) and (paired is not None or (other.frame and other.frame == stream.topic_index.frame)):
+                message = self._bag.message(other.topic, other.location(0))
+                if paired is not None or (message.width, message.height) == stream.size:
+                    return self._lens_of(message, other.topic.name, stream)
         return None
 
     def _lens_of(self, info: Any, name: str, stream: Stream) -> Lens:
@@ -207,28 +192,20 @@ class Streams:
         where = f"{self._bag.path}: {name}"
         size = (int(info.width) or stream.size[0], int(info.height) or stream.size[1])
         if size != stream.size:
+            remedy = "read the depth alone, with --input-option color_topic=none"
+            if _is_depth(stream):
+                remedy = "name the right one with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
+            of_images = f"{stream.name} are {stream.size[0]}x{stream.size[1]}"
             raise InputError(
-                f"{where} is for {size[0]}x{size[1]} but the images of {stream.name} are {stream.size[0]}x{stream.size[1]}: "
-                + (
-                    "name the right one with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
-                    if _is_depth(stream)
-                    else "read the depth alone, with --input-option color_topic=none"
-                ),
-                code="intrinsics-size",
+                f"{where} is for {size[0]}x{size[1]} but the images of {of_images}: {remedy}", code="intrinsics-size"
             )
-        ros1 = hasattr(info, "K")
-        matrix, projection, distortion = (info.K, info.P, info.D) if ros1 else (info.k, info.p, info.d)
-        rectified = "rect" in PurePosixPath(_TRANSPORT.sub("", stream.name)).name and projection[0] > 0
-        numbers = (
-            (projection[0], projection[5], projection[2], projection[6])
-            if rectified
-            else (matrix[0], matrix[4], matrix[2], matrix[5])
-        )
-        fx, fy, cx, cy = (float(number) for number in numbers)
+        matrix, projection, distortion = (info.K, info.P, info.D) if hasattr(info, "K") else (info.k, info.p, info.d)
+        pinhole, coefficients = matrix[[0, 4, 2, 5]], tuple(distortion.tolist())
+        if "rect" in PurePosixPath(_TRANSPORT.sub("", stream.name)).name and projection[0] > 0:
+            pinhole, coefficients = projection[[0, 5, 2, 6]], ()
         try:
-            lens = Lens(
-                Camera(fx, fy, cx, cy, *size), info.distortion_model, () if rectified else tuple(float(d) for d in distortion)
-            )
+            fx, fy, cx, cy = pinhole.tolist()
+            lens = Lens(Camera(fx, fy, cx, cy, *size), info.distortion_model, coefficients)
             lens.check()
         except InputError as error:
             raise InputError(f"{where}: {error}", code=error.code) from None
@@ -246,17 +223,14 @@ def _is_compressed(topic_index: TopicIndex) -> bool:
 
 
 def _is_depth(stream: Stream) -> bool:
+    if recorded := realsense.stream_of(stream.name):
+        return recorded.rpartition("/")[2].startswith("Depth")
     name = stream.name.lower()
-    if realsense.stream_of(stream.name):
-        return realsense.is_depth_stream(stream.name)
-    return (
-        is_depth(stream.encoding)
-        and not _INFRARED_OR_CONFIDENCE.search(name)
-        and (stream.encoding != "mono16" or "depth" in name)
-    )
+    is_named = stream.encoding != "mono16" or "depth" in name
+    return is_depth(stream.encoding) and is_named and not _INFRARED_OR_CONFIDENCE.search(name)
 
 
 def _is_color(stream: Stream) -> bool:
-    if realsense.stream_of(stream.name):
-        return realsense.is_color_stream(stream.name)
+    if recorded := realsense.stream_of(stream.name):
+        return recorded.rpartition("/")[2].startswith("Color")
     return is_color(stream.encoding) and not _is_depth(stream)

@@ -48,16 +48,15 @@ class Lens:
         Impossible means a number of coefficients that the model does not have, or a value that is not finite. A lens whose
         coefficients are all zero passes with any model.
         """
-        if not self.is_undistorted and self.model not in (*PLUMB_BOB, *FISHEYE):
+        if self.is_undistorted:
+            return
+        if self.model not in (*PLUMB_BOB, *FISHEYE):
             models = ", ".join(name for name in (*PLUMB_BOB, *FISHEYE) if name)
             raise InputError(f"the distortion model {self.model!r} is unknown; known are {models}", code="lens-unknown")
-        count_fits = len(self.coefficients) in (
-            (4,) if self.model in FISHEYE and "Brandt" not in self.model else _COEFFICIENT_COUNTS
-        )
-        if not self.is_undistorted and not (count_fits and np.isfinite(self.coefficients).all()):
-            raise InputError(
-                f"the distortion model {self.model!r} has impossible coefficients: {self.coefficients}", code="lens-invalid"
-            )
+        counts = (4,) if self.model in FISHEYE and "Brandt" not in self.model else _COEFFICIENT_COUNTS
+        if len(self.coefficients) not in counts or not np.isfinite(self.coefficients).all():
+            sentence = f"the distortion model {self.model!r} has impossible coefficients: {self.coefficients}"
+            raise InputError(sentence, code="lens-invalid")
 
     def undistorted(self, image: Array, nearest: bool) -> Array:
         """Return the image that the pinhole camera would take, from an image distorted by this lens.

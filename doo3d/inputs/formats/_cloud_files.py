@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...guard.guarding import guarded
 from ...guard.limits import check_points, current_limits
 from ...types import Array
 from ..support.arrays import read_header
@@ -44,6 +45,11 @@ class Points(NamedTuple):
     viewpoint: Array | None = None
 
 
+def damaged(path: Path, reason: str) -> InputError:
+    """Return the error for a file that is cut off or damaged, or of another format than it seems."""
+    return InputError(f"{path}: is cut off or damaged: {reason}", code="file-damaged")
+
+
 def read_open3d(path: Path, kind: str) -> Points:
     """Read points, colours and viewpoint of a PLY or PCD file by Open3D.
 
@@ -62,9 +68,7 @@ def read_open3d(path: Path, kind: str) -> Points:
     if native.text:
         if "<= 0" in native.text:
             raise InputError(f"{path}: holds no points", code="cloud-empty")
-        raise InputError(
-            f"{path}: is cut off or damaged, or not a {kind.upper()} file ({_first_message(native.text)})", code="file-damaged"
-        )
+        raise damaged(path, _first_message(native.text))
     if kind == "pcd":
         _check_ascii_pcd(path, len(points))
     viewpoint = _pcd_viewpoint(path) if kind == "pcd" else None
@@ -86,10 +90,7 @@ def _check_announced(path: Path, kind: str) -> None:
         announced = max(announced, math.prod(sizes[:2]) if sizes else 0)
     check_points(announced, str(path))
     if announced > least * path.stat().st_size:
-        raise InputError(
-            f"{path}: is cut off or damaged: its header declares {announced} points, more than fit into the file",
-            code="file-damaged",
-        )
+        raise damaged(path, f"its header declares {announced} points, more than fit into the file")
 
 
 def _check_ascii_pcd(path: Path, count: int) -> None:
@@ -101,9 +102,7 @@ def _check_ascii_pcd(path: Path, count: int) -> None:
     rows = text[match.end() :].splitlines()
     widths = {len(row.split()) for row in rows} - {0}
     if len(rows) < count or len(widths) > 1:
-        raise InputError(
-            f"{path}: is cut off or damaged: its header declares {count} points, it holds {len(rows)} rows", code="file-damaged"
-        )
+        raise damaged(path, f"its header declares {count} points, it holds {len(rows)} rows")
 
 
 def _pcd_viewpoint(path: Path) -> Array | None:
@@ -120,10 +119,8 @@ def _pcd_viewpoint(path: Path) -> Array | None:
     except ValueError:
         values = np.zeros(0)
     if values.shape != (7,) or not np.isfinite(values).all():
-        raise InputError(
-            f"{path}: VIEWPOINT is {match[1].decode('utf-8', 'replace').strip()!r}, expected tx ty tz qw qx qy qz",
-            code="viewpoint-invalid",
-        )
+        given = match[1].decode("utf-8", "replace").strip()
+        raise InputError(f"{path}: VIEWPOINT is {given!r}, expected tx ty tz qw qx qy qz", code="viewpoint-invalid")
     return None if (values == (0, 0, 0, 1, 0, 0, 0)).all() else values[:3]
 
 
@@ -156,9 +153,7 @@ def read_xyz(path: Path) -> Points:
     try:
         rows = np.loadtxt(text.splitlines(), comments=COMMENTS, ndmin=2)
     except ValueError as error:
-        raise InputError(
-            f"{path}: is cut off or not XYZ (rows of equally many numbers, x y z first): {error}", code="file-damaged"
-        ) from None
+        raise damaged(path, f"it is not rows of equally many numbers, x y z first: {error}") from None
     if rows.shape[1] < 3:
         raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z", code="points-shape")
     rest = rows[:, 3:6]  # colours if there are exactly three more columns of whole numbers from 0 to 255
@@ -179,17 +174,13 @@ def read_npz(path: Path) -> Points:
     ------
     InputError : the file is damaged, or has no array `points`.
     """
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            if "points" not in arrays:
-                raise InputError(
-                    f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres", code="points-missing"
-                )
-            names = [name for name in ("points", "colors") if name in arrays]
-            _check_arrays(path, names)
-            return Points(*(arrays[name] for name in names))
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: is cut off or not an NPZ of plain arrays ({error})", code="file-damaged") from None
+    with guarded(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+        if "points" not in arrays:
+            sentence = f"{path}: holds {', '.join(arrays) or 'nothing'}, expected points (N, 3) in metres"
+            raise InputError(sentence, code="points-missing")
+        names = [name for name in ("points", "colors") if name in arrays]
+        _check_arrays(path, names)
+        return Points(*(arrays[name] for name in names))
 
 
 def _check_arrays(path: Path, names: list[str]) -> None:

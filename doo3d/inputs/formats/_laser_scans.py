@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, require
+from ...guard.guarding import first_line
 from ...guard.limits import check_points
 from ...types import Array, Floats
-from ._cloud_files import Points
+from ._cloud_files import Points, damaged
 
 _LAS_HEADER_BYTES, _VLR_HEADER_BYTES, _EVLR_HEADER_BYTES = 375, 54, 60  # LAS 1.4: file header, record headers
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -34,7 +37,7 @@ def read_las(path: Path) -> Points:
     laspy = require("laspy", "las")
     require("lazrs", "las")
     if fault := _las_fault(path):
-        raise InputError(f"{path}: is cut off or damaged: {fault}", code="file-damaged")
+        raise damaged(path, fault)
     try:
         with laspy.open(path) as file:
             declared = file.header.point_count
@@ -44,13 +47,9 @@ def read_las(path: Path) -> Points:
     except (OSError, InputError, MemoryError):
         raise
     except Exception as error:  # from laspy, its decompressor, or numpy for half a record
-        raise InputError(
-            f"{path}: is cut off or damaged, or not a LAS file ({_first_line(error)})", code="file-damaged"
-        ) from None
+        raise damaged(path, first_line(error)) from None
     if len(points) != declared:
-        raise InputError(
-            f"{path}: is cut off or damaged: its header declares {declared} points, it holds {len(points)}", code="file-damaged"
-        )
+        raise damaged(path, f"its header declares {declared} points, it holds {len(points)}")
     if "red" not in las.point_format.dimension_names:
         return Points(points)
     colors = np.column_stack([las.red, las.green, las.blue])
@@ -60,36 +59,24 @@ def read_las(path: Path) -> Points:
     return Points(points, (colors if colors.max() <= 255 else colors >> 8).astype(np.uint8))
 
 
-def _las_fault(path: Path) -> str | None:
-    """Return the fault of a header that declares more records than the file can hold (laspy would read on for hours), or None."""
+def _las_fault(path: Path) -> str:
+    """Return the fault of a header that declares more records than the file can hold (laspy would read on for hours), or ""."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        header = file.read(_LAS_HEADER_BYTES)
-    points, fault = _las_points(header, size)
-    if fault:
-        return fault
-    check_points(points, str(path))
-    header_size, points_at, records = struct.unpack_from("<HII", header.ljust(_LAS_HEADER_BYTES, b"\0"), 94)
-    if records * _VLR_HEADER_BYTES > max(min(points_at, size) - header_size, 0):
-        return f"its header declares {records} variable length records, more than fit into the file"
-    if header[25:26] >= b"\x04" and len(header) == _LAS_HEADER_BYTES:
-        start, extended = struct.unpack_from("<QI", header, 235)
-        if extended * _EVLR_HEADER_BYTES > max(size - start, 0):
-            return f"its header declares {extended} extended variable length records, more than fit into the file"
-    return None
-
-
-def _las_points(header: bytes, size: int) -> tuple[int, str]:
-    """Return the number of points that a LAS header announces, and its fault ("" for none) if they are not compressed."""
-    header = header.ljust(_LAS_HEADER_BYTES, b"\0")
-    points_at, record_format, record_bytes, points = struct.unpack_from("<I4xBHI", header, 96)
+        header = file.read(_LAS_HEADER_BYTES).ljust(_LAS_HEADER_BYTES, b"\0")
+    header_size, points_at, records, record_format, record_bytes, points = struct.unpack_from("<HIIBHI", header, 94)
     if header[25] >= 4:
         points = max(points, struct.unpack_from("<Q", header, 247)[0])
-    is_compressed = record_format & 0xC0
-    if not is_compressed and points * record_bytes > max(size - points_at, 0):
-        held = max(size - points_at, 0) // record_bytes
-        return points, f"its header declares {points} points, it holds {held}"
-    return points, ""
+    held = max(size - points_at, 0)
+    if not record_format & 0xC0 and points * record_bytes > held:  # not compressed
+        return f"its header declares {points} points, it holds {held // record_bytes}"
+    check_points(points, str(path))
+    if records * _VLR_HEADER_BYTES > max(min(points_at, size) - header_size, 0):
+        return f"its header declares {records} variable length records, more than fit into the file"
+    start, extended = struct.unpack_from("<QI", header, 235) if header[25] >= 4 else (0, 0)
+    if extended * _EVLR_HEADER_BYTES > max(size - start, 0):
+        return f"its header declares {extended} extended variable length records, more than fit into the file"
+    return ""
 
 
 def count_e57(path: Path) -> int:
@@ -99,14 +86,8 @@ def count_e57(path: Path) -> int:
     ------
     InputError : the file cannot be read. MissingDependency : pye57 is not installed.
     """
-    library = _e57()
-    image = _open_e57(library, path)
-    try:
+    with _opened(path) as (_, image):
         return len(image.root()["data3D"])
-    except library.E57Exception as error:
-        raise InputError(f"{path}: is cut off or damaged ({_first_line(error)})", code="file-damaged") from None
-    finally:
-        image.close()
 
 
 def read_e57(path: Path, scan: int) -> Points:
@@ -122,43 +103,38 @@ def read_e57(path: Path, scan: int) -> Points:
     InputError : the file holds no scans or no scan of this number, or the scan is damaged.
     MissingDependency : pye57 is not installed.
     """
-    library = _e57()
-    image = _open_e57(library, path)
-    try:
+    with _opened(path) as (library, image):
         scans = image.root()["data3D"]
         if not len(scans):
             raise InputError(f"{path}: holds no scans: export at least one scan into it", code="file-empty")
         if scan >= len(scans):
-            raise InputError(f"the file holds {len(scans)} scans only", code="frame-unknown")
-        node = scans[scan]
-        points, colors = _e57_points(library, image, node)
-        pose = _pose(node)
-    except library.E57Exception as error:
-        raise InputError(f"{path}: scan {scan} is cut off or damaged ({_first_line(error)})", code="file-damaged") from None
-    except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
-    finally:
-        image.close()
+            raise InputError(f"{path}: holds {len(scans)} scans only", code="frame-unknown")
+        try:
+            points, colors = _e57_points(library, image, scans[scan])
+            pose = _pose(scans[scan])
+        except InputError as error:
+            raise InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
     if pose is None:
         return Points(points, colors)
     rotation, translation = pose
     return Points(points @ rotation.T + translation, colors, translation)
 
 
-def _e57() -> ModuleType:
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
+    """Yield the library of pye57 and the open file; what the library raises becomes an InputError."""
     require("pye57", "e57")
-    return require("pye57.libe57", "e57")
-
-
-def _open_e57(library: ModuleType, path: Path) -> Any:
+    library = require("pye57.libe57", "e57")
+    if not path.stat().st_size:
+        raise InputError(f"{path}: is empty", code="file-empty")
     try:
-        return library.ImageFile(str(path), "r")
+        image = library.ImageFile(str(path), "r")
+        try:
+            yield library, image
+        finally:
+            image.close()
     except library.E57Exception as error:
-        if not path.stat().st_size:
-            raise InputError(f"{path}: is empty", code="file-empty") from None
-        raise InputError(
-            f"{path}: is cut off or damaged, or not an E57 file ({_first_line(error)})", code="file-damaged"
-        ) from None
+        raise damaged(path, first_line(error)) from None
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:
@@ -215,13 +191,7 @@ def _pose(node: Any) -> tuple[Floats, Floats] | None:
     if pose.isDefined("translation"):
         translation = np.array([float(pose["translation"][name].value()) for name in "xyz"])
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all() and np.linalg.norm(rotation) > 0):
-        raise InputError(
-            f"the pose is {rotation} {translation}, expected a unit quaternion w x y z and metres", code="pose-invalid"
-        )
+        sentence = f"the pose is {rotation} {translation}, expected a unit quaternion w x y z and metres"
+        raise InputError(sentence, code="pose-invalid")
     matrix = Rotation.from_quat(rotation[[1, 2, 3, 0]]).as_matrix()
     return None if np.array_equal(matrix, np.eye(3)) and not translation.any() else (matrix, translation)
-
-
-def _first_line(error: Exception) -> str:
-    """Return the first line of a library's message, or the exception's type."""
-    return next(iter(str(error).strip().splitlines()), type(error).__name__)

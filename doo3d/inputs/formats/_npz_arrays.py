@@ -125,7 +125,11 @@ class ArrayStack:
         """Open the array's file in the ZIP, and read its header."""
         with zipfile.ZipFile(self._path) as archive:  # which stays open as long as the file in it
             file = archive.open(f"{self.stored}.npy")
-        self.shape, fortran, self.dtype = read_header(file)
+        try:
+            self.shape, fortran, self.dtype = read_header(file)
+        except BaseException:
+            file.close()
+            raise
         self._order, self._begin = "F" if fortran else "C", file.tell()
         return file
 

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
 from ...guard.isolation import isolated
 from ...types import Array, Cloud
 from ..capture import FrameData, FrameRef
@@ -57,18 +57,18 @@ class CloudCapture:
 
 
 def _frames_of(file: Path, single: bool) -> list[FrameRef]:
+    count = 1
     try:
-        count = isolated(count_e57, file, where=str(file)) if _kind(file) == "e57" else 1
+        if _kind(file) == "e57":
+            count = isolated(count_e57, file, where=str(file))
         if not count:
             raise InputError(f"{file}: holds no scans: export at least one scan into it", code="file-empty")
     except (InputError, OSError):
         if single:
             raise
         count = 1  # loading this frame reports the error
-    if count > 1:
-        names = [f"{file.stem}_{i:03d}" for i in range(count)]
-        return [FrameRef(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
-    return [FrameRef(file.stem, file, partial(_load, file, file.stem))]
+    names = [f"{file.stem}_{i:03d}" for i in range(count)] if count > 1 else [file.stem]
+    return [FrameRef(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
 
 
 def _is_cloud(file: Path) -> bool:
@@ -87,20 +87,21 @@ def _kind(path: Path) -> str | None:
     """Return the kind of a cloud file by its first bytes, else by its suffix; None if it is no cloud."""
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
-    if re.match(rb"ply\s", head):
-        return "ply"
-    for start, kind in ((b"LASF", "las"), (b"ASTM-E57", "e57")):
-        if head.startswith(start):
-            return kind
     first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
-    if head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first):
-        return "pcd"
-    if head.startswith(b"PK\x03\x04") and b".npy" in head:
-        return "npz"
+    is_pcd = head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first)
+    is_npz = head.startswith(b"PK\x03\x04") and b".npy" in head
     lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
     rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
-    if rows and _ROW.fullmatch(rows[0]):
-        return "xyz"
+    signs = {
+        "ply": re.match(rb"ply\s", head),
+        "las": head.startswith(b"LASF"),
+        "e57": head.startswith(b"ASTM-E57"),
+        "pcd": is_pcd,
+        "npz": is_npz,
+        "xyz": rows and _ROW.fullmatch(rows[0]),
+    }
+    if (kind := next((kind for kind, sign in signs.items() if sign), None)) is not None:
+        return kind
     # unknown content with the suffix of a cloud: the reader will report the reason
     suffix = path.suffix.lower()
     return {".laz": "las"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
@@ -112,8 +113,6 @@ def _load(path: Path, name: str, scan: int = 0) -> FrameData:
             raise InputError(f"{path}: is empty", code="file-empty")
         read = _read(path, scan)
         cloud = Cloud(read.points, _colors_8_bit(read.colors), read.viewpoint, name)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):

@@ -16,8 +16,7 @@ from ...guard.guarding import read_bytes
 from ...types import Array, Bools, Floats, Frame, Image
 from ..capture import Capture, FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions
-from ..support.camera_choice import REMEDY
-from ..support.camera_search import RECORDER_FILE, find_camera
+from ..support.camera_search import RECORDER_FILE, REMEDY, find_camera
 from ..support.color_registration import ColorCamera, find_color_camera, sizes_differ
 from ..support.depth_frames import camera_for, check_pose, check_unit
 from ..support.images import Size, first_size, read_color, read_depth, read_mask
@@ -89,6 +88,17 @@ class Files(NamedTuple):
     number: int = -1
     root: Path | None = None
     source: Path | None = None
+
+    def with_color(self, color: Path | FrameRef | None, missing: str) -> Files:
+        """Return the frame with a color image; if that is None, with the fault `missing`."""
+        return self._replace(color=color, fault=None if color is not None else (missing, "color-missing"))
+
+    def completed(self, complete: Callable[[Files], Files]) -> Files:
+        """Return the frame completed by a function, or with the InputError of the function as its fault."""
+        try:
+            return complete(self)
+        except InputError as error:
+            return self._replace(fault=(str(error), error.code))
 
 
 def no_poses(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | Path | None]:

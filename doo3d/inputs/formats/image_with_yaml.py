@@ -77,11 +77,8 @@ def list_pairs(path: Path, options: ReadOptions, notes: list[str]) -> list[Files
         return [_files(_image_of(path) if is_yaml else path, path if is_yaml else _yaml_of(path), options)]
     yaml_files = _yaml_files(path)
     if options.color is not None and not without_color(options) and len(yaml_files) > 1:
-        raise InputError(
-            f"--input-option color={options.color}: is one image, but {path} holds several depth images: name the color "
-            "images in their YAML files",
-            code="frame-count",
-        )
+        sentence = f"is one image, but {path} holds several depth images: name the color images in their YAML files"
+        raise InputError(f"--input-option color={options.color}: {sentence}", code="frame-count")
     return [_files(_image_of(file), file, options) for file in yaml_files]
 
 
@@ -109,19 +106,17 @@ def _image_of(file: Path) -> Path:
 
 
 def _files(image: Path, file: Path | None, options: ReadOptions) -> Files:
-    files, folder = Files(image.stem, image, source=file), (file or image).parent
-    try:
-        info = _read_info(file, options)
-        pose = None if info.pose is None else check_pose(info.pose, f"{file}: pose")
-    except InputError as error:
-        return files._replace(fault=(str(error), error.code))
-    return files._replace(
-        color=folder / info.color if info.color else None,
-        masks=(folder / info.mask,) if info.mask else (),
-        time=info.timestamp,
-        pose=pose,
-        sensor=Sensor(KnownCamera(info.camera), info.depth_scale, options.depth_scale),
-    )
+    def described(files: Files) -> Files:
+        info, folder = _read_info(file, options), (file or image).parent
+        return files._replace(
+            color=folder / info.color if info.color else None,
+            masks=(folder / info.mask,) if info.mask else (),
+            time=info.timestamp,
+            pose=None if info.pose is None else check_pose(info.pose, f"{file}: pose"),
+            sensor=Sensor(KnownCamera(info.camera), info.depth_scale, options.depth_scale),
+        )
+
+    return Files(image.stem, image, source=file).completed(described)
 
 
 def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
@@ -131,13 +126,18 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
     ------
     InputError : the file is not YAML, or a value is missing, of the wrong type or out of bounds.
     """
+    values: dict[str, object] = {}
+    if file is not None:
+        with guarded(file), file.open("rb") as opened:
+            values = parse_yaml(opened.read(_MAX_YAML_BYTES), str(file))
+        if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
+            sentence = f"{file}: expected keys and values, with at least camera: [fx, fy, cx, cy]"
+            raise InputError(sentence, code="yaml-invalid")
     given = {"camera": options.camera, "depth_scale": options.depth_scale, "color": options.color and options.color.absolute()}
-    given = {key: value for key, value in given.items() if value is not None}
-    values = {} if file is None else _values(file)
-    if without_color(options):
-        given["color"] = None
+    values |= {key: value for key, value in given.items() if value is not None}
+    values |= {"color": None} if without_color(options) else {}
     try:
-        return DepthImageInfo(**{**values, **given})
+        return DepthImageInfo.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
@@ -145,11 +145,3 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
             f"{file or '--input-option'}: {key}: {first['msg']}; the keys are {', '.join(DepthImageInfo.model_fields)}",
             code=invalid_code([first["type"]]),
         ) from None
-
-
-def _values(file: Path) -> dict[str, object]:
-    with guarded(file), file.open("rb") as opened:
-        values = parse_yaml(opened.read(_MAX_YAML_BYTES), str(file))
-    if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
-        raise InputError(f"{file}: expected keys and values, with at least camera: [fx, fy, cx, cy]", code="yaml-invalid")
-    return values

@@ -12,8 +12,8 @@ from ...errors import InputError
 from ...types import Array, Floats, Frame, check_mask
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
-from ..support.camera_choice import REMEDY
-from ..support.camera_search import find_camera
+from ..support.arrays import to_metres
+from ..support.camera_search import REMEDY, find_camera
 from ..support.depth_frames import Pinhole, camera_for, check_depth_scale, check_pose, check_unit, pinhole_of
 from ._npz_arrays import SMALL, STACKS, ArrayStack, find_arrays, has_depth
 from .image_folder import DEFAULT_DEPTH_SCALE
@@ -140,11 +140,9 @@ def _metres(depth: Array, scale: float | None, where: str) -> Array:
     """Return depth as float32 metres; `scale` is the units per metre, None for the default of its type."""
     if scale is not None:
         check_depth_scale(scale, where, "units per metre above zero (1000 for millimetres)")
-    if np.issubdtype(depth.dtype, np.integer):
-        return np.asarray(depth / np.float32(scale or DEFAULT_DEPTH_SCALE), dtype=np.float32)
-    if not np.issubdtype(depth.dtype, np.floating):
+    if depth.dtype.kind not in "uif":
         raise InputError(f"{where}: depth has type {depth.dtype}, expected whole numbers or floats", code="depth-type")
-    return np.asarray(depth / (scale or 1.0), dtype=np.float32)
+    return to_metres(depth, scale or DEFAULT_DEPTH_SCALE, scale or 1.0)
 
 
 def _pinhole(values: Floats, where: str) -> Pinhole:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import stat
 import struct
 import zipfile
-import zlib
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,6 +16,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError, require
+from ...guard.guarding import guarded
 from ...types import Array, Floats, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, OF_CAMERA, ReadOptions, without_color
@@ -61,9 +61,8 @@ class Record3DCapture:
         for stem in stems:
             pinhole, time = _pinhole(path, metadata, stem, size, options), _time(metadata, stem)
             pose = _row(metadata, "poses", stem)
-            self.frames.append(
-                FrameRef(stem, path, partial(_load, path, changed, stem, size, pinhole, time, pose, without_color(options)), time)
-            )
+            load = partial(_load, path, changed, stem, size, pinhole, time, pose, without_color(options))
+            self.frames.append(FrameRef(stem, path, load, time))
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -76,9 +75,9 @@ class Record3DCapture:
         try:
             with zipfile.ZipFile(path) as opened:
                 names = opened.namelist()
-            return METADATA in names and any(name.startswith(FOLDER) for name in names)
         except (zipfile.BadZipFile, ValueError, NotImplementedError):
             return path.suffix.lower() == ".r3d"
+        return METADATA in names and any(name.startswith(FOLDER) for name in names)
 
 
 def _open(path: Path) -> zipfile.ZipFile:
@@ -88,18 +87,14 @@ def _open(path: Path) -> zipfile.ZipFile:
     ------
     InputError : the file is damaged or no ZIP, or a member's path or link leads out of the archive.
     """
-    try:
+    with guarded(path):
         opened = zipfile.ZipFile(path)
-    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
-        raise InputError(f"{path}: is cut off or not a recording of Record3D ({error})", code="file-damaged") from None
     for member in opened.infolist():
         name = member.orig_filename.replace("\\", "/")
         if name.startswith("/") or ":" in name or ".." in name.split("/") or stat.S_ISLNK(member.external_attr >> 16):
             opened.close()
-            raise InputError(
-                f"{path}: holds {member.orig_filename!r}, a path or a link out of the archive: it is not safe to read",
-                code="archive-unsafe",
-            )
+            sentence = f"{path}: holds {member.orig_filename!r}, a path or a link out of the archive: it is not safe to read"
+            raise InputError(sentence, code="archive-unsafe")
     return opened
 
 
@@ -111,17 +106,13 @@ def _opened(path: Path, changed: int) -> zipfile.ZipFile:
 
 def _member(path: Path, opened: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
     """Return the content of the member `name` of the ZIP; at most `max_bytes` are unpacked."""
-    try:
-        with opened.open(name) as file:
-            data = file.read(max_bytes + 1)
-    except KeyError:
-        raise InputError(f"{path}: {name} is missing", code="file-missing") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError, NotImplementedError) as error:
-        raise InputError(f"{path}: {name} is damaged ({error})", code="file-damaged") from None
+    if name not in opened.namelist():
+        raise InputError(f"{path}: {name} is missing", code="file-missing")
+    with guarded(f"{path}: {name}"), opened.open(name) as file:
+        data = file.read(max_bytes + 1)
     if len(data) > max_bytes:
-        raise InputError(
-            f"{path}: {name} unpacks to more than {max_bytes} bytes, too large for a recording", code="size-too-large"
-        )
+        sentence = f"{path}: {name} unpacks to more than {max_bytes} bytes, too large for a recording"
+        raise InputError(sentence, code="size-too-large")
     return data
 
 
@@ -142,11 +133,8 @@ def _color(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
     color = read_color(path / FOLDER / f"{stem}.jpg", data=data)
     if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _MAX_ASPECT_ERROR:
-        raise InputError(
-            f"{where}: colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}: "
-            "the two must have the same aspect ratio",
-            code="color-size",
-        )
+        sizes = f"colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}"
+        raise InputError(f"{where}: {sizes}: the two must have the same aspect ratio", code="color-size")
     return color if color.shape[1::-1] == size else np.asarray(cv2.resize(color, size, interpolation=cv2.INTER_AREA))
 
 
@@ -164,9 +152,8 @@ def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]
     except lzfse.error:
         raise InputError(f"{where}: is cut off or damaged", code="file-damaged") from None
     if len(raw) != length:
-        raise InputError(
-            f"{where}: has {len(raw)} bytes, expected {length} for {size[0]}x{size[1]} float32 metres", code="depth-shape"
-        )
+        sentence = f"{where}: has {len(raw)} bytes, expected {length} for {size[0]}x{size[1]} float32 metres"
+        raise InputError(sentence, code="depth-shape")
     return np.frombuffer(raw, "<f4").reshape(size[1], size[0])
 
 
@@ -197,16 +184,12 @@ def _declared_size(data: bytes) -> tuple[int, int]:
 
 def _size(path: Path, metadata: dict[str, Any], *keys: str) -> tuple[int, int]:
     """Return (width, height) px from two keys of the metadata."""
-    sides = [metadata.get(key) for key in keys]
+    where, sides = f"{path}: {METADATA}: {', '.join(keys)}", [metadata.get(key) for key in keys]
     if not all(isinstance(side, int) and not isinstance(side, bool) and side > 0 for side in sides):
-        raise InputError(
-            f"{path}: {METADATA}: {', '.join(keys)} are {sides}, expected whole numbers of pixels", code="intrinsics-invalid"
-        )
+        raise InputError(f"{where} are {sides}, expected whole numbers of pixels", code="intrinsics-invalid")
     width, height = int(sides[0] or 0), int(sides[1] or 0)
     if width * height > _MAX_PIXELS:
-        raise InputError(
-            f"{path}: {METADATA}: {', '.join(keys)}: {width}x{height} is larger than any depth image", code="size-too-large"
-        )
+        raise InputError(f"{where}: {width}x{height} is larger than any depth image", code="size-too-large")
     return width, height
 
 
@@ -230,14 +213,13 @@ def _pinhole(path: Path, metadata: dict[str, Any], stem: str, size: tuple[int, i
     if options.camera is not None:
         return options.camera
     width, height = _size(path, metadata, "w", "h")
-    per_frame = _row(metadata, "perFrameIntrinsicCoeffs", stem)
-    where = f"{path}: {METADATA}"
-    if per_frame is not None:
-        fx, fy, cx, cy = numbers(per_frame, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
+    per_frame, where = _row(metadata, "perFrameIntrinsicCoeffs", stem), f"{path}: {METADATA}"
+    if per_frame is None:
+        given = pinhole_of(metadata.get("K"), f"{where}: K", columns=True)
     else:
-        fx, fy, cx, cy = pinhole_of(metadata.get("K"), f"{where}: K", columns=True)
+        given = numbers(per_frame, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
     scale_x, scale_y = size[0] / width, size[1] / height
-    return fx * scale_x, fy * scale_y, cx * scale_x, cy * scale_y
+    return given[0] * scale_x, given[1] * scale_y, given[2] * scale_x, given[3] * scale_y
 
 
 def _pose(row: Any, where: str) -> Floats:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import guarded
 from ...types import Floats
-from ..support.poses import interpolate_pose
+from ..support.depth_frames import numbers
 
 Row = tuple[int, list[str]]
 """Number of a line from 1, and its words."""
@@ -52,6 +53,20 @@ class Trajectory:
         return interpolate_pose(self.poses[first], self.poses[last], float(share))
 
 
+def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
+    """Return the (4, 4) pose between two (4, 4) poses: linear in position, slerp in rotation.
+
+    `share` is the fraction of the path from `one` to `other`, 0 to 1: 0 gives `one`, 1 gives `other`.
+    """
+    from scipy.spatial.transform import Rotation
+
+    rotation = Rotation.from_matrix(one[:3, :3].T @ other[:3, :3]).as_rotvec()
+    pose = np.eye(4)
+    pose[:3, :3] = one[:3, :3] @ Rotation.from_rotvec(share * rotation).as_matrix()
+    pose[:3, 3] = (1 - share) * one[:3, 3] + share * other[:3, 3]
+    return pose
+
+
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:
     """Return the (4, 4) transform [R, t; 0, 0, 0, 1] of a unit quaternion (R) and a position (t).
 
@@ -73,10 +88,8 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     rotation = np.asarray(quaternion, dtype=float)
     length = float(np.linalg.norm(rotation))
     if not abs(length - 1) <= _MAX_NORM_ERROR or not np.isfinite(position).all():
-        raise InputError(
-            f"{where}: the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)",
-            code="pose-invalid",
-        )
+        sentence = f"the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)"
+        raise InputError(f"{where}: {sentence}", code="pose-invalid")
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_quat(rotation).as_matrix()
     pose[:3, 3] = position
@@ -101,24 +114,20 @@ def read_lines(path: Path, columns: int, layout: str) -> list[Row]:
     ------
     InputError : the file is missing or not text, has no rows, or has a row with fewer words.
     """
+    with guarded(path):
+        data = path.read_bytes()
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+        lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a text file, expected lines of {layout}", code="file-not-text") from None
-    rows = [
-        (number, line.replace(",", " ").split())
-        for number, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    numbered = enumerate((line.strip() for line in lines), 1)
+    rows = [(number, line.replace(",", " ").split()) for number, line in numbered if line and not line.startswith("#")]
     if not rows:
         raise InputError(f"{path}: is empty, expected lines of {layout}", code="file-empty")
-    for number, words in rows:
-        if len(words) < columns:
-            raise InputError(
-                f"{path}: line {number} has {len(words)} columns, expected {layout}: is the file cut off?", code="line-invalid"
-            )
+    if short := [(number, len(words)) for number, words in rows if len(words) < columns]:
+        number, count = short[0]
+        sentence = f"{path}: line {number} has {count} columns, expected {layout}: is the file cut off?"
+        raise InputError(sentence, code="line-invalid")
     return rows
 
 
@@ -136,7 +145,7 @@ def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[s
     ------
     InputError : a time is not a number; the message has file and line.
     """
-    given = np.array([_number(path, number, words[0]) for number, words in rows])
+    given = np.array([numbers(words[:1], 1, f"{path}: line {number}", "line-invalid")[0] for number, words in rows])
     times, first = np.unique(given, return_index=True)
     notes = []
     if len(earlier := np.flatnonzero(np.diff(given) < 0)):
@@ -184,16 +193,9 @@ def read_trajectory(path: Path) -> Trajectory:
     InputError : the file cannot be read, or a line has another layout; the message names the line.
     """
     times, rows, notes = sort_by_time(path, read_lines(path, 8, "time tx ty tz qx qy qz qw"))
-    values = [[_number(path, number, word) for word in words[1:8]] for number, words in rows]
-    poses = [pose_from(row[3:], row[:3], f"{path}: line {number}") for (number, _), row in zip(rows, values, strict=True)]
+    poses = []
+    for number, words in rows:
+        where = f"{path}: line {number}"
+        values = numbers(words[1:8], 7, where, "line-invalid")
+        poses.append(pose_from(values[3:], values[:3], where))
     return Trajectory(times, np.array(poses), tuple(notes))
-
-
-def _number(path: Path, line: int, word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise InputError(f"{path}: line {line}: {word!r} is not a finite number", code="line-invalid")
-    return value

@@ -52,15 +52,9 @@ class VideoCapture:
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         content, stat = _probe(path), path.stat()
-        stamp = (stat.st_mtime_ns, stat.st_size)
-        self.frames = [
-            FrameRef(f"{i:06d}", path, partial(_load, path, stamp, i, content), content.time(i)) for i in range(content.frames)
-        ]
-        if content.truncated:
-            last = FrameRef(
-                f"{content.frames:06d}", path, partial(_fail_truncated, path, content.frames), content.time(content.frames)
-            )
-            self.frames.append(last)
+        load = partial(_load, path, (stat.st_mtime_ns, stat.st_size), content)
+        count = content.frames + content.truncated
+        self.frames = [FrameRef(f"{i:06d}", path, partial(load, i), content.time(i)) for i in range(count)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -112,10 +106,8 @@ def _probe(path: Path) -> _VideoContent:
     truncated = concealed or container_ended or bool(messages[-1]) or _overruns(path)
     frames -= concealed
     if not frames:
-        raise InputError(
-            f"{path}: holds no complete frame" + (", it is cut off" if truncated else ""),
-            code="file-damaged" if truncated else "video-empty",
-        )
+        end, code = (", it is cut off", "file-damaged") if truncated else ("", "video-empty")
+        raise InputError(f"{path}: holds no complete frame{end}", code=code)
     return _VideoContent(frames, rate if 0 < rate <= _MAX_FPS else None, truncated)
 
 
@@ -136,10 +128,8 @@ def _decode_all(video: cv2.VideoCapture) -> tuple[list[str], bool]:
 def _not_opened(path: Path, message: str) -> InputError:
     """Return the error for a file that FFmpeg cannot open, from its message."""
     if "moov atom not found" in message:
-        return InputError(
-            f"{path}: is cut off: the index that an MP4 or MOV has at its end is missing, without it no frame can be read",
-            code="file-damaged",
-        )
+        sentence = "is cut off: the index that an MP4 or MOV has at its end is missing, without it no frame can be read"
+        return InputError(f"{path}: {sentence}", code="file-damaged")
     first = message.partition("\n")[0]
     return InputError(f"{path}: cannot be read as a video" + (f" ({first})" if first else ""), code="video-unreadable")
 
@@ -207,16 +197,12 @@ def _reader(path: Path, stamp: tuple[int, int]) -> _Reader:
     return _Reader(path)
 
 
-def _load(path: Path, stamp: tuple[int, int], index: int, content: _VideoContent) -> FrameData:
+def _load(path: Path, stamp: tuple[int, int], content: _VideoContent, index: int) -> FrameData:
+    if index == content.frames:
+        sentence = f"{path}: is cut off in the middle of this frame; the {index} frames before it are complete"
+        raise InputError(sentence, code="file-damaged")
     image = _reader(path, stamp).read(index, index == content.frames - 1)
     if image is None:
-        raise InputError(
-            f"{path}: frame {index} cannot be decoded: has the file changed since it was opened?", code="video-unreadable"
-        )
+        sentence = f"{path}: frame {index} cannot be decoded: has the file changed since it was opened?"
+        raise InputError(sentence, code="video-unreadable")
     return FrameData(Image(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), f"{index:06d}", content.time(index)))
-
-
-def _fail_truncated(path: Path, frames: int) -> FrameData:
-    raise InputError(
-        f"{path}: is cut off in the middle of this frame; the {frames} frames before it are complete", code="file-damaged"
-    )

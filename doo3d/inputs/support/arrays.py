@@ -15,7 +15,6 @@ from .git_lfs import check_not_pointer
 
 MAX_ARRAY_BYTES = 1 << 28  # of one image
 _HEAD_BYTES = 64
-_MAX_FLOAT_M = 100.0  # a median of floats above is no depth in metres
 
 
 def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Array:
@@ -37,26 +36,17 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
     array = _read(path)
     array = array[..., 0] if array.ndim == 3 and array.shape[2] == 1 else array
     if array.ndim != 2:
-        raise InputError(
-            f"{path}: has shape {array.shape}, expected one depth image (H, W): save several frames as one NPZ, with "
-            "numpy.savez(file, depth=depth, K=K)",
-            code="depth-shape",
-        )
-    if array.dtype.kind in "ui" and array.dtype.itemsize > 1:
-        return np.asarray(array / np.float32(scale), dtype=np.float32)
-    if array.dtype.kind != "f":
+        remedy = "save several frames as one NPZ, with numpy.savez(file, depth=depth, K=K)"
+        raise InputError(f"{path}: has shape {array.shape}, expected one depth image (H, W): {remedy}", code="depth-shape")
+    if array.dtype.kind not in "uif" or array.dtype.itemsize < 2:
         raise InputError(f"{path}: has type {array.dtype}, expected integers of 16 bits or more, or floats", code="depth-type")
+    return to_metres(array, scale, float_scale)
+
+
+def to_metres(array: Array, scale: float, float_scale: float = 1.0) -> Array:
+    """Return depth, integers with `scale` or floats with `float_scale` units per metre, as float32 metres."""
     with np.errstate(all="ignore"):
-        metres = np.asarray(array / float_scale, dtype=np.float32)
-        measured = metres[np.isfinite(metres) & (metres > 0)]
-        median = float(np.median(measured)) if measured.size else 0.0
-    if median > _MAX_FLOAT_M:
-        raise InputError(
-            f"{path}: its median is {median:.4g}, but floats are metres: if they are millimetres, give --input-option "
-            "depth_scale=1000",
-            code="depth-unit",
-        )
-    return metres
+        return np.asarray(array / np.float32(float_scale if array.dtype.kind == "f" else scale), dtype=np.float32)
 
 
 def read_color_array(path: Path) -> Array:

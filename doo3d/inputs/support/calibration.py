@@ -171,10 +171,8 @@ def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
             raise InputError(f"{path}: {name} is {shown}: expected {form}", code="intrinsics-invalid")
         fx, fy, cx, cy = rows[0][0], rows[1][1], rows[0][2], rows[1][2]
     if fx <= 0 or fy <= 0:
-        raise InputError(
-            f"{path}: intrinsics fx={fx:g} fy={fy:g} cx={cx:g} cy={cy:g}: expected focal lengths above zero, in pixels",
-            code="intrinsics-invalid",
-        )
+        values = f"intrinsics fx={fx:g} fy={fy:g} cx={cx:g} cy={cy:g}"
+        raise InputError(f"{path}: {values}: expected focal lengths above zero, in pixels", code="intrinsics-invalid")
     return fx, fy, cx, cy
 
 
@@ -199,11 +197,9 @@ def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
         return None
     value = keys[key]
     number = math.nan if isinstance(value, bool | list) else _flat(value)[0]
-    if not math.isfinite(number) or number <= 0:
-        raise InputError(
-            f"{path}: depth_scale is {value!r}, expected units per metre above zero (1000 for millimetres)",
-            code="depth-scale-invalid",
-        )
+    if not 0 < number < math.inf:
+        sentence = f"{path}: depth_scale is {value!r}, expected units per metre above zero (1000 for millimetres)"
+        raise InputError(sentence, code="depth-scale-invalid")
     if number >= _MIN_UNITS_PER_M:
         return number
     return 1 / number if number <= _MAX_M_PER_UNIT else _MM_PER_M / number

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import guarded
 from ...guard.parsing import parse_json, parse_yaml
 from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinhole
 from .git_lfs import check_not_pointer
@@ -33,11 +34,8 @@ def read_camera_file(path: Path) -> list[Calibration]:
     ------
     InputError : the file cannot be read, is damaged, has no camera, or an impossible one.
     """
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
+    with guarded(path), path.open("rb") as file:
+        data = file.read(MAX_FILE_BYTES + 1)
     check_not_pointer(path, data)
     if len(data) > MAX_FILE_BYTES:
         raise InputError(f"{path}: is too large for the description of a camera", code="size-too-large")

@@ -7,12 +7,92 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import InputError
-from .calibration import Calibration
-from .camera_choice import REMEDY, check_size, choose_camera, describe_camera
+from .calibration import Calibration, Pinhole
 from .camera_files import MAX_FILE_BYTES, read_camera_file
 from .images import Size
-from .listing import natural_key
-from .roles import words_of
+from .listing import natural_key, words_of
+
+REMEDY = "give --camera FILE (JSON or YAML with fx, fy, cx, cy) or --input-option 'camera=[fx, fy, cx, cy]'"
+_PX = 0.01  # cameras whose intrinsics differ by less are one
+
+
+def choose_camera(cameras: Sequence[Calibration], size: Size, aligned: bool) -> tuple[Calibration, str]:
+    """Return the camera of the depth images among those of a file, with a note if there was a choice.
+
+    Parameters
+    ----------
+    cameras
+        the cameras, at least one.
+    size
+        (width, height) of the depth images in px.
+    aligned
+        whether color images belong to the depth images: these are then pixels of the color camera, as a rule.
+
+    Raises
+    ------
+    InputError : no camera is for images of this size, or several are and their names do not tell which.
+    """
+    distinct, where = _distinct(cameras), cameras[0].file
+    if len(distinct) == 1:
+        return cameras[0], ""
+    fitting = [camera for camera in distinct if camera.size in (None, size)]
+    if not fitting:
+        sizes = ", ".join(sorted({f"{c.size[0]}x{c.size[1]}" for c in cameras if c.size}))
+        sentence = f"has cameras for images of {sizes} px, but the depth images are {size[0]}x{size[1]}: {REMEDY}"
+        raise InputError(f"{where}: {sentence}", code="intrinsics-size")
+    if len(fitting) > 1:
+        words = {"color", "rgb", "colour"} if aligned else {"depth"}
+        fitting = [camera for camera in fitting if set(words_of(camera.label)) & words] or fitting
+    if len(fitting) > 1:
+        listed = "; ".join(f"{c.label}: [{', '.join(f'{value:g}' for value in c.pinhole)}]" for c in fitting[:5])
+        raise InputError(
+            f"{where}: has several cameras for images of {size[0]}x{size[1]} px ({listed}): choose one, with --input-option "
+            "'camera=[fx, fy, cx, cy]'",
+            code="intrinsics-ambiguous",
+        )
+    return fitting[0], f"the camera is {fitting[0].label!r} of {where.name}, which has {len(distinct) - 1} more"
+
+
+def describe_camera(camera: Calibration) -> list[str]:
+    """Return the notes about a camera that was read from a file: that a distortion is not removed."""
+    if not camera.distorted:
+        return []
+    return [f"{camera.file.name} has a lens distortion, which is not removed: undistort the images if they are not yet"]
+
+
+def check_size(camera: Calibration, size: Size) -> None:
+    """Check that a camera is for images of a size (width, height) in px.
+
+    Raises
+    ------
+    InputError : it is for another size; if that has the same shape, the message has the scaled intrinsics.
+    """
+    if camera.size is None or camera.size == size:
+        return
+    (width, height), remedy = camera.size, REMEDY
+    factor = size[0] / width
+    if abs(factor - size[1] / height) < 1e-3 * factor:
+        values = ", ".join(f"{value:.2f}" for value in scaled(camera.pinhole, factor, factor))
+        remedy = f"if the images were scaled down or up as a whole, give --input-option 'camera=[{values}]'"
+    sizes = f"is the camera of images of {width}x{height} px, but the depth images are {size[0]}x{size[1]}"
+    raise InputError(f"{camera.file}: {sizes}: {remedy}", code="intrinsics-size")
+
+
+def scaled(pinhole: Pinhole, x: float, y: float) -> Pinhole:
+    """Return fx, fy, cx, cy of images that are wider and higher by factors; a pixel's center has whole coordinates."""
+    fx, fy, cx, cy = pinhole
+    return fx * x, fy * y, (cx + 0.5) * x - 0.5, (cy + 0.5) * y - 0.5
+
+
+def _distinct(cameras: Sequence[Calibration]) -> list[Calibration]:
+    """Return the cameras without those that equal an earlier one in intrinsics and size."""
+    kept: list[Calibration] = []
+    for camera in cameras:
+        same_size = [other.pinhole for other in kept if other.size == camera.size]
+        if not any(max(abs(a - b) for a, b in zip(camera.pinhole, other, strict=True)) < _PX for other in same_size):
+            kept.append(camera)
+    return kept
+
 
 RECORDER_FILE = "camera_intrinsic.json"  # of Open3D's recorder; takes precedence over other files
 _CAMERA_WORDS = {"camera", "cameras", "cam", "intrinsic", "intrinsics", "calib", "calibration", "k", "cameraintrinsic"}
@@ -73,12 +153,19 @@ def find_camera(
         plausible = [camera for camera in group if fits(camera, size)]
         if plausible:
             rest = [camera for camera in group if camera.size is not None and camera not in plausible]
-            chosen, note = choose_camera([*plausible, *rest], lambda: size or (0, 0), aligned) if size else (plausible[0], "")
-            return FoundCamera(chosen, [note] * bool(note) + describe_camera(chosen) + _path_note(chosen.file, root), group)
+            chosen, note = choose_camera([*plausible, *rest], size, aligned) if size else (plausible[0], "")
+            notes = [note] * bool(note) + describe_camera(chosen)
+            if chosen.file != root / RECORDER_FILE:
+                notes.append(f"the camera is read from {_below(chosen.file, root)}")
+            return FoundCamera(chosen, notes, group)
         misfits += group if is_own else []
     if misfits and size is not None:
         raise _misfit(misfits, size)
     return None
+
+
+def _below(file: Path, root: Path) -> Path:
+    return file.relative_to(root) if file.is_relative_to(root) else file
 
 
 def fits(camera: Calibration, size: Size | None) -> bool:
@@ -101,16 +188,16 @@ def search_folders(root: Path) -> list[Path]:
 
 def _groups(bases: Iterable[Path], parent: Path | None) -> Iterator[tuple[list[Calibration], bool]]:
     """Yield the cameras of each folder that has some, and whether the folder belongs to the capture."""
-    files = {folder: _files(folder) for base in bases for folder in search_folders(base)}
-    listed = [(found, True) for found in files.values()]
-    for found, is_own in [*listed, (_files(parent), False)] if parent else listed:
+    own = {folder: _files(folder) for base in bases for folder in search_folders(base)}
+    for found in [*own.values(), *([_files(parent)] if parent else [])]:
+        is_own = any(found is each for each in own.values())
         named = [file for file in found if file.name == RECORDER_FILE] or list(filter(_is_named, found))
         cameras, errors = _read_all(named)
         if cameras:
             yield cameras, is_own
         elif errors and is_own and any(file.suffix.lower() in _SUFFIXES for file in named):
             raise errors[0]
-    for found in files.values():
+    for found in own.values():
         others = [file for file in found if file.suffix.lower() in _SUFFIXES]
         if len(others) <= _MAX_OTHER_FILES and (cameras := _read_all(others)[0]):
             yield cameras, False
@@ -121,7 +208,7 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
     stated = next((camera for camera in cameras if camera.size is not None), None)
     if stated is not None:
         try:
-            choose_camera(cameras, lambda: size, aligned=False)
+            choose_camera(cameras, size, aligned=False)
             check_size(stated, size)
         except InputError as error:
             return error
@@ -131,12 +218,6 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
         f"this is the camera of others: {REMEDY}; --camera {file} takes this one all the same",
         code="intrinsics-size",
     )
-
-
-def _path_note(file: Path, root: Path) -> list[str]:
-    if file == root / RECORDER_FILE:
-        return []
-    return [f"the camera is read from {file.relative_to(root) if file.is_relative_to(root) else file}"]
 
 
 def _is_named(file: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Color images of another size than the depth images: aligned where both cameras are known, refused where they are not."""
+"""Alignment of color images to the pixels of a depth image of another camera."""
 
 from __future__ import annotations
 
@@ -6,16 +6,90 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...types import Array, Camera, Floats
+from ...types import Array, Bools, Camera, Floats
 from .calibration import Calibration
 from .camera_search import fits, search_folders
-from .color_alignment import align_color
 from .depth_frames import check_pose
 from .images import Size
-from .roles import words_of
+from .listing import words_of
+
+_OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest by more than this is occluded
+
+
+def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera, extrinsics: Floats) -> Array:
+    """Return the colour of each pixel of a depth image; black where the colour camera does not see the surface.
+
+    Each depth pixel is projected into the colour image and gets the colour of the nearest pixel there. Surfaces occluded from the
+    colour camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
+    that objects seen by the colour camera alone keep their colour.
+
+    Parameters
+    ----------
+    color
+        (h, w, 3) uint8 RGB, the image of `color_camera`, h x w px.
+    color_camera
+        pinhole camera of the colour image.
+    depth
+        (H, W) float m, the image of `camera`, H x W px; 0 or not finite where there is no measurement.
+    camera
+        pinhole camera of the depth image.
+    extrinsics
+        (4, 4), depth camera to colour camera: x_color = extrinsics @ x_depth, m.
+
+    Returns
+    -------
+    (H, W, 3) uint8 RGB.
+    """
+    valid = np.isfinite(depth) & (depth > 0)
+    if not valid.any():
+        return np.zeros((*depth.shape, 3), np.uint8)
+    u, v, z = _projected(_filled(depth, valid), camera, color_camera, extrinsics)
+    inside = (u > -0.5) & (v > -0.5) & (u < color_camera.width - 0.5) & (v < color_camera.height - 0.5) & (z > 0)
+    visible = inside & _in_front(u, v, z, inside, valid, color_camera, camera)
+    result = np.asarray(cv2.remap(color, u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE))
+    result[~visible] = 0
+    return result
+
+
+def _projected(distance: Floats, camera: Camera, color_camera: Camera, extrinsics: Floats) -> tuple[Floats, Floats, Floats]:
+    """Project each depth pixel: column and row in the colour image, px, and depth in the colour camera, m; (H, W) float32."""
+    x = ((np.arange(camera.width) - camera.cx) / camera.fx)[None].astype(np.float32)
+    y = ((np.arange(camera.height) - camera.cy) / camera.fy)[:, None].astype(np.float32)
+    rotation, translation = extrinsics[:3, :3].astype(np.float32), extrinsics[:3, 3].astype(np.float32)
+    a, b, z = (distance * (rotation[k, 0] * x + rotation[k, 1] * y + rotation[k, 2]) + translation[k] for k in range(3))
+    safe = np.where(z > 0, z, np.float32(np.inf))
+    return (
+        np.float32(color_camera.fx) * a / safe + np.float32(color_camera.cx),
+        np.float32(color_camera.fy) * b / safe + np.float32(color_camera.cy),
+        z,
+    )
+
+
+def _in_front(u: Floats, v: Floats, z: Floats, inside: Bools, valid: Bools, color_camera: Camera, camera: Camera) -> Bools:
+    """Return (H, W) bool: no measured surface is nearer (z-buffer of cells slightly larger than a projected depth pixel)."""
+    cell = np.float32(max(1.0, 1.5 * color_camera.fx / camera.fx, 1.5 * color_camera.fy / camera.fy))
+    rows, columns = int(color_camera.height / cell) + 2, int(color_camera.width / cell) + 2
+    cells = np.zeros(z.shape, np.intp)
+    cells[inside] = ((v[inside] + 0.5) / cell).astype(np.intp) * columns + ((u[inside] + 0.5) / cell).astype(np.intp)
+    nearest = np.full(rows * columns, np.inf, np.float32)
+    measured = inside & valid
+    np.minimum.at(nearest, cells[measured], z[measured])
+    return np.asarray(z <= nearest[cells] * np.float32(1 + _OCCLUSION_TOLERANCE))
+
+
+def _filled(depth: Array, valid: Bools) -> Floats:
+    """Return (H, W) m with pixels without depth set to the depth of the nearest pixel that has one."""
+    if valid.all():
+        return np.asarray(depth, dtype=np.float32)
+    _, labels = cv2.distanceTransformWithLabels((~valid).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    values = np.zeros(labels.max() + 1, np.float32)
+    values[labels[valid]] = depth[valid]
+    return np.asarray(values[labels])
+
 
 _EXTRINSICS = ("extrinsic_depth.txt", "extrinsic_color.txt")  # of ScanNet's exporter: camera to device, 4x4
 _COLOR_WORDS = {"color", "colour", "rgb"}

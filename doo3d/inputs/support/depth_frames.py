@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from .calibration import Pinhole as Pinhole
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_LETTERS = 100  # of a wrong value that an error shows
-_MAX_SHOWN = 5  # numbers of a wrong matrix that an error shows
+_MAX_SHOWN = 7  # numbers of a wrong matrix that an error shows
 
 
 def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] | None = None) -> Camera:
@@ -37,11 +38,9 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     """
     height, width = shape
     if size is not None and size != (width, height):
-        raise InputError(
-            f"the depth image is {width}x{height} but its intrinsics are for {size[0]}x{size[1]}: "
-            "give those of this camera, --camera FILE or --input-option 'camera=[fx, fy, cx, cy]'",
-            code="intrinsics-size",
-        )
+        sizes = f"the depth image is {width}x{height} but its intrinsics are for {size[0]}x{size[1]}"
+        remedy = "give those of this camera, --camera FILE or --input-option 'camera=[fx, fy, cx, cy]'"
+        raise InputError(f"{sizes}: {remedy}", code="intrinsics-size")
     return Camera(*pinhole, width=width, height=height)
 
 
@@ -180,18 +179,11 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
     except (TypeError, ValueError, OverflowError):
         values = np.zeros(0)
     if isinstance(given, str) or values.size != count or not np.isfinite(values).all():
-        got = _shown(given)
+        got = "lists of several lengths"
+        with suppress(ValueError):
+            got = repr(given)[:_MAX_LETTERS] if np.size(given) <= _MAX_SHOWN else f"{np.size(given)} values"
         raise InputError(f"{where}: expected {count} finite numbers, got {got}", code=code)
     return values
-
-
-def _shown(given: Any) -> str:
-    """Return values for an error: themselves if they are few, else their number."""
-    try:
-        size = int(np.size(given))
-    except ValueError:  # lists of several lengths
-        return "lists of several lengths"
-    return repr(given)[:_MAX_LETTERS] if size <= _MAX_SHOWN else f"{size} values"
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -9,8 +9,7 @@ from ...errors import InputError
 from ..formats.image_folder import Files
 from ..read_options import ReadOptions, without_color
 from .images import DEPTH_SUFFIXES, SUFFIXES
-from .listing import images_in, match_images, natural_key
-from .roles import Role, frame_key, is_depth_content, may_be_depth, role_of
+from .listing import Role, frame_key, images_in, is_depth_content, match_images, may_be_depth, natural_key, role_of
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
 _Parts = dict[str, Path | None]
@@ -40,11 +39,10 @@ def list_frames(path: Path, options: ReadOptions, notes: list[str]) -> list[File
     root, frames = (path, _list_folder(path, notes)) if path.is_dir() else _list_file(path)
     if options.color is not None:
         if len(frames) > 1 and not without_color(options):
-            raise InputError(
-                f"--input-option color={options.color}: is one image, but there are {len(frames)} depth images: give color=none, "
-                "or put the color images into color/",
-                code="frame-count",
+            sentence = (
+                f"is one image, but there are {len(frames)} depth images: give color=none, or put the color images into color/"
             )
+            raise InputError(f"--input-option color={options.color}: {sentence}", code="frame-count")
         color: _Parts = {} if without_color(options) else {"color": options.color.absolute()}
         frames = {name: {part: file for part, file in parts.items() if part != "color"} | color for name, parts in frames.items()}
     return [_files(root, name, parts) for name, parts in frames.items()]
@@ -107,13 +105,11 @@ def _depth_folder(path: Path) -> Path | None:
     """Return the sub-folder with the depth images: depth/, else one with depth in its name and a depth image in it."""
     if (path / "depth").is_dir():
         return path / "depth"
-    return next((folder for folder in _sub_folders(path, "depth") if _first_is_depth(folder)), None)
+    return next((folder for folder in _sub_folders(path, "depth") if may_be_depth(_images_in(folder)[0])), None)
 
 
-def _first_is_depth(folder: Path) -> bool:
-    files = (file for file in folder.iterdir() if file.suffix.lower() in DEPTH_SUFFIXES and not file.name.startswith("."))
-    first = next(files, None)
-    return first is not None and may_be_depth(first)
+def _images_in(folder: Path) -> list[Path]:
+    return [file for file in folder.iterdir() if file.suffix.lower() in DEPTH_SUFFIXES and not file.name.startswith(".")]
 
 
 def _role_folder(path: Path, role: str) -> Path | None:
@@ -125,26 +121,24 @@ def _role_folder(path: Path, role: str) -> Path | None:
 def _sub_folders(path: Path, role: str) -> list[Path]:
     """Return the sub-folders with images whose names speak of a role, shortest name first."""
     folders = [item for item in path.iterdir() if not item.name.startswith(".") and role_of(item.name) == role and item.is_dir()]
-    with_images = [folder for folder in folders if any(file.suffix.lower() in DEPTH_SUFFIXES for file in folder.iterdir())]
-    return sorted(with_images, key=lambda folder: (len(folder.name), folder.name))
+    return sorted(filter(_images_in, folders), key=lambda folder: (len(folder.name), folder.name))
 
 
 def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
     """Return role -> frame -> image of the images in a folder itself; no "depth" if the folder has no depth images."""
-    listed = [file for file in path.iterdir() if file.suffix.lower() in DEPTH_SUFFIXES and not file.name.startswith(".")]
-    files = sorted((file for file in listed if file.is_file()), key=lambda file: natural_key(file.name))
+    files = sorted((file for file in _images_in(path) if file.is_file()), key=lambda file: natural_key(file.name))
     roles: dict[Path, Role | None] = {file: role_of(file.stem) for file in files}
     depth = [file for file in files if roles[file] == "depth" and may_be_depth(file)]
     if not depth:
         depth = [file for file in files if roles[file] is None and is_depth_content(file)]
         if len(depth) < _MIN_DEPTH_SHARE * len(files):
             return {}
-    rest = {file: role for file, role in roles.items() if file not in set(depth) and file.suffix.lower() in (*SUFFIXES, ".npy")}
+    of_depth = set(depth)
+    rest = {file: role for file, role in roles.items() if file not in of_depth and file.suffix.lower() in (*SUFFIXES, ".npy")}
     colors = [file for file, role in rest.items() if role == "color"]
     if not colors:  # 000.jpg beside 000.png of 16 bits
-        colors = [file for file, role in rest.items() if role is None and file.suffix.lower() != ".npy"]
-        keys = {frame_key(file.stem) for file in depth}
-        colors = [file for file in colors if frame_key(file.stem) in keys]
+        keys, plain = {frame_key(file.stem) for file in depth}, [file for file, role in rest.items() if role is None]
+        colors = [file for file in plain if file.suffix.lower() != ".npy" and frame_key(file.stem) in keys]
     masks = [file for file, role in rest.items() if role == "mask"]
     return {"depth": _by_frame(path, depth), "color": _by_frame(path, colors), "mask": _by_frame(path, masks)}
 
@@ -153,10 +147,8 @@ def _by_frame(folder: Path, files: list[Path]) -> dict[str, Path]:
     by_frame: dict[str, Path] = {}
     for file in files:
         if (key := frame_key(file.stem)) in by_frame:
-            raise InputError(
-                f"{folder}: {by_frame[key].name} and {file.name} are two images of one kind for frame {key or file.stem}: "
-                "remove one",
-                code="names-clash",
-            )
+            names = f"{by_frame[key].name} and {file.name}"
+            sentence = f"{names} are two images of one kind for frame {key or file.stem}: remove one"
+            raise InputError(f"{folder}: {sentence}", code="names-clash")
         by_frame[key] = file
     return by_frame

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import re
-import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
+from ...guard.guarding import guarded
 from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
-from .arrays import array_header, read_color_array, read_depth_array
+from .arrays import array_header, read_color_array, read_depth_array, to_metres
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
@@ -50,19 +50,16 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
         return read_depth_array(path, scale, array_scale or 1.0)
     image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
+        sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
+        raise InputError(sentence, code="depth-shape")
+    if image.dtype not in (np.uint16, np.float32, np.float64):
         raise InputError(
-            f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?",
-            code="depth-shape",
+            f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
+            "or 32-bit float metres (TIFF): is it a preview of the depth?",
+            code="depth-type",
         )
-    if image.dtype == np.uint16:
-        return np.asarray(np.where(image == _SATURATED, 0, image) / np.float32(scale), dtype=np.float32)
-    if image.dtype in (np.float32, np.float64):
-        return np.asarray(image / np.float32(array_scale or 1), dtype=np.float32)
-    raise InputError(
-        f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
-        "or 32-bit float metres (TIFF): is it a preview of the depth?",
-        code="depth-type",
-    )
+    image = np.where(image == _SATURATED, 0, image).astype(image.dtype) if image.dtype == np.uint16 else image
+    return to_metres(image, scale, array_scale or 1.0)
 
 
 def image_size(path: Path) -> Size | None:
@@ -137,18 +134,14 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
     InputError : the file is missing, damaged, of another size, or a JPEG, whose compression smears values round the object.
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
-        raise InputError(
-            f"{path}: is a JPEG, whose compression smears the edges of a mask: save the mask as PNG", code="mask-format"
-        )
+        sentence = f"{path}: is a JPEG, whose compression smears the edges of a mask: save the mask as PNG"
+        raise InputError(sentence, code="mask-format")
     image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
     if mask.shape != shape:
         rotated = ", rotated by its EXIF orientation" if upright and mask.shape == shape[::-1] else ""
-        raise InputError(
-            f"{path}: the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{rotated}: "
-            "give the mask the size of the image",
-            code="mask-shape",
-        )
+        sizes = f"the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{rotated}"
+        raise InputError(f"{path}: {sizes}: give the mask the size of the image", code="mask-shape")
     return mask
 
 
@@ -165,11 +158,15 @@ def _eight_bits(path: Path, image: Array) -> Array:
 
 
 def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
-    try:
-        data = path.read_bytes() if data is None else data
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})", code=unread_code(error)) from None
-    _check_complete(path, data)
+    if data is None:
+        with guarded(path):
+            data = path.read_bytes()
+    if not data:
+        raise InputError(f"{path}: is empty", code="file-empty")
+    check_not_pointer(path, data[:64])
+    damaged = InputError(f"{path}: is cut off or damaged: copy it again from where it was recorded", code="file-damaged")
+    if data.startswith(_JPEG) and not _jpeg_ends(data):
+        raise damaged
     if (size := announced_size(data)) is not None:
         check_pixels(*size, str(path))
     image, exception = None, ""
@@ -178,49 +175,15 @@ def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
             image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
         except cv2.error as error:
             exception = error.err
-    if "premature end" in native.text.lower():
-        raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
+    if "premature end" in native.text.lower() or (image is None and (_PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]))):
+        raise damaged
     if image is None:
         if _HEIC.match(data):
-            raise InputError(
-                f"{path}: is a HEIC photo, which cannot be decoded: save it as JPEG or PNG", code="encoding-unsupported"
-            )
+            sentence = f"{path}: is a HEIC photo, which cannot be decoded: save it as JPEG or PNG"
+            raise InputError(sentence, code="encoding-unsupported")
         reason = exception or native.text.rpartition("\n")[2]
         raise InputError(f"{path}: cannot be read as an image" + (f" ({reason})" if reason else ""), code="image-unreadable")
     return np.asarray(image)
-
-
-def _check_complete(path: Path, data: bytes) -> None:
-    """Raise InputError if the file is empty, cut off or damaged, as far as its container tells."""
-    if not data:
-        raise InputError(f"{path}: is empty", code="file-empty")
-    check_not_pointer(path, data[:64])
-    if data.startswith(_PNG):
-        fault = _png_fault(data)
-    elif data.startswith(_JPEG):
-        fault = None if _jpeg_ends(data) else "cut off"
-    elif _PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]):
-        fault = "cut off"
-    else:
-        fault = None
-    if fault:
-        raise InputError(f"{path}: is {fault}: copy it again from where it was recorded", code="file-damaged")
-
-
-def _png_fault(data: bytes) -> str | None:
-    """Return the fault of a PNG by the lengths and checksums of its chunks, or None."""
-    at = len(_PNG)
-    while at + 12 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "big")
-        end = at + 12 + length
-        if end > len(data):
-            return "cut off"
-        if zlib.crc32(data[at + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
-            return "damaged (a checksum does not match)"
-        if data[at + 4 : at + 8] == b"IEND":
-            return None
-        at = end
-    return "cut off"
 
 
 def _jpeg_ends(data: bytes) -> bool:

@@ -1,14 +1,83 @@
-"""Lists of image files in folders, and matching of images to frames by name."""
+"""Images in folders: their roles (depth, color, mask) by names and content, and their match to frames by name."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Literal
 
 from ...errors import InputError
-from .images import SUFFIXES
-from .roles import frame_key
+from .arrays import array_header
+from .images import DEPTH_SUFFIXES, SUFFIXES
+
+Role = Literal["depth", "color", "mask"]
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_DEPTH = {"depth", "depths"}
+_COLOR = {"color", "colors", "colour", "rgb", "bgr", "image", "images", "img", "imgs", "photo"}
+_MASK = {"mask", "masks", "seg", "segmentation"}
+_PREVIEW = {"preview", "colormap", "colorized", "colored", "vis", "viz", "visualization", "pseudo"}
+_OTHER = {"aligned", "registered", "raw", "to"}  # as in aligned_depth_to_color; no part of the frame's name
+_ROLE_WORDS = _DEPTH | _COLOR | _MASK | _OTHER
+_PNG = b"\x89PNG\r\n\x1a\n"
+_MIN_SIDE_PX = 16  # of an array that is an image
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words in a name, in lower case: aligned_depth-02 and AlignedDepth02 have the words aligned and depth."""
+    return [word.lower() for word in _WORD.findall(name)]
+
+
+def role_of(name: str) -> Role | None:
+    """Return the role that the words of a name give an image or a folder of images; None without such a word.
+
+    A name with both depth and color in it is of depth (aligned_depth_to_color), a colored preview of depth has no role.
+    """
+    words = set(words_of(name))
+    if words & _MASK:
+        return "mask"
+    if words & _DEPTH:
+        return None if words & _PREVIEW else "depth"
+    return "color" if words & _COLOR else None
+
+
+def frame_key(stem: str) -> str:
+    """Return the part of a file name that depth, color and mask of a frame share: 000 of 000_depth, frame_0 of frame_0.depth."""
+    rest = _WORD.sub(lambda word: "" if word[0].lower() in _ROLE_WORDS else word[0], stem)
+    return re.sub(r"([-_. ])[-_. ]+", r"\1", rest).strip("-_. ")
+
+
+def is_depth_content(file: Path) -> bool:
+    """Return whether a file begins like a depth image: a 16-bit PNG of one channel, or a 2-D array of numbers (.npy)."""
+    if file.suffix.lower() == ".npy":
+        return _is_depth_array(file)
+    return _png_kind(file) == b"\x10\0"
+
+
+def may_be_depth(file: Path) -> bool:
+    """Return whether a file whose name says depth can be a depth image: neither an 8-bit PNG nor a JPEG, which are previews."""
+    suffix = file.suffix.lower()
+    return (
+        suffix in DEPTH_SUFFIXES
+        and suffix not in (".jpg", ".jpeg", ".bmp")
+        and (suffix != ".png" or not b"\0" < _png_kind(file)[:1] <= b"\x08")
+    )
+
+
+def _png_kind(file: Path) -> bytes:
+    """Return the bytes of a PNG with its bits per channel and its kind of color (0: gray); none for another file."""
+    with file.open("rb") as opened:
+        head = opened.read(26)
+    return head[24:] if head.startswith(_PNG) else b""
+
+
+def _is_depth_array(file: Path) -> bool:
+    try:
+        shape, _, dtype = array_header(file)
+    except (ValueError, EOFError, OSError):
+        return False
+    sides = shape[:2] if len(shape) == 2 or (len(shape) == 3 and shape[2] == 1) else (0,)
+    return min(sides) >= _MIN_SIDE_PX and dtype.kind in "uif" and dtype.itemsize > 1
 
 
 def natural_key(name: str) -> list[tuple[int, str]]:
@@ -28,14 +97,10 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
     """
     images: dict[str, Path] = {}
     files = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else []
-    for file in sorted(files, key=lambda file: natural_key(file.name)):
-        if file.suffix.lower() in suffixes:
-            if file.stem in images:
-                raise InputError(
-                    f"{folder}: two images are called {file.stem} ({images[file.stem].name}, {file.name}): remove one",
-                    code="names-clash",
-                )
-            images[file.stem] = file
+    for file in sorted((each for each in files if each.suffix.lower() in suffixes), key=lambda each: natural_key(each.name)):
+        if (first := images.setdefault(file.stem, file)) is not file:
+            sentence = f"{folder}: two images are called {file.stem} ({first.name}, {file.name}): remove one"
+            raise InputError(sentence, code="names-clash")
     return images
 
 
@@ -54,14 +119,12 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
     names
         mapping whose keys are the frames' names, in order; its values are ignored.
     """
-    if images and not images.keys() & names.keys():
-        keys, files = {frame_key(name): name for name in names}, {frame_key(stem): file for stem, file in images.items()}
-        if len(keys) == len(names) and len(files) == len(images) and files.keys() <= keys.keys():
-            return {name: files[key] for key, name in keys.items() if key in files}
-        if len(images) == len(names):
-            return dict(zip(names, images.values(), strict=True))
-        return {}
-    return images
+    if not images or images.keys() & names.keys():
+        return images
+    keys, files = {frame_key(name): name for name in names}, {frame_key(stem): file for stem, file in images.items()}
+    if len(keys) == len(names) and len(files) == len(images) and files.keys() <= keys.keys():
+        return {name: files[key] for key, name in keys.items() if key in files}
+    return dict(zip(names, images.values(), strict=True)) if len(images) == len(names) else {}
 
 
 def with_file(error: InputError, file: Path) -> InputError:

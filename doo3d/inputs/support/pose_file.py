@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, unread_code
+from ...errors import InputError
 from ...guard.guarding import guarded, read_bytes
 from ...guard.parsing import MAX_YAML_BYTES, parse_json, parse_yaml
 from ...types import Array, Floats, as_pose
@@ -31,6 +32,7 @@ POSE_KEYS = ("pose", "transform", "transformation", "matrix", "transforms", "T")
 POSITION_KEYS = ("position", "translation", "xyz", "t")
 ROTATION_KEYS = ("orientation", "rotation", "quaternion", "q", "R")
 
+_SEVEN = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _CODES = {"json-invalid": "pose-invalid", "yaml-invalid": "pose-invalid"}
 
 EXPECTED = "expected `pose:` with a 4x4 matrix, x, y, z, qx, qy, qz, qw, or `position` and `orientation` (quaternion x, y, z, w)"
@@ -59,29 +61,18 @@ def read_pose(pose: PoseLike) -> Floats:
     """
     if not isinstance(pose, str | Path):
         return as_pose(pose)
-    name = f"pose {pose}"
-    if isinstance(pose, str) and "," in pose and not _exists(pose):
-        return as_pose(pose, name[:200])
-    try:
-        Path(pose).stat()
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"{name[:200]}: cannot be read ({getattr(error, 'strerror', error)}), nor is it x,y,z,qx,qy,qz,qw",
-            code=unread_code(error) if isinstance(error, OSError) else "pose-invalid",
-        ) from None
+    name, exists = f"pose {pose}"[:200], False
+    with suppress(OSError, ValueError):  # a text that is too long for a path
+        exists = Path(pose).exists()
+    if isinstance(pose, str) and "," in pose and not exists:
+        return as_pose(pose, name)
+    if not exists:
+        raise InputError(f"{name}: cannot be read (No such file or directory), nor is it x,y,z,qx,qy,qz,qw", code="file-missing")
     try:
         with guarded(name, code="pose-invalid"):
             return as_pose(_content(Path(pose), name), name)
     except InputError as error:
         raise InputError(str(error), code=_CODES.get(error.code, error.code)) from None
-
-
-def _exists(path: str) -> bool:
-    """Return whether there is a file; a text that is too long for a path is none."""
-    try:
-        return Path(path).exists()
-    except (OSError, ValueError):
-        return False
 
 
 def pose_file_beside(path: Path) -> Path | None:
@@ -107,14 +98,14 @@ def _numbers(value: Any, name: str) -> Any:
     """Return the numbers of a pose inside the content of a YAML or JSON file."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         return _numbers(value[0], name) if len(value) == 1 else value
-    if not isinstance(value, Mapping):
-        raise InputError(f"{name}: holds no pose: {EXPECTED}", code="pose-invalid")
-    if all(key in value for key in ("x", "y", "z", "qx", "qy", "qz", "qw")):
-        return [value[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")]
-    position, rotation = (next((value[key] for key in keys if key in value), None) for keys in (POSITION_KEYS, ROTATION_KEYS))
-    if position is not None and rotation is not None:
-        return _combined(_ordered(position, "xyz"), _ordered(rotation, "xyzw"), name)
-    inner = next((value[key] for key in POSE_KEYS if key in value), None)
+    inner = None
+    if isinstance(value, Mapping):
+        if all(key in value for key in _SEVEN):
+            return [value[key] for key in _SEVEN]
+        position, rotation = (next((value[key] for key in keys if key in value), None) for keys in (POSITION_KEYS, ROTATION_KEYS))
+        if position is not None and rotation is not None:
+            return _combined(_ordered(position, "xyz"), _ordered(rotation, "xyzw"), name)
+        inner = next((value[key] for key in POSE_KEYS if key in value), None)
     if inner is None:
         raise InputError(f"{name}: holds no pose: {EXPECTED}", code="pose-invalid")
     return _numbers(inner, name)
@@ -132,10 +123,8 @@ def _combined(position: Any, rotation: Any, name: str) -> Any:
     except (ValueError, TypeError, OverflowError):
         raise InputError(f"{name}: holds a value that is not a number", code="pose-invalid") from None
     if position.size != 3 or rotation.size not in (4, 9):
-        raise InputError(
-            f"{name}: {position.size} numbers of the position and {rotation.size} of the orientation: {EXPECTED}",
-            code="pose-invalid",
-        )
+        sizes = f"{position.size} numbers of the position and {rotation.size} of the orientation"
+        raise InputError(f"{name}: {sizes}: {EXPECTED}", code="pose-invalid")
     if rotation.size == 4:
         return np.concatenate((position.ravel(), rotation.ravel()))
     matrix = np.eye(4)

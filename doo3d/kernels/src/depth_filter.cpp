@@ -15,16 +15,6 @@ struct Window {
           right(std::min(column + half_width + 1, width)) {}
 };
 
-void check(const Matrix<float>& depth, const Matrix<bool>& mask, const Vector<Index>& rows, const Vector<Index>& columns) {
-    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
-    require(rows.shape(0) == columns.shape(0), "rows and columns have different lengths");
-    for (std::size_t i = 0; i < rows.shape(0); ++i) {
-        const Index row = rows(i), column = columns(i);
-        require(row >= 0 && row < Index(depth.shape(0)) && column >= 0 && column < Index(depth.shape(1)),
-                "a pixel lies outside the depth image");
-    }
-}
-
 void check_shapes(const Matrix<float>& depth, const Matrix<bool>& mask) {
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
 }
@@ -95,32 +85,6 @@ auto agreeing_readings(Matrix<float> depth, Matrix<bool> mask, double low, doubl
     return std::make_tuple(to_numpy(std::move(rows)), to_numpy(std::move(columns)), to_numpy(std::move(means)), dropped);
 }
 
-auto sigma_filter(Matrix<float> depth, Matrix<bool> mask, Vector<Index> rows, Vector<Index> columns, Index half_width,
-                  double max_difference) {
-    check(depth, mask, rows, columns);
-    const Index height = depth.shape(0), width = depth.shape(1), count = rows.shape(0);
-    std::vector<double> mean(count);
-    for (Index i = 0; i < count; ++i) {
-        const float center = depth(rows(i), columns(i));
-        double total = 0.0;
-        Index averaged = 0;
-        const Window window(rows(i), columns(i), half_width, height, width);
-        for (Index row = window.top; row < window.bottom; ++row) {
-            const float* depth_row = depth.data() + row * width;
-            const bool* mask_row = mask.data() + row * width;
-            for (Index column = window.left; column < window.right; ++column) {
-                const float z = depth_row[column];
-                if (mask_row[column] && z > 0 && double(std::fabs(z - center)) < max_difference) {
-                    total += double(z);
-                    ++averaged;
-                }
-            }
-        }
-        mean[i] = total / double(averaged);
-    }
-    return to_numpy(std::move(mean));
-}
-
 }  // namespace
 
 void bind_depth_filter(nb::module_& m) {
@@ -128,6 +92,4 @@ void bind_depth_filter(nb::module_& m) {
     m.def("depth_differences", &depth_differences, "depth"_a.noconvert(), "mask"_a.noconvert());
     m.def("agreeing_readings", &agreeing_readings, "depth"_a.noconvert(), "mask"_a.noconvert(), "low"_a, "high"_a, "half_width"_a,
           "slope"_a, "min_agreeing"_a);
-    m.def("sigma_filter", &sigma_filter, "depth"_a.noconvert(), "mask"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert(),
-          "half_width"_a, "max_difference"_a);
 }

@@ -1,4 +1,4 @@
-"""Branched objects: where strands of one body meet, decided against crossing, touching and ending near each other."""
+"""Find the junctions of branched objects: at each contact, a branch competes with a crossing, a touch and a free end."""
 
 from .branches import Branched, find_branches
 from .leftovers import part_leftovers

@@ -1,4 +1,4 @@
-"""Ends that meet a strand: a branch, or a tip that touches it, lies upon it or ends near it."""
+"""Decide for each free end near a strand whether it branches off, or is a tip that touches, overlaps or ends nearby."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from .readings import JunctionContext, Meeting
 from .strands import FreeEnds, SampledChain, box_distances
 
 LAYER_COST = 300.0
-"""Cost units for axes a whole sum of radii from where a reading wants them."""
+"""Cost units per sum of both radii by which the continuation of an end misses the axis of a strand, beyond the tolerance."""
 
 TIP_COST = 120.0
-"""Cost units of a free end beside a strand: an end is attached if that costs less."""
+"""Cost units of leaving an end free: an end is attached to a strand if the attachment costs less."""
 
 FREE_COST, UNKNOWN_COST = 20.0, 2.0
-"""Cost units per mm (per px in 2-D) of an end's way to a strand through free space or over bare surface, and without depth."""
+"""Cost units per mm (per px in 2-D) of the straight path from an end to a strand: in free space or over bare surface, and where
+depth is missing."""
 
 MISS_FREE, CLOUD_MISS_FREE = 0.4, 0.7
 """Sums of radii by which the continuation of an end may miss a strand's axis without cost, in a frame or an image, and in a
@@ -37,7 +38,7 @@ MISS_SLOPE = 0.4
 """Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
 
 NECK_COST = 680.0
-"""Cost units of a strand that narrows to nothing before it reaches another, as a tip that touches does."""
+"""Cost units of a branch that narrows to nothing before it reaches its trunk, as a tip that only touches does."""
 
 PLANAR_NECK_FREE = 0.35
 """Share of its diameter by which a branch may narrow without cost in an image, whose mask is ragged; a round tip loses half."""
@@ -46,8 +47,8 @@ NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
 
 NEARNESS_COST, MISS_COST = 0.5, 20.0
-"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis: of
-the places on a strand that fit an end, the nearest and straightest ahead is taken."""
+"""Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis.
+They choose, among the positions on a strand that fit an end, the nearest and straightest ahead."""
 
 END_CLEARANCE_RADII = 3.0
 """Radii of the trunk from its own free end within which nothing branches off: there an end meets an end."""
@@ -67,16 +68,16 @@ MAX_REACH_RADII = 40.0
 
 @dataclass(frozen=True)
 class End:
-    """An end of a strand.
+    """A free end of a strand, with what its continuation is extrapolated from.
 
     Attributes
     ----------
     line
         (S, D) m (px in 2-D), the axis of the strand, beginning with this end.
     tangent, curvature
-        (D,) outward unit tangent; (D,) 1/m (1/px), how it turns.
+        (D,) outward unit tangent, and (D,) curvature vector, 1/m (1/px).
     radius
-        m (px in 2-D), of the strand there.
+        m (px in 2-D), radius of the strand at this end.
     """
 
     line: Floats
@@ -93,7 +94,7 @@ class End:
 def end_meetings(
     ends: FreeEnds, strands: Sequence[SampledChain], context: JunctionContext, hidden: bool = False
 ) -> list[Meeting]:
-    """Return for each free end the strands that it may branch off from, with the gain of a junction over a free end there.
+    """Return the possible junctions of free ends with strands.
 
     Parameters
     ----------
@@ -102,9 +103,13 @@ def end_meetings(
     strands
         all strands.
     context
-        what the frame tells beside its chains.
+        visibility, viewpoint and surface of the frame.
     hidden
         True also attaches ends of a cloud across gaps without points.
+
+    Returns
+    -------
+    A meeting for each end and strand that fit. Its gain is the cost of leaving the end free minus the cost of the attachment.
     """
     meetings = []
     near = _may_reach(ends, strands, context)
@@ -138,7 +143,24 @@ def _may_reach(ends: FreeEnds, strands: Sequence[SampledChain], context: Junctio
 
 
 def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
-    """Return the gain of a junction where an end meets a strand at the least cost, and the arc length; None without gain."""
+    """Find the position on a strand at which attaching an end costs least.
+
+    The end is extrapolated with its curvature. Costs are its miss of the strand's axis, its distance, free space on the way, and
+    a neck before the strand. Differences in depth count less than those across the view.
+
+    Parameters
+    ----------
+    end
+        the free end.
+    strand
+        the strand that it may branch off.
+    context
+        visibility, viewpoint and surface of the frame.
+
+    Returns
+    -------
+    Gain of the junction in cost units, and arc length on the strand, m (px in 2-D). None if leaving the end free costs less.
+    """
     point, radius = end.point, end.radius
     tangent: Floats = end.tangent
     curvature: Floats = end.curvature

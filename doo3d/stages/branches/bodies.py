@@ -1,7 +1,7 @@
-"""Two strands that pass each other in contact: a branch on both sides of a trunk, or a crossing.
+"""Decide where two strands pass each other in contact: two branches opposite each other on a trunk, or a crossing.
 
-A branch joins axes at one depth, a crossing is two layers whose axes are a sum of radii apart; strands that cross go on smoothly
-and keep their radius.
+At a branch the axes meet at one depth. At a crossing they are one sum of radii apart, and both strands go on smoothly and keep
+their radius.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .readings import Meeting
 from .strands import SampledChain
 
 BODY_LAYER_COST = 200.0
-"""Cost units for axes a whole sum of radii from where a reading wants them: less than for an end, since the lower strand is
-hidden there, and stereo cameras do not tell layers of thin strands."""
+"""Cost units where the distance of the axes is a whole sum of radii from that of a branch (0), or of a crossing (one sum). It is
+less than for an end, since the lower strand is hidden there, and stereo cameras do not resolve layers of thin strands."""
 
 KINK_COST, SMOOTH_KINK = 300.0, 0.1
 """Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
@@ -67,7 +67,7 @@ class Contact:
 
 
 def contacts(strands: Sequence[SampledChain]) -> list[Contact]:
-    """Return the places where two strands pass each other in contact, away from their ends."""
+    """Return the contacts of all pairs of strands, one per stretch of contact, without those near an end."""
     found = []
     for a, p, b, q in _nearest_samples(strands):
         first, second = strands[a], strands[b]
@@ -83,7 +83,12 @@ def view_direction(contact: Contact, strands: Sequence[SampledChain], viewpoint:
 
 
 def body_meetings(strands: Sequence[SampledChain], viewpoint: Floats | None) -> list[Meeting]:
-    """Return the places where two strands pass each other in contact, away from their ends, with the gain of a junction there."""
+    """Return the possible junctions where two strands pass each other in contact, away from their ends.
+
+    strands : all strands. viewpoint : (3,) m, position of the camera; None in 2-D, and where it is unknown.
+
+    Returns a meeting for each contact. Its gain is the cost of a crossing minus that of two opposite branches.
+    """
     meetings = []
     for contact in contacts(strands):
         (a, b), (p, q), at, both = contact.strands, contact.samples, contact.at, contact.both

@@ -1,4 +1,4 @@
-"""Find the junctions of branched objects, and give each object as a tree of chains."""
+"""Find the junctions of branched objects, and return each object as a tree of chains."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ AXIS_ERROR_RADII = 0.5
 
 @dataclass(frozen=True)
 class Branched:
-    """The chains of one frame, cut at junctions, and the trees that they make.
+    """The chains of one frame, cut at junctions, with the junctions and the trees.
 
     Attributes
     ----------
     chains
-        from junction to junction or to a tip; object by object, in each the trunk first.
+        chains from junction to junction or to a tip, ordered by object; in each object the trunk first.
     junctions
-        where chains meet.
+        positions at which three or more chains meet.
     objects
-        the trees; the one with the greatest length of chains first.
+        the trees, by descending total length of their chains.
     notes
         messages to the user: that there were too many chains to look for junctions on all.
     """
@@ -54,7 +54,7 @@ class Branched:
     notes: tuple[str, ...] = ()
 
     def without_junctions(self, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
-        """Return the crossings without those at junctions, where chains end on each other's axes."""
+        """Return the crossings except those at a junction of the two chains, which meet there and do not cross."""
         return tuple(
             each
             for each in crossings
@@ -67,11 +67,11 @@ class Branched:
 
 
 def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeConfig) -> Branched:
-    """Decide where strands of one body meet, cut the chains there, and put them together to trees.
+    """Find the junctions of a frame, cut the chains there, and assemble them to trees.
 
-    At every place where strands come together the readings compete by cost: a branch (axes that meet at one depth), a crossing
-    (two layers, each going on straight with its radius), a touch, or an end near a strand. All places are decided at once, as the
-    spanning forest of the greatest gain: the object is a tree, and an end belongs to one junction.
+    At each contact of strands, four explanations compete by cost: a branch (the axes meet at one depth), a crossing (two layers,
+    each straight on and of constant radius), a touch, or a free end near a strand. The junctions are the maximum-weight spanning
+    forest of all contacts: an object is a tree, and an end belongs to one junction at most.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
 
     Returns
     -------
-    The chains from junction to junction or to a tip, the junctions, and the objects.
+    The chains, cut at the junctions; the junctions; and the objects.
     """
     if not chains:
         return Branched([])

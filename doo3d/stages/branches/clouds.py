@@ -1,7 +1,7 @@
-"""Branches in clouds: no camera tells there what is empty, but the points tell where the surface goes on.
+"""Attach and join ends in clouds, where points show where the surface continues, but no camera shows empty space.
 
-An end beside a strand belongs to it if points fill the way between. Where a window was not measured, the parts of one object are
-joined across it, straight on and at a low cost per length, as long as they are not connected otherwise.
+An end beside a strand belongs to that strand if points fill the straight path between them. Where part of the surface was not
+measured, the two sides are joined straight across the gap, at a low cost per length, unless they are connected otherwise.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ JOIN_COST = 250.0
 """Cost units up to which two ends are joined across a gap."""
 
 MIN_BRANCH_ANGLE = 0.35
-"""Radians between a strand and the way to it across a gap, at least: less is a strand beside it."""
+"""Smallest angle, radians, between a strand and the path to it across a gap: at less, the two run side by side."""
 
 BRIDGED_RADII = 12.0
-"""Radii of an end from it within which points may lead to another strand."""
+"""Longest path of points from an end to another strand, in radii of the end."""
 
 BRIDGED_NEARNESS, BRIDGED_MISS = 0.5, 15.0
-"""Cost units per mm from an end to a strand on a way of points, and per sum of radii by which the end points past the place."""
+"""Cost units of a path of points: per mm of its length, and per sum of radii by which the end points past its target."""
 
 COVERED_SHARE = 0.95
-"""Share of a way that must be filled with points."""
+"""Share of a path that must be filled with points."""
 
 SAMPLE_VOXELS = 0.5
-"""Voxels between the places of a way at which points are looked for."""
+"""Spacing, in voxels, of the positions on a path at which points are looked for."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The seen surface of a cloud, to ask whether points fill the way between two places.
+    """The measured surface of a cloud, to test whether points fill the straight path between two positions.
 
     Attributes
     ----------
@@ -64,14 +64,14 @@ class Surface:
 
     @staticmethod
     def of(context: FrameContext) -> Surface | None:
-        """Return the surface of a cloud without camera views; None for all other data, and where points are sparse."""
+        """Return the surface of a cloud without camera views; None for other data, and for a cloud of sparse points."""
         sampling = context.foreground.sampling
         if sampling is None or sampling.is_sparse or context.visibility is not None or not len(context.grid.centroids):
             return None
         return Surface(cKDTree(context.grid.centroids), context.voxel, context.radius)
 
     def covers(self, start: Floats, end: Floats) -> bool:
-        """Tell whether points fill the straight way between two positions (3,) m."""
+        """Tell whether points fill the straight path between two positions (3,) m."""
         count = max(3, math.ceil(float(np.linalg.norm(end - start)) / (SAMPLE_VOXELS * self.voxel)))
         way = np.linspace(start, end, count)
         distance = self.tree.query(way, distance_upper_bound=self.radius + self.voxel)[0]
@@ -81,7 +81,7 @@ class Surface:
 def bridged_place(
     point: Floats, tangent: Floats, radius: float, strand: SampledChain, surface: Surface
 ) -> tuple[int, float] | None:
-    """Return the sample of a strand to which points lead from an end, and its cost; None without any.
+    """Find the position on a strand that is connected to an end by a straight path filled with points.
 
     Parameters
     ----------
@@ -92,7 +92,11 @@ def bridged_place(
     strand
         the other strand.
     surface
-        the seen surface.
+        the measured surface.
+
+    Returns
+    -------
+    Index of the strand's sample, and the cost of the attachment in cost units; None if points do not fill the path.
     """
     offset = strand.points - point
     distance = np.linalg.norm(offset, axis=1)
@@ -106,7 +110,7 @@ def bridged_place(
 
 
 def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: float) -> tuple[int, float] | None:
-    """Return the sample of a strand that an end points at across a gap, and its cost; None if all are farther than `max_gap`.
+    """Find the position on a strand that an end points at across a gap without points.
 
     Parameters
     ----------
@@ -116,6 +120,10 @@ def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: 
         the other strand.
     max_gap
         m, longest gap.
+
+    Returns
+    -------
+    Index of the strand's sample, and the cost of the attachment in cost units; None if all samples are farther than `max_gap`.
     """
     offset = strand.points - point
     distance = np.linalg.norm(offset, axis=1)
@@ -130,7 +138,7 @@ def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: 
 
 
 def gap_links(ends: FreeEnds, is_free: Bools, group: Sequence[int], max_gap: float) -> list[tuple[int, int, float]]:
-    """Choose free ends to be joined across gaps, so that parts that nothing else connects become one object.
+    """Choose pairs of free ends to join across gaps, if their strands belong to different objects so far.
 
     Parameters
     ----------
@@ -145,7 +153,8 @@ def gap_links(ends: FreeEnds, is_free: Bools, group: Sequence[int], max_gap: flo
 
     Returns
     -------
-    (row, row, cost) of each join, the cheapest first; at most one for each two objects and each end.
+    (row, row, cost) of each join by ascending cost: rows of the two ends, and cost units. An end is joined at most once, and no
+    join connects an object with itself.
     """
     rows = np.flatnonzero(is_free)
     points, tangents = ends.points[rows], ends.tangents[rows]

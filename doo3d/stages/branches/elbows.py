@@ -1,4 +1,7 @@
-"""Elbows: places where two branches were joined to each other, since the strand that both belong to was not measured."""
+"""Bridge elbows: sharp bends where two branches were joined to each other, since their common trunk was not measured.
+
+A trunk that was not measured leaves an elbow on each side of the gap, and both point into it.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +19,31 @@ from .clouds import GAP_COST, TURN_COST, hidden_place
 from .strands import ARM_RADII, SampledChain
 
 MIN_TURN = 0.9
-"""Radians by which a strand turns at an elbow at least: cables do not, branches of one trunk that were joined do."""
+"""Smallest turn of an elbow, radians: a cable turns less over such a short length, two joined branches of one trunk turn more."""
 
 ELBOW_COST = 150.0
-"""Cost units up to which two elbows are bridged."""
+"""Largest cost of a bridge between two elbows, cost units."""
 
 BODY_COST = 30.0
-"""Cost units of a bridge from an elbow to a strand that goes straight on, more than to another elbow."""
+"""Cost units added to a bridge from an elbow to a strand without an elbow."""
 
 CLEAR_RADII = 2.0
-"""Radii beside an elbow that are left out of the directions of its arms."""
+"""Radii on both sides of an elbow that are left out when the directions of its arms are measured."""
 
 
 @dataclass(frozen=True)
 class Elbow:
-    """A place where a strand turns sharply: the strand, the position (3,) m, and the unit direction (3,) in which it points."""
+    """A sharp bend of a strand.
+
+    Attributes
+    ----------
+    strand
+        index of the strand.
+    point
+        (3,) m, position of the bend.
+    direction
+        (3,) unit, away from the inside of the bend, towards the missing trunk.
+    """
 
     strand: int
     point: Floats
@@ -38,7 +51,9 @@ class Elbow:
 
 
 def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: float, length: float) -> list[Chain]:
-    """Return hidden chains between elbows that point at each other, so that parts that nothing else connects become one object.
+    """Return a hidden chain for each pair of elbows that point at each other, to connect otherwise separate objects.
+
+    A bridge costs its length and the angles between it and the directions of the elbows. The cheapest bridges are made first.
 
     Parameters
     ----------
@@ -50,6 +65,10 @@ def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: floa
         m, longest bridge.
     length
         segment length, m.
+
+    Returns
+    -------
+    Straight chains whose segments are all occluded; they connect each pair of objects at most once.
     """
     elbows = [elbow for number, strand in enumerate(strands) for elbow in _elbows(number, strand)]
     found = []

@@ -1,4 +1,7 @@
-"""Exchanges: strands that swap sides were followed wrongly, each on into the other, where they cross at an acute angle."""
+"""Swap the continuations of two chains after a contact where each was traced into the other.
+
+Strands that cross at an acute angle look like two strands that touch and bend away from each other.
+"""
 
 from __future__ import annotations
 
@@ -14,35 +17,37 @@ from .strands import SampledChain, free_ends, strands_of
 from .tree import stretch_of
 
 EXCHANGE_COST = 60.0
-"""Cost units by which the other way to go on must be cheaper: traversal and merging chose this one."""
+"""Cost units by which another pairing must be cheaper than the one found, which traversal and merging have chosen."""
 
 BRANCH_SHARE = 0.5
-"""Share of the cost of going on as found up to which another way is an exchange; else both strands bend, as branches do."""
+"""Largest cost of another pairing as a share of the cost of the one found; above it both pairings bend, as branches do."""
 
 MAX_CONTACTS = 300
-"""Places at most at which exchanges are looked for, for time (about 0.5 s a round): a harness has some tens."""
+"""Most contacts that are examined, for time (about 0.5 s per round): a harness has some tens."""
 
 NOTE = "branches: strands pass each other at {} places; where they swap sides is looked for at {} at most"
 
 MIN_CROSSING_ANGLE = 0.4
-"""Radians between two strands that cross, rather than run side by side, at least."""
+"""Smallest angle of a crossing, radians: at less, two strands run side by side."""
 
 Arm = tuple[int, int]
-"""Which of the two strands of a contact, and side: -1 before the place, 1 after it."""
+"""Arm of a contact: index of the strand (0 or 1), and side (-1 before the contact, 1 after it)."""
 
 Pairing = tuple[tuple[Arm, Arm], tuple[Arm, Arm]]
-"""A way in which two strands go on through a contact."""
+"""The four arms of a contact in two pairs, each pair one continuous strand."""
 
 PAIRINGS: tuple[Pairing, ...] = (
     (((0, -1), (0, 1)), ((1, -1), (1, 1))),
     (((0, -1), (1, 1)), ((1, -1), (0, 1))),
     (((0, -1), (1, -1)), ((0, 1), (1, 1))),
 )
-"""All ways; the first is as the strands were found."""
+"""All pairings; the first is the one found."""
 
 
 def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) -> tuple[list[Chain], tuple[str, ...]]:
-    """Return the chains, with those exchanged beyond a contact that go on more smoothly in each other.
+    """Swap the continuations of two chains after a contact if their bends and changes of radius decrease.
+
+    The best swap is applied first, until none is left.
 
     Parameters
     ----------
@@ -55,7 +60,7 @@ def exchanged(chains: Sequence[Chain], viewpoint: Floats | None, length: float) 
 
     Returns
     -------
-    The chains, and a message to the user where strands pass each other at too many places to look at all.
+    The chains; and a message to the user, if there are more contacts than can be examined.
     """
     result = list(chains)
     known: dict[tuple[object, ...], tuple[float, int]] = {}  # an exchange changes two strands, and the contacts of these alone

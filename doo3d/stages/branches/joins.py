@@ -1,4 +1,4 @@
-"""Joins: chains put together to one at linked ends."""
+"""Join chains at linked ends across the gaps between them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...types import Bools, Chain, ChainEnd, Connection, Floats
 from .strands import FreeEnds, SampledChain
 
 NO_CONFIDENCE_COST = 250.0
-"""Cost units from which on a connection has no confidence."""
+"""Cost units at which the confidence of a connection is 0."""
 
 
 def joined(
@@ -23,7 +23,9 @@ def joined(
     links: Sequence[tuple[int, int, float]],
     length: float,
 ) -> list[Chain]:
-    """Return the chains with those joined to one whose ends are linked.
+    """Replace chains whose ends are linked by one chain through all of them.
+
+    Gaps are filled with arc-line-arc (Dubins CSC) paths, whose segments are occluded.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Ends of branches that merging joined to each other since both were left over, each beside a strand that it branches off."""
+"""Separate branches of neighboring junctions that merging joined to each other, since no other ends were left there."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from .clouds import Surface, bridged_place
 from .strands import SPACING_RADII, SampledChain
 
 BRANCH_COST = 60.0
-"""Cost units of a branch, on top of those of its way to the strand, where its end is joined to another one."""
+"""Cost units of a branch, added to the cost of the path to its strand, for an end that merging has joined."""
 
 MIN_APART = 0.5
-"""Lengths of the gap by which the places are apart at least where its two ends branch off: at one place both ends go on."""
+"""Smallest distance between the junctions of the two ends, in lengths of the gap between these: at one position the ends continue
+each other."""
 
 TANGENT_RADII = 8.0
-"""Radii of the piece whose direction is that of its end."""
+"""Radii of a piece over which the direction of its end is measured."""
 
 MIN_LENGTH_RADII = 4.0
-"""Radii of the shortest part that is kept."""
+"""Length of the shortest part that is kept, in radii."""
 
 
 def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> list[Assembly]:
-    """Part the objects of a cloud at gaps whose two ends rather branch off other strands.
+    """Separate the objects of a cloud at gaps whose two ends are more likely branches of other strands.
 
-    Merging joins ends in pairs. At a junction of three ends one is left over, and two such ends of neighboring junctions may be
-    joined beside the strand between the two. They are parted if points lead from both ends to another strand, and that costs less
-    than the join.
+    Merging joins ends in pairs. At a junction of three ends one end is left over, and two such ends of neighboring junctions may
+    be joined to each other. The join is removed if points connect both ends to another strand at a lower cost.
 
     Parameters
     ----------
     assemblies
         the pieces of each object in order, as merging joined them.
     context
-        the data of the frame; all but clouds that show surfaces, without camera views, are returned as they are.
+        the data of the frame. Only clouds of surfaces without camera views are changed.
 
     Returns
     -------
-    The objects, those that were parted in place of the former one.
+    The objects in the same order; the parts of a separated object take its place.
     """
     surface = Surface.of(context)
     result = list(assemblies)

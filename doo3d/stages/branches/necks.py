@@ -1,7 +1,7 @@
-"""Necks: a strand that only touches another ends in a tip, which is narrower than the strand right before the contact.
+"""Measure necks: a tip that only touches a strand is narrower at the contact than before it, a branch keeps its width.
 
-A branch keeps its width until it runs into its trunk. So the width of the object in the image is measured in cuts along the
-trunk, from the trunk's surface outwards: where it falls well below the branch's diameter, open surface shows beside a tip.
+The width of the object in the image is measured in cuts parallel to the trunk, from the trunk's surface outwards. A width well
+below the diameter of the branch shows the background beside a tip.
 """
 
 from __future__ import annotations
@@ -14,20 +14,22 @@ from ...visibility import Visibility
 from .strands import SampledChain, across_view
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
-"""The cuts begin at this distance from the trunk's axis, radii of the trunk. A neck is looked for up to the second, the width of
-the branch is measured from there up to the third: radii of the branch beyond the trunk's surface."""
+"""Distances of the cuts: the first cut from the trunk's axis, in radii of the trunk; and from the trunk's surface, in radii of
+the branch, the end of the range of necks, and the end of the range in which the width of the branch is measured."""
 
 CELL_RADII, CELLS = 0.125, 32
-"""Radii of the branch between cuts and between the positions of a cut, and positions of a cut to each side of the axis."""
+"""Spacing of the cuts, and of the positions of a cut, in radii of the branch; and number of positions on each side of the
+axis."""
 
 MAX_OFFSET_CELLS = 16
-"""Positions beside the branch's axis within which a cut must meet the object, or it shows a gap: ends are uncertain."""
+"""Largest offset of the object from the branch's axis in a cut, in positions: beyond it the cut shows a gap. Ends are
+uncertain."""
 
 IN_FRONT_RADII = 2.5
 """Radii of the trunk by which an occluder is nearer than the axes: stereo depth beside a strand is often that of its surface."""
 
 REACH_RADII = 14.0
-"""Radii of the branch, from its end on, of its axis that is looked at: ends may overshoot and run inside the trunk."""
+"""Length of the branch's axis that is examined, from its end, in radii of the branch: ends may overshoot into the trunk."""
 
 UNSURE_PIXELS = 1.0
 """Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
@@ -36,24 +38,24 @@ UNSURE_PIXELS = 1.0
 def neck_share(
     branch: Floats, radius: float, trunk: SampledChain, at: float, visibility: Visibility, viewpoint: Floats | None
 ) -> float:
-    """Return by how much a strand narrows before it meets another: the open share of its diameter in its narrowest cut.
+    """Return the share of its diameter that a branch lacks in its narrowest cut before it meets a trunk.
 
     Parameters
     ----------
     branch
-        (P, D) m (px in 2-D), P >= 2 points along the strand's axis, beginning with the end that meets the other strand.
+        (P, D) m (px in 2-D), P >= 2 points along the axis of the branch, beginning with the end at the trunk.
     radius
-        of the strand, m (px in 2-D).
+        radius of the branch, m (px in 2-D).
     trunk, at
-        the other strand, and the arc length of the place on it, m (px in 2-D).
+        the trunk, and the arc length on it at which the branch ends, m (px in 2-D).
     visibility
-        tells where the camera looks past the object.
+        the camera's view, which shows the background beside the object.
     viewpoint
         (3,) m, where the camera is; None in 2-D, and where it is unknown.
 
     Returns
     -------
-    0 for a strand that keeps its width, 1 for one that ends before it reaches the other.
+    0 for a branch that keeps its width, 1 for one that ends before the trunk.
     """
     place = trunk.at(at)
     surface = float(trunk.radii[int(np.abs(trunk.along - at).argmin())])

@@ -1,4 +1,4 @@
-"""Objects: the pieces between junctions and tips put together to trees, each with its trunk."""
+"""Assemble the pieces between junctions and tips to trees, and find the trunk of each."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from ...geometry.polyline import angle, arc_length, resample, unit
 from ...types import Chain, ChainEnd, Floats, Junction, LinearObject
 
 TURN_WEIGHT = 0.3
-"""Share of a chain's weight that a turn of 1 radian into it takes, when the trunk is chosen."""
+"""Share of a chain's weight that is subtracted per radian of the turn into that chain, when the trunk is chosen."""
 
 
 @dataclass
 class Node:
-    """A junction in the making: its position, the gain of each meeting there, and where it lies on strands.
+    """A junction before the chains are cut: one or more meetings at one position.
 
     Attributes
     ----------
     position
         (D,) m (px in 2-D).
     gains
-        cost units of each meeting.
+        gain of each meeting, cost units.
     bodies
-        strand -> arc length, for the strands that run through.
+        index of each strand that runs through the junction -> arc length on it, m (px in 2-D).
     ends
-        rows in `FreeEnds` of the ends that meet there.
+        rows in `FreeEnds` of the ends that are attached there.
     """
 
     position: Floats
@@ -39,14 +39,23 @@ class Node:
 
 @dataclass(frozen=True)
 class Piece:
-    """A piece of a strand: its chain, the strand it is of, and the node at each end (None at a tip)."""
+    """A chain between two junctions or tips, with the index of the node at its first and last end (None at a tip)."""
 
     chain: Chain
     nodes: tuple[int | None, int | None]
 
 
 def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
-    """Return chains, junctions and objects; the longest object first, in each the trunk first."""
+    """Assemble the pieces of a frame to trees.
+
+    pieces : all pieces. nodes : all junctions; those with fewer than three pieces are left out.
+
+    Returns
+    -------
+    chains : by object, the object of the greatest total length first; in each the trunk first.
+    junctions : the junctions, with confidence from the smallest gain by a logistic function.
+    objects : the trees, in the order of the chains.
+    """
     at: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(nodes))}
     for number, piece in enumerate(pieces):
         for side, node in enumerate(piece.nodes):

@@ -1,4 +1,4 @@
-"""Two strands that cross in an image, or two branches joined through a trunk: told by turns and widths, as depth is missing."""
+"""Tell crossings from opposite branches in an image without depth, by the turns and widths of the two strands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...types import Floats
 from .strands import SampledChain, stretch_inside
 
 RADIUS_TOLERANCE = 0.3
-"""E-folds by which the width of a strand in a mask may change at a crossing without cost: a mask is ragged."""
+"""Change of a strand's width at a crossing without cost, e-folds (logarithm of the ratio): masks are ragged."""
 
 BEND_WEIGHT = 1.5
 """Weight of a bend beyond the curvature on both sides: below 0.3 rad at crossings of rendered cables, and 0.4 to 1.6 rad where
@@ -17,25 +17,25 @@ two branches leave a trunk opposite each other."""
 
 
 def radius_change(strand: SampledChain, position: float) -> float:
-    """Return by how many e-folds the radius of a strand differs on both sides of a position."""
+    """Return the absolute logarithm of the ratio of a strand's radii after and before a position (arc length, m; px in 2-D)."""
     return abs(math.log(strand.radius_near(position, -1) / strand.radius_near(position, 1)))
 
 
 def planar_radius_change(first: SampledChain, at: float, second: SampledChain, place: float) -> float:
-    """Return by how many e-folds two strands together change their width at a place, beyond what a ragged mask shows.
+    """Return the sum of the logarithmic changes of width of two strands at their contact, beyond the noise of a mask.
 
-    first, at, second, place : each strand with its arc length, px, where they meet.
+    first, at, second, place : each strand, and the arc length on it at the contact, px.
     """
     changes = radius_change(first, at), radius_change(second, place)
     return sum(max(0.0, change - RADIUS_TOLERANCE) for change in changes)
 
 
 def planar_turn(first: SampledChain, at: float, second: SampledChain, place: float) -> float:
-    """Return the angle in radians by which one of two strands turns inside the other, of the two the greater, in an image.
+    """Return the larger of the angles in radians by which two strands turn inside each other in an image.
 
-    The thicker of the two runs through in any case, however it bends: its turn counts by the ratio of the areas.
+    The thicker strand is the trunk in either case, so its turn is weighted by the ratio of the cross-sections.
 
-    first, at, second, place : each strand with its arc length, px, where they meet.
+    first, at, second, place : each strand, and the arc length on it at the contact, px.
     """
     radii = [max(strand.radius_near(s, -1), strand.radius_near(s, 1)) for strand, s in ((first, at), (second, place))]
     turns = _turn_inside(first, at, second, place), _turn_inside(second, place, first, at)

@@ -1,4 +1,4 @@
-"""What may meet where strands come together, and what decides between the readings of such a place.
+"""Records of the decision at a contact of strands: the possible junction, and the data of the frame that decide.
 
 Costs are in the units of merging: 1 per mm (1 per px in 2-D), 100 per radian.
 """
@@ -17,18 +17,18 @@ from .clouds import Surface
 
 @dataclass(frozen=True)
 class Meeting:
-    """A place that may be a junction, and by how much that reading is cheaper than the best other.
+    """A possible junction.
 
     Attributes
     ----------
     gain
-        cost units; over 0 for a junction.
+        cost of the best other explanation minus that of a junction, cost units; a junction is likely if positive.
     position
-        (D,) m (px in 2-D), where the axes would meet.
+        (D,) m (px in 2-D), where the axes meet.
     bodies
-        (strand, arc length) of each strand that runs through the place.
+        (strand, arc length) of each strand that runs through the junction.
     end
-        row in `FreeEnds` of the end that meets the strand there; None if two bodies meet.
+        row in `FreeEnds` of the end that is attached to the strand; None if two strands pass each other.
     """
 
     gain: float
@@ -39,18 +39,18 @@ class Meeting:
 
 @dataclass(frozen=True)
 class JunctionContext:
-    """What a frame tells beside its chains.
+    """The data of a frame by which junctions are decided.
 
     Attributes
     ----------
     visibility
-        tells free from hidden space, and bare surface; None for a cloud without camera views.
+        free space, hidden space and bare surface; None for a cloud without camera views.
     viewpoint
-        (3,) m, where the camera is; None in 2-D, and where it is unknown.
+        (3,) m, position of the camera; None in 2-D, and where it is unknown.
     surface
-        of a cloud without camera views; None for other data.
+        the measured surface of a cloud without camera views; None for other data.
     max_gap
-        m (px in 2-D), longest way from an end to a strand.
+        m (px in 2-D), longest distance from an end to a strand.
     """
 
     visibility: Visibility | None
@@ -60,7 +60,7 @@ class JunctionContext:
 
     @staticmethod
     def of(chains: Sequence[Floats], context: FrameContext, config: MergeConfig) -> JunctionContext:
-        """Return the context of a frame; chains : the joints of each, beside which the bare surface is looked at."""
+        """Return the data of a frame; chains : joints of each chain, (N + 1, D), beside which the bare surface is measured."""
         visibility = context.visibility
         if visibility is not None:
             visibility = visibility.with_bare_surface(chains, context.radius, context.foreground)

@@ -1,4 +1,4 @@
-"""Strands: the chains of a frame as dense samples along their axes, with radius, tangents and ends."""
+"""Sample the chains of a frame densely along their axes, with radius, tangents and ends."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ SPACING_RADII = 0.4
 """Radii between the samples of a strand."""
 
 MAX_SAMPLES = 50_000
-"""Samples of all strands of a frame at most; harnesses have a tenth of that. Beyond, samples lie farther apart."""
+"""Most samples of all strands of a frame; a harness has a tenth of that. Beyond it the spacing grows."""
 
 TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
-"""Length of strand from which tangent and curvature of an end are taken: radii, and segments at least."""
+"""Length over which tangent and curvature of an end are measured: in radii, and at least so many segments."""
 
 ARM_RADII = (2.0, 8.0)
-"""Radii from a place between which the direction and the radius of a strand beside it are measured."""
+"""Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured."""
 
 INSIDE_DEPTH_RADII = 2.0
-"""Sums of radii by which depth may place a strand before or behind the one that it runs in."""
+"""Largest difference in depth, in sums of radii, of a strand inside another: depth is uncertain where strands merge."""
 
 PART_RADII = 0.7
-"""Radii of a branch from the surface of its trunk to its axis up to which the branch runs along the trunk, not away from it."""
+"""Distance from the surface of a trunk to the axis of a branch, in radii of the branch, up to which the branch is inside."""
 
 HalfWidth = Callable[[Floats], Floats]
 
 
 KINK_RADII, MIN_KINK_SAMPLES = 10.0, 4
-"""Radii of strand beside a place from which its direction and curvature there are taken, and samples at least."""
+"""Length on one side of a position, in radii, over which direction and curvature are measured; and the fewest samples of it."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class SampledChain:
     occluded
         (S,) bool, whether the sample was filled in, not seen.
     radius
-        m (px in 2-D), of the whole strand.
+        m (px in 2-D), radius of the whole strand.
     closed
         True for a ring.
     half_widths
-        (S,) px, half-width of the mask at each sample, in an image; None otherwise. `radii` are smoothed along a strand, and hide
-        where a thick one was joined to a thin one.
+        (S,) px, half-width of the mask at each sample, in an image; None otherwise. Unlike `radii`, half-widths are not smoothed
+        along the strand, so they show where a thick strand was joined to a thin one.
     """
 
     points: Floats
@@ -75,7 +75,7 @@ class SampledChain:
 
     @property
     def widths(self) -> Floats:
-        """Half the width of the strand at each sample, (S,) m (px in 2-D): as the mask shows it, if there is one."""
+        """Half the width of the strand at each sample, (S,) m (px in 2-D): `half_widths`, or `radii` without a mask."""
         return self.radii if self.half_widths is None else self.half_widths
 
     def at(self, position: float) -> Floats:
@@ -91,7 +91,7 @@ class SampledChain:
         return unit(self.points[min(sample + 2, len(self.points) - 1)] - self.points[max(sample - 2, 0)])
 
     def radius_near(self, position: float, side: int) -> float:
-        """Return the median radius beside a position, before it (side -1) or after it (1), m (px in 2-D)."""
+        """Return the median radius on one side of a position, m (px in 2-D); side : -1 before the position, 1 after it."""
         offset = side * (self.along - position)
         low, high = (factor * self.radius for factor in ARM_RADII)
         chosen = (offset > low) & (offset < high) & ~self.occluded
@@ -100,28 +100,41 @@ class SampledChain:
         return float(np.median(self.widths[chosen])) if chosen.any() else self.radius
 
     def kink(self, position: float, clear: float, towards: Floats | None) -> float:
-        """Return the angle in radians by which the strand bends at a position, beyond the curvature of both sides.
+        """Return the angle in radians between the two sides of a position, extrapolated to it with their curvature.
 
         Parameters
         ----------
         position
             arc length, m (px in 2-D).
         clear
-            m (px in 2-D) to both sides that are left out, since another strand bends the axis there.
+            m (px in 2-D) on both sides that are left out, since a contact with another strand disturbs the axis there.
         towards
-            (3,) unit, the view direction, along which the axis is less certain and is not looked at; None looks at all.
+            (3,) unit, the view direction; the component along it is left out, since depth is less certain. None keeps it.
 
         Returns
         -------
-        0 to pi; 0 where one side is too short to tell.
+        0 to pi; 0 if one side is too short to measure.
         """
         before, after = (self.heading(position, side, clear, towards) for side in (-1, 1))
         return 0.0 if before is None or after is None else float(angle(-before, after))
 
     def heading(self, position: float, side: int, clear: float, towards: Floats | None) -> Floats | None:
-        """Return the direction (D,) unit in which the strand comes to a position from before it (side -1) or after it (1).
+        """Return the direction of motion along one side of the strand towards a position, extrapolated with its curvature.
 
-        clear, towards : as for `kink`. Returns None where that side is too short to tell.
+        Parameters
+        ----------
+        position
+            arc length, m (px in 2-D).
+        side
+            -1 for the samples before the position, 1 for those after it.
+        clear
+            m (px in 2-D) beside the position that are left out, since a contact with another strand disturbs the axis there.
+        towards
+            (3,) unit, the view direction; the component along it is left out. None keeps it.
+
+        Returns
+        -------
+        (D,) unit; None if the side is too short to measure.
         """
         length = KINK_RADII * self.radius
         points = across_view(self.points, towards)
@@ -134,9 +147,16 @@ class SampledChain:
         return unit(tangents[1] + clear * curvatures[1])
 
     def arm(self, position: float, side: int, clear: float) -> Floats:
-        """Return the direction (D,) unit in which the strand leaves a position, before it (side -1) or after it (1).
+        """Return the unit direction (D,) from a position along one side of the strand, as a chord.
 
-        clear : m (px in 2-D) beside the position that are left out, since the other strand bends the axis there.
+        Parameters
+        ----------
+        position
+            arc length, m (px in 2-D).
+        side
+            -1 for the part before the position, 1 for the part after it.
+        clear
+            m (px in 2-D) beside the position that are left out, since a contact with another strand disturbs the axis there.
         """
         near, far = position + side * clear, position + side * (clear + ARM_RADII[1] * self.radius)
         near, far = (float(np.clip(value, 0, self.length)) for value in (near, far))
@@ -146,23 +166,23 @@ class SampledChain:
 
 
 def across_view(vectors: Floats, towards: Floats | None) -> Floats:
-    """Return vectors (N, 3) without their part along the view direction, (3,) unit; as they are if that is None."""
+    """Return vectors (N, 3) without their component along the view direction `towards`, (3,) unit; unchanged if it is None."""
     return vectors if towards is None else vectors - (vectors @ towards)[:, None] * towards
 
 
 def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain, viewpoint: Floats | None = None) -> tuple[float, float]:
-    """Return the stretch of a strand round a place, as two arc lengths, on which its axis runs inside another strand.
+    """Return the two arc lengths between which the axis of a branch runs inside a trunk.
 
     Parameters
     ----------
     branch
-        the strand that runs through the other one.
+        the strand that passes through the trunk.
     at
-        arc length on it, m (px in 2-D), where the axes meet.
+        arc length on the branch at which the axes meet, m (px in 2-D).
     trunk
-        the other strand.
+        the strand that is passed through.
     viewpoint
-        (3,) m, where the camera is, along whose view depth is uncertain; None in 2-D, and where it is unknown.
+        (3,) m, position of the camera: differences along its view count less. None in 2-D, and where it is unknown.
     """
     is_inside, _ = inside(branch, trunk, viewpoint)
     middle = int(np.abs(branch.along - at).argmin())
@@ -174,10 +194,21 @@ def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain, viewpoi
 
 
 def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
-    """Tell where the axis of a strand runs inside another strand, or hardly outside.
+    """Tell which samples of a strand lie inside another strand, or within PART_RADII (0.7) radii of its surface.
 
-    strand, other, viewpoint : as for `stretch_inside`. Returns (S,) bool for the S samples of the strand, and (S,) the nearest
-    samples of the other strand: as the camera sees them, where it is known.
+    Parameters
+    ----------
+    strand
+        the strand of S samples.
+    other
+        the strand around it.
+    viewpoint
+        (3,) m, position of the camera: differences along its view count less. None in 2-D, and where it is unknown.
+
+    Returns
+    -------
+    is_inside : (S,) bool.
+    nearest : (S,) int, index of the nearest sample of the other strand; nearest in the view if the viewpoint is known.
     """
     if viewpoint is None:
         nearest = cKDTree(other.points).query(strand.points)[1]
@@ -193,9 +224,9 @@ def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None =
 
 
 def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[SampledChain]:
-    """Return chains as strands, in the same order.
+    """Sample chains along their axes, 0.4 radii apart, in the same order.
 
-    half_width : function from positions (S, 2) px to the half-width (S,) of the mask there, in an image; None otherwise.
+    half_width : function from positions (S, 2) px to the half-width (S,) px of the mask there, for an image; None otherwise.
     """
     strands = []
     least_spacing = sum(chain.length for chain in chains) / MAX_SAMPLES
@@ -223,7 +254,17 @@ def box_distances(points: Floats, strands: Sequence[SampledChain]) -> Floats:
 
 @dataclass(frozen=True)
 class FreeEnds:
-    """The E ends of open strands: (E,) strand and side (0 first, 1 last); (E, D) position, outward unit tangent, curvature."""
+    """The E ends of open strands.
+
+    Attributes
+    ----------
+    strand, side
+        (E,) int, index of the strand, and 0 for its first end, 1 for its last.
+    points
+        (E, D) m (px in 2-D), positions.
+    tangents, curvatures
+        (E, D) outward unit tangents, and curvature vectors, 1/m (1/px).
+    """
 
     strand: Ints
     side: Ints
@@ -233,7 +274,7 @@ class FreeEnds:
 
 
 def free_ends(chains: Sequence[Chain], strands: Sequence[SampledChain]) -> FreeEnds:
-    """Measure the ends of all chains that are no rings."""
+    """Measure position, tangent and curvature of the ends of all open chains; strands : the same chains as samples."""
     tangents, curvatures = [], []
     for chain, strand in zip(chains, strands, strict=True):
         window = max(TANGENT_RADII * strand.radius, TANGENT_SEGMENTS * chain.segment_length)

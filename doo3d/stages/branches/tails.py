@@ -1,4 +1,4 @@
-"""Tails: where two strands of one body run together, the chain of a branch may go on inside the trunk, past the junction."""
+"""Cut off tails: ends of chains that run on inside another strand, past the junction of the two."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from .strands import INSIDE_DEPTH_RADII, SampledChain, box_distances, inside
 from .tree import stretch_of
 
 TAIL_RADII = 2.5
-"""Sums of radii that a tail inside another strand is long at least: a shorter one is the end of a branch, or a tip upon it."""
+"""Length of the shortest tail, in sums of radii: a shorter stretch is the end of a branch, or a tip that overlaps the strand."""
 
 REST_RADII = 6.0
-"""Radii of a strand that are left of it at least."""
+"""Length of a strand that must remain, in radii."""
 
 
 def without_tails(
     chains: Sequence[Chain], strands: Sequence[SampledChain], viewpoint: Floats | None, length: float
 ) -> tuple[list[Chain], bool]:
-    """Cut off the tails of chains that run inside another strand; of two that run inside each other one stays.
+    """Cut off the ends of chains that run inside another strand. Where two chains run inside each other, one is cut.
 
     Parameters
     ----------
     chains
-        the chains.
+        all chains.
     strands
         the same chains as samples, m (px in 2-D).
     viewpoint
-        (3,) m, where the camera is, along whose view depth is uncertain; None in 2-D, and where it is unknown.
+        (3,) m, position of the camera: differences along its view count less. None in 2-D, and where it is unknown.
     length
         segment length, m (px in 2-D).
 
     Returns
     -------
-    The chains, and whether any was cut.
+    The chains, and True if any of them was cut.
     """
     bounds = [[0.0, strand.length] for strand in strands]
     distances = box_distances(np.concatenate([strand.points[[0, -1]] for strand in strands]), strands)

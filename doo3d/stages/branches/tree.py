@@ -1,4 +1,4 @@
-"""Cut strands at junctions, and put the pieces together to trees."""
+"""Choose the junctions among all meetings, and cut the chains there."""
 
 from __future__ import annotations
 
@@ -17,20 +17,32 @@ from .readings import Meeting
 from .strands import FreeEnds, SampledChain, stretch_inside
 
 MERGE_RADII = 2.0
-"""Radii of the thickest strand within which two junctions on it are one."""
+"""Distance along a strand, in its radii, within which two junctions are one."""
 
 JUNCTION_RADII = 0.8
-"""Radii of the thickest strand from a junction within which the axis of a piece leads straight to it."""
+"""Distance from a junction, in radii of the strand, within which the axis of a piece is replaced by a straight line to it."""
 
 MIN_PIECE_RADII = 2.5
-"""Radii of its strand that a piece must be long, or it is dropped."""
+"""Length of the shortest piece that is kept, in radii of its strand."""
 
 
 def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> list[Meeting]:
-    """Choose the meetings that are junctions, the ones with the greatest gain first, so that objects stay trees.
+    """Choose the meetings that are junctions: a maximum-weight spanning forest of the strands (Kruskal), with the gain as weight.
 
-    An end meets one strand at most, and no meeting closes a ring of strands. So the meetings chosen are a spanning forest of
-    the greatest gain.
+    No junction closes a ring of strands, so objects are trees, and an end is attached to one strand at most.
+
+    Parameters
+    ----------
+    meetings
+        all possible junctions.
+    strands
+        all strands.
+    ends
+        the free ends that `meetings` refer to.
+
+    Returns
+    -------
+    The meetings chosen, by descending gain, all above 0.
     """
     objects = DisjointSet(range(len(strands)))
     used: set[int] = set()
@@ -50,7 +62,7 @@ def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: F
 
 
 def connected(chosen: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> tuple[Bools, list[int]]:
-    """Return which of the E ends are free, (E,) bool, and the number of the object of each strand."""
+    """Return which of the E ends stay free, (E,) bool, and the number of the object to which each strand belongs."""
     objects, is_free = DisjointSet(range(len(strands))), np.ones(len(ends.strand), dtype=bool)
     for meeting in chosen:
         members = [strand for strand, _ in meeting.bodies]
@@ -63,7 +75,7 @@ def connected(chosen: Sequence[Meeting], strands: Sequence[SampledChain], ends: 
 
 
 def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list[Node]:
-    """Return the junctions of chosen meetings: those close to each other on one strand are one junction."""
+    """Combine chosen meetings to junctions: meetings close to each other on one strand are one junction."""
     nodes: list[Node] = []
     for meeting in chosen:
         _add(nodes, meeting, strands)
@@ -73,10 +85,10 @@ def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list
 def parted(
     chains: Sequence[Chain], strands: Sequence[SampledChain], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float
 ) -> list[Chain]:
-    """Return the chains with those parted that run through another strand where both branch off it.
+    """Separate two opposite branches that were joined through their trunk.
 
-    Two branches on both sides of a trunk were joined through it. The thinner strand of such a meeting, or the one that turns more
-    there, ends on both sides where it enters the other; its ends then branch off one by one.
+    Of the two strands of such a meeting, the thinner one, or the one that turns more, is the pair of branches. It is cut where it
+    enters and leaves the trunk; its two new ends are attached later, one by one.
 
     Parameters
     ----------
@@ -85,9 +97,9 @@ def parted(
     strands
         the same chains as samples.
     chosen
-        the chosen meetings; those of an end are ignored.
+        the chosen meetings; only those of two passing strands are used.
     viewpoint
-        (3,) m, where the camera is; None in 2-D, and where it is unknown.
+        (3,) m, position of the camera; None in 2-D, and where it is unknown.
     length
         segment length, m (px in 2-D).
     """
@@ -135,7 +147,7 @@ def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[SampledChain]) -
 def cut(
     chains: Sequence[Chain], strands: Sequence[SampledChain], ends: FreeEnds, nodes: Sequence[Node], length: float
 ) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
-    """Cut chains at the nodes and return the chains, junctions and objects of the frame.
+    """Cut all chains at the junctions, and assemble the pieces to objects.
 
     Parameters
     ----------
@@ -209,13 +221,28 @@ def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
 
 
 def stretch_of(chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain | None:
-    """Return the chain of a stretch between two arc lengths of its strand; None if it is shorter than a segment."""
+    """Return the part of a chain between two arc lengths `low` and `high` of its strand; None if it is shorter than a segment.
+
+    chain, strand : the chain, and the same as samples. length : segment length, m (px in 2-D).
+    """
     joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
     return part_of(joints, chain, strand, low, high, length) if len(joints) > 1 else None
 
 
 def part_of(joints: Floats, chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain:
-    """Return the chain of a piece between two arc lengths of its strand, with the values of the segments it replaces."""
+    """Return a part of a chain with new joints; radii, occlusion and connections are copied from the nearest segments.
+
+    Parameters
+    ----------
+    joints
+        (N + 1, D) m (px in 2-D), joints of the part, `length` apart.
+    chain, strand
+        the whole chain, and the same as samples.
+    low, high
+        arc lengths on the strand between which the part lies, m (px in 2-D).
+    length
+        segment length, m (px in 2-D).
+    """
     near = nearest(joints, strand.points, length, False)[1]
     middle = nearest((joints[1:] + joints[:-1]) / 2, (chain.joints[1:] + chain.joints[:-1]) / 2, length, False)[1]
     inside = (strand.along >= low + 2 * strand.radius) & (strand.along <= high - 2 * strand.radius) & ~strand.occluded

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.special import expit
 
 from ...config import Config
 from ...geometry.depth_support import depth_support
@@ -91,9 +92,6 @@ CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 
 DRAWN_EVERY = 3
 """Samples per line that is drawn along a chain to find the pixels that are its own."""
-
-MAX_EXPONENT = 700.0
-"""Exponent up to which a float holds the exponential function."""
 
 MAX_LINES = 5000
 """Lines drawn along a chain at most."""
@@ -186,7 +184,7 @@ class Evidence:
         if self.is_wide:
             return 0.0
         log_odds = self._weights()["base"] - sum(self.losses().values())
-        return 1 / (1 + math.exp(min(-log_odds, MAX_EXPONENT)))
+        return float(expit(log_odds))
 
     def _weights(self) -> dict[str, float]:
         return TOLD if self.is_told else UNTOLD_IMAGE if self.is_planar else UNTOLD

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ...bare_surface import COLOR_NOISE_LAB
-from ...geometry.noise import MAD_TO_DEVIATION
+from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...types import Array, Bools, Chain, Floats, Foreground, Ints
 
 CABLE_WIDTHS = 40.0
@@ -138,7 +137,7 @@ def _edge(view: Floats, across: Floats, reach: Floats, color: Array, mask: Array
     core = _mean_color(color, view, across, reach[:, None] * CORE_RADII, None)
     left, right = (_mean_color(color, view, across, sign * beside, mask) for sign in (-1, 1))
     contrast = np.minimum(np.linalg.norm(core - left, axis=1), np.linalg.norm(core - right, axis=1))
-    ratio = np.linalg.norm(left - right, axis=1) / (contrast + COLOR_NOISE_LAB)
+    ratio = np.linalg.norm(left - right, axis=1) / (contrast + COLOR_NOISE)
     ratio = ratio[np.isfinite(ratio)]
     return min(float(np.median(ratio)), MAX_EDGE) if len(ratio) else 0.0
 

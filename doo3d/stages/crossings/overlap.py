@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.noise import DEVIATIONS
 from ...types import Array, Floats, Ints
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -30,9 +31,6 @@ MIN_ANGLE = 0.3
 
 MIN_MEASURED = 4
 """Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface."""
-
-MAX_OUTLIER_RESIDUAL = 3.0
-"""Median residuals from the parabola beyond which a sample is left out of it."""
 
 Lookup = Callable[[Floats], Floats]
 """Positions (..., 2) in the view -> values (...) or (..., K) there, NaN where there are none."""
@@ -203,7 +201,7 @@ def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:
         square = np.einsum("...si,...sj->...ij", weighted, powers) + 1e-6 * np.eye(3)
         fit = np.linalg.solve(square, np.einsum("...si,...s->...i", weighted, known)[..., None])[..., 0]
         residual = np.where(good, np.abs(np.einsum("...si,...i->...s", powers, fit) - known), np.nan)
-        good = good & (residual <= MAX_OUTLIER_RESIDUAL * np.maximum(_medians(residual), 1e-9)[..., None])
+        good = good & (residual <= DEVIATIONS * np.maximum(_medians(residual), 1e-9)[..., None])
     enough = (good.sum(axis=-1) >= MIN_MEASURED) & (good & (along < 0)).any(axis=-1) & (good & (along > 0)).any(axis=-1)
     return np.where(enough, fit[..., 0], np.nan)
 

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.noise import COLOR_NOISE
 from ...geometry.projection import Projection
 from ...kernels import sample_bilinear
 from ...types import Array, Floats, Foreground
@@ -13,9 +14,6 @@ from .overlap import CrossingStrands, Lookup, color_order, depth_order, sample_s
 
 DEPTH_DEVIATION = 0.5
 """Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
-
-UNMEASURED_DEPTH_DEVIATION = 1.0
-"""The same where a strand was not measured on both sides of the crossing."""
 
 SURFACE_WEIGHT = 0.75
 """Weight of the measured surfaces beside that of the chains: the chain of the lower strand is filled in at the crossing."""
@@ -33,9 +31,6 @@ MAX_COLOR_LOG_RATIO = 2.0
 
 MIN_COLOR_LOG_RATIO = 0.35
 """A log ratio of colors that is less than this says nothing: so much comes from light and texture."""
-
-COLOR_NOISE = 6.0
-"""Grey levels of 255 by which colors along a strand differ anyway."""
 
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
@@ -85,7 +80,7 @@ def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, sur
     in_front, mismatch = depth_order(strands, surface, depth, radius)
     difference = (depth[:, 1] - depth[:, 0]) / thickness
     measured = np.isfinite(in_front)
-    deviation = np.where(measured, DEPTH_DEVIATION, UNMEASURED_DEPTH_DEVIATION)
+    deviation = np.where(measured, DEPTH_DEVIATION, 2 * DEPTH_DEVIATION)
     difference = np.where(measured, SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference, difference)
     log_odds = 2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2
     return np.asarray(log_odds + SURFACE_LOG_ODDS * np.nan_to_num(np.clip(mismatch / thickness, -1.0, 1.0)))

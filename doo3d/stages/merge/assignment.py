@@ -13,6 +13,7 @@ import numpy as np
 
 from ...config import MergeConfig
 from ...geometry.disjoint_set import DisjointSet
+from ...geometry.limits import AT_ONCE
 from ...kernels import match_by_blossoms
 from ...types import Array, Bools, Floats, Ints
 from .costs import FORCED_COST_FACTOR
@@ -20,9 +21,6 @@ from .ends import End, Pair, ends_of
 
 GapCosts = Callable[[Sequence[Pair]], list[float]]
 """Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
-
-CANDIDATES_AT_ONCE = 4096
-"""Pairs of ends that are looked through at once for those that may still be joined."""
 
 MERGES_PER_CLEANUP = 32
 """Forced connections after which the pairs are forgotten that may no longer be joined."""
@@ -105,8 +103,8 @@ class _Candidates:
 
     def select(self, is_possible: Callable[[Ints, Ints], Bools]) -> Iterator[Link]:
         """Yield the pairs for which `is_possible` holds, given the indices of their ends, each part of the list anew."""
-        for start in range(0, len(self), CANDIDATES_AT_ONCE):
-            part = slice(start, start + CANDIDATES_AT_ONCE)
+        for start in range(0, len(self), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
             for i in start + np.flatnonzero(is_possible(self.first[part], self.second[part])):
                 yield Link(float(self.cost[i]), self.ends[self.first[i]], self.ends[self.second[i]])
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...config import MergeConfig
 from ...errors import ConfigError
-from ...geometry.polyline import angle, unit
+from ...geometry.limits import AT_ONCE
+from ...geometry.polyline import TINY, angle, unit
 from ...plugins import COSTS, Registry
 from ...types import Bools, Floats
 from ...visibility import Visibility
@@ -35,12 +36,6 @@ IMAGE_BORDER_RADII = 8.0
 
 EXPOSED_END_LOOKAHEAD = 2.0
 """Radii beyond an end within which an occluder is looked for."""
-
-ROWS_AT_ONCE = 128
-"""Ends at most whose pairs with all others are computed at once: a pair takes about 200 bytes in between."""
-
-COINCIDENT = 1e-12
-"""m (px in 2-D); ends nearer to each other than this have no direction from one to the other."""
 
 
 def custom_cost(name: str) -> CustomCost:
@@ -121,7 +116,7 @@ def curvature(points: Floats, tangents: Floats) -> Floats:
     def bend_of(rows: slice) -> Floats:
         gap = points[None] - points[rows, None]
         bend = angle(outward[rows], gap)
-        bend[np.linalg.norm(gap, axis=-1) < COINCIDENT] = 0
+        bend[np.linalg.norm(gap, axis=-1) < TINY] = 0
         return bend
 
     bend = _by_rows(bend_of, len(points))
@@ -242,9 +237,10 @@ def _pairwise(tangents: Floats) -> Floats:
 
 def _by_rows(values: Callable[[slice], Floats], count: int) -> Floats:
     """Return values of all pairs, (E, E) or (E, E, D), computed a few rows at a time where there are many ends."""
-    if count <= ROWS_AT_ONCE:
+    rows = max(1, AT_ONCE // max(count, 1))
+    if count <= rows:
         return np.asarray(values(slice(None)))
-    return np.concatenate([values(slice(start, start + ROWS_AT_ONCE)) for start in range(0, count, ROWS_AT_ONCE)])
+    return np.concatenate([values(slice(start, start + rows)) for start in range(0, count, rows)])
 
 
 def _expected_tangents(ends: ChainEnds, distance: Floats, radius: float, config: MergeConfig) -> Floats:

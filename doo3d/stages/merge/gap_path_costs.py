@@ -11,24 +11,19 @@ import numpy as np
 
 from ...config import MergeConfig
 from ...geometry.gap_path import GapPath, gap_path
+from ...geometry.limits import AT_ONCE
 from ...geometry.polyline import steps
+from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Ints
 from ...visibility import OPEN, PointVisibility, Visibility
 from .costs import FORCED_COST_FACTOR
 from .ends import ChainEnds, End, Pair
-
-SPACING_RADII = 0.5
-"""Radii between the points of a gap path whose visibility is asked."""
 
 CONNECTION_POINTS = 20
 """Points on the straight connection of two near ends, of which none may lie in free space for the gap to cost nothing."""
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 """Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
-
-
-PAIRS_AT_ONCE = 20_000
-"""Pairs of ends whose straight connections are asked for at once, for memory: a pair takes about 1 kB."""
 
 
 class GapCost(NamedTuple):
@@ -146,7 +141,7 @@ class GapPaths:
             costly |= self.visibility.gap_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, [0, 2]].any(axis=1)
         cost = np.zeros((len(pairs), 3))
         if costly.any():
-            spacing = SPACING_RADII * self.radius
+            spacing = STEP_RADII * self.radius
             paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
             weights = (self.config.free_space_weight, self.config.unknown_weight, self.config.free_space_weight)
             cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
@@ -176,8 +171,8 @@ class GapPaths:
         first, second = np.nonzero(np.isfinite(cost))
         if not (self.config.free_space_weight or self.config.unknown_weight):
             return total
-        for start in range(0, len(first), PAIRS_AT_ONCE):
-            a, b = first[start : start + PAIRS_AT_ONCE], second[start : start + PAIRS_AT_ONCE]
+        for start in range(0, len(first), AT_ONCE):
+            a, b = first[start : start + AT_ONCE], second[start : start + AT_ONCE]
             total[a, b] += self._straight_gap_costs(a, b)
         return total
 

@@ -9,6 +9,7 @@ import numpy as np
 from ...geometry.mask import mask_pixels
 from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import steps, whittaker_smooth
+from ...geometry.radii import TOUCHING_RADII
 from ...kernels import nearest, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
@@ -26,9 +27,6 @@ from .cross_sections import (
 from .multiview import measure_in_view, median_radius
 from .samples import Samples
 from .silhouette import measure_silhouette
-
-MAX_SURFACE_DISTANCE = 2.2
-"""Radii round the path within which surface points belong to it: the path lies a radius in front of the axis."""
 
 SMOOTHING_RADII = 1.2
 """Radii; details of the axis shorter than about 2 pi times this are smoothed."""
@@ -85,7 +83,7 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     if sparse or foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
     axes = section_axes(samples.positions, samples.tangents(), None)
-    reach = MAX_SURFACE_DISTANCE * samples.radius
+    reach = TOUCHING_RADII * samples.radius
     sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
     origin = np.zeros(3)
     half_shell = is_seen_from(origin, sections, samples.path, samples.positions, axes, samples.window_half)
@@ -163,7 +161,7 @@ def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Float
 def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
     """Estimate the lateral offset and the radius from the mask, the depth from the surface points."""
     assert foreground.mask is not None
-    reach = MAX_SURFACE_DISTANCE * samples.radius
+    reach = TOUCHING_RADII * samples.radius
     pixels = mask_pixels(foreground.mask) if foreground.camera is not None else foreground.points
     seen = measure_silhouette(samples.positions, axes, samples.path, pixels, foreground.camera, reach, samples.window_half)
     samples = replace(samples, radius=_path_radius(samples, seen.radius, ~samples.filled & (seen.radius > 0)))
@@ -180,7 +178,7 @@ def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
     """Return how deep the axis lies behind positions (S, 3) in the middle of the silhouette, m, and the weight: (S,), (S,)."""
-    sections = cross_sections(points, middle, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    sections = cross_sections(points, middle, axes, TOUCHING_RADII * samples.radius)
     depth, count = axis_depth(sections, samples.path, samples.radius, samples.window_half)
     usual = _median_count(count)
     weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
@@ -220,7 +218,7 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
 
 def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
     """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
-    sections = cross_sections(points, samples.positions, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    sections = cross_sections(points, samples.positions, axes, TOUCHING_RADII * samples.radius)
     middle, measured, count = fit_half_shell(sections, samples.path, samples.window_half)
     samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
@@ -233,10 +231,10 @@ def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Es
 
 def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
     """Estimate all from the circle through each cross-section, for clouds of many views."""
-    sections = cross_sections(points, samples.positions, axes, MAX_SURFACE_DISTANCE * samples.radius)
+    sections = cross_sections(points, samples.positions, axes, TOUCHING_RADII * samples.radius)
     _, measured, _ = fit_circles(sections, samples.path, None, samples.window_half)
     usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
-    reach = MAX_SURFACE_DISTANCE
+    reach = TOUCHING_RADII
     samples, radii = _with_radius(samples, measured, usable)
     center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
@@ -248,7 +246,7 @@ def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estim
 
 def _from_lines(samples: Samples, points: Floats, spacing: float) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
-    distance, near = nearest(thinned(points), samples.positions, MAX_SURFACE_DISTANCE * float(samples.radius.max()), True)
+    distance, near = nearest(thinned(points), samples.positions, TOUCHING_RADII * float(samples.radius.max()), True)
     there = np.isfinite(distance)
     radius = samples.radius.copy()
     for p in range(len(samples.closed)):
@@ -265,11 +263,11 @@ def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> 
     measurements = [
         measured
         for view in foreground.views
-        if (measured := measure_in_view(samples, axes.tangent, view, MAX_SURFACE_DISTANCE)) is not None
+        if (measured := measure_in_view(samples, axes.tangent, view, TOUCHING_RADII)) is not None
     ]
     measured_radii = median_radius(measurements, len(samples.positions))
     samples, radii = _with_radius(samples, measured_radii, np.isfinite(measured_radii) & ~samples.filled)
-    reach = MAX_SURFACE_DISTANCE * samples.radius
+    reach = TOUCHING_RADII * samples.radius
     sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
     center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
     believed = DEPTH_WEIGHT * np.minimum(1.0, count / _median_count(count)) * (count >= MIN_POINTS)

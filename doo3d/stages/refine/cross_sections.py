@@ -14,12 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import kernels
+from ...geometry.noise import DEVIATIONS, ENOUGH_SAMPLES, MAD_TO_DEVIATION
 from ...geometry.polyline import perpendicular, unit
 from ...kernels import nearest, section_offsets, window_sum
 from ...types import Array, Floats, Ints
-
-MAX_SURFACE_POINTS = 10_000
-"""Surface points that suffice to measure on; more are subsampled evenly."""
 
 MIN_POINTS = 5
 """Points that a circle is fitted to at least."""
@@ -29,9 +27,6 @@ DEPTH_IMAGE_KURTOSIS, EVEN_SURFACE_KURTOSIS = 1.8, 1.5
 
 CENTRAL_PART = 0.8
 """Radii from the middle within which surface points measure the depth of the axis; farther out the surface falls away."""
-
-OUTLIER_MEDIANS = 4.5
-"""Medians of the absolute residuals, three standard deviations; points farther off than this do not measure depth."""
 
 GAUSS_NEWTON_STEPS = 8
 
@@ -103,7 +98,7 @@ def planar_axes(tangent: Floats) -> SectionAxes:
 
 
 def thinned(points: Array) -> Array:
-    """Return every k-th of N points, k being the least that leaves at most MAX_SURFACE_POINTS (10,000) of them.
+    """Return every k-th of N points, k being the least that leaves at most ENOUGH_SAMPLES (10,000) of them.
 
     Parameters
     ----------
@@ -114,7 +109,7 @@ def thinned(points: Array) -> Array:
     -------
     (K, C), the K points kept, in the order given; a contiguous array.
     """
-    return np.ascontiguousarray(points[:: max(1, -(-len(points) // MAX_SURFACE_POINTS))])
+    return np.ascontiguousarray(points[:: max(1, -(-len(points) // ENOUGH_SAMPLES))])
 
 
 @dataclass(frozen=True)
@@ -188,7 +183,7 @@ def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half:
     count : (S,) number of points in each mean, after pooling.
     """
     return kernels.axis_depth(
-        sections.sample, sections.lateral, sections.depth, path, radius, window_half, CENTRAL_PART, OUTLIER_MEDIANS
+        sections.sample, sections.lateral, sections.depth, path, radius, window_half, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION
     )
 
 

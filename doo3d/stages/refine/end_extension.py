@@ -1,4 +1,4 @@
-"""Free ends extended to where the object ends: along the seen surface, and to visible fragments beyond an occluder."""
+"""Free ends extended along the seen surface to where the object ends."""
 
 from __future__ import annotations
 
@@ -9,43 +9,13 @@ import numpy as np
 
 from ...geometry.blocks import Blocks
 from ...geometry.polyline import unit
+from ...geometry.radii import OWN_RADII
 from ...kernels import nearest, points_near_line
-from ...types import Bools, Floats, Ints, Path
-from ...visibility import PointVisibility, Visibility
-from .cross_sections import thinned
+from ...types import Floats, Path
 from .samples import Samples
 
 MAX_END_EXTENSION = 6.0
 """Radii by which an end may be extended to the last surface point: thinning and trimming shorten it by less."""
-
-SURFACE_WIDTH_RADII = 1.6
-"""Radii from the tangent at an end within which surface ahead of it belongs to it."""
-
-MAX_FRAGMENT_GAP = 8.0
-"""Radii beyond a hidden end within which a visible fragment of surface is attached to it."""
-
-OWN_SURFACE_RADII = 1.5
-"""Radii from a path within which surface belongs to it; the rest may be fragments."""
-
-FRAGMENT_OFFSET_RADII, FRAGMENT_OFFSET_SLOPE = 0.9, 0.25
-"""Lateral offset, in radii, that a fragment may have from the tangent at the end, and how much more per radius ahead."""
-
-MIN_FRAGMENT_RADII = 0.6
-"""Radii of length that a fragment must have."""
-
-FRAGMENT_TANGENT_RADII = 3.0
-"""Radii of path from which the tangent at a hidden end is taken."""
-
-MIN_FRAGMENT_FILL = 0.25
-"""Fraction of a fragment's area that must have depth readings."""
-
-MIN_GAP_HIDDEN = 0.3
-"""Fraction of the gap before a fragment in front of which something nearer must have been seen."""
-
-MIN_FRAGMENT_POINTS = 4
-
-GAP_CHECKS = 10
-"""Points of the straight line across the gap at which visibility is asked for."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +81,7 @@ def surface_ahead(samples: Samples, end: int, inwards: int, surface: Blocks, spa
     tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
     reach = MAX_END_EXTENSION * radius
     near, axial, lateral = points_near_line(
-        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, SURFACE_WIDTH_RADII * radius
+        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, OWN_RADII * radius
     )
     if not len(near):
         return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)
@@ -160,107 +130,3 @@ def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, s
                     filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
         result.append(Path(points_of_path, path.closed, filled, joins))
     return result
-
-
-@dataclass(frozen=True)
-class _Fragment:
-    """A visible fragment ahead of a hidden end.
-
-    path, first : the end: of which path, and whether it is the first. start, stop : (D,) m, the fragment's two ends.
-    points : indices of its surface points. offset : m, how far off it lies, the less the better.
-    """
-
-    path: int
-    first: bool
-    start: Floats
-    stop: Floats
-    points: Ints
-    offset: float
-
-
-def attach_fragments(paths: list[Path], samples: Samples, points: Floats, visibility: Visibility | None) -> list[Path]:
-    """Attach visible fragments of the object to the free ends of paths, across hidden gaps.
-
-    A fragment is a piece of surface up to 8 radii ahead of an end, too short for a chain of its own. A gap is hidden if the
-    camera saw something nearer in front of at least 0.3 of it, and free space nowhere in it. The nearest pair of end and fragment
-    is joined first. An end takes at most one fragment.
-
-    Parameters
-    ----------
-    paths
-        polylines along the seen surface, m in the camera's optical frame.
-    samples
-        samples along these paths.
-    points
-        (N, 3) m, the N surface points in the same frame.
-    visibility
-        tells what is hidden. If it is None or has no single depth image (in 2-D, for a fused cloud), the paths are returned
-        unchanged.
-
-    Returns
-    -------
-    The paths in the same order. An end that took a fragment has two more points, the near and the far end of the fragment; the
-    step across the gap is marked in `filled`.
-    """
-    if visibility is None or visibility.depth is None:
-        return paths
-    surface = thinned(points)
-    radius = float(samples.radius[0])
-    free = surface[np.isinf(nearest(surface, samples.positions, OWN_SURFACE_RADII * radius, True)[0])]
-    points_per_sample = len(points) / max(1, len(surface))
-    available = np.ones(len(free), dtype=bool)
-    ends = [(p, first) for p, path in enumerate(paths) if not path.closed for first in (True, False)]
-    while available.any():
-        fragments = [_fragment(*end, samples, free, available, points_per_sample, visibility) for end in ends]
-        candidates = [fragment for fragment in fragments if fragment is not None]
-        if not candidates:
-            break
-        best = min(candidates, key=lambda fragment: fragment.offset)
-        available[best.points] = False
-        ends.remove((best.path, best.first))
-        paths = [_with_fragment(path, best) if p == best.path else path for p, path in enumerate(paths)]
-    return paths
-
-
-def _fragment(
-    p: int, first: bool, samples: Samples, free: Floats, available: Bools, points_per_sample: float, visibility: Visibility
-) -> _Fragment | None:
-    """Return the fragment ahead of one end of path `p`, or None."""
-    part = samples.of_path(p)
-    end, inwards = (part.start, 1) if first else (part.stop - 1, -1)
-    tip, radius = samples.positions[end], float(samples.radius[end])
-    tangent = unit(tip - samples.position_inside(end, inwards, FRAGMENT_TANGENT_RADII * radius))
-    axial = (free - tip) @ tangent
-    lateral = np.linalg.norm(free - tip - axial[:, None] * tangent, axis=1)
-    near = available & (axial > radius / 2) & (axial < MAX_FRAGMENT_GAP * radius)
-    near &= lateral < FRAGMENT_OFFSET_RADII * radius + FRAGMENT_OFFSET_SLOPE * axial
-    index = np.flatnonzero(near)
-    if len(index) < MIN_FRAGMENT_POINTS:
-        return None
-    index = index[np.argsort(axial[index], kind="stable")]
-    gap = np.flatnonzero(np.diff(axial[index]) > radius)
-    index = index[: gap[0] + 1] if len(gap) else index
-    start, stop = float(axial[index[0]]), float(axial[index[-1]])
-    assert visibility.camera is not None
-    pitch = tip[2] / visibility.camera.fx
-    area = 2 * radius * (stop - start) / pitch**2
-    if stop - start < MIN_FRAGMENT_RADII * radius or points_per_sample * len(index) < MIN_FRAGMENT_FILL * area:
-        return None
-    seen = visibility.classify(tip + np.linspace(0, start, GAP_CHECKS + 2)[1:-1, None] * tangent)
-    if (seen == PointVisibility.FREE).any() or (seen == PointVisibility.HIDDEN).mean() < MIN_GAP_HIDDEN:
-        return None
-    at = axial[index]
-    near_end, far_end = free[index[at < start + 0.7 * radius]].mean(axis=0), free[index[at > stop - 0.7 * radius]].mean(axis=0)
-    direction = unit(far_end - near_end) if stop - start > radius else tangent
-    offset = start + 2 * float(lateral[index].mean())
-    return _Fragment(p, first, near_end, far_end + 0.3 * radius * direction, index, offset)
-
-
-def _with_fragment(path: Path, fragment: _Fragment) -> Path:
-    filled = np.zeros(len(path.points) - 1, dtype=bool) if path.filled is None else path.filled
-    if fragment.first:
-        joins = tuple((step + 2, confidence) for step, confidence in path.joins)
-        points = np.concatenate(([fragment.stop, fragment.start], path.points))
-        return Path(points, False, np.concatenate(([False, True], filled)), joins)
-    points = np.concatenate((path.points, [fragment.start, fragment.stop]))
-    return Path(points, False, np.concatenate((filled, [True, False])), path.joins)

@@ -12,12 +12,13 @@ from ...geometry.blocks import Blocks
 from ...geometry.depth_support import depth_is_filled
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
+from ...geometry.radii import OWN_RADII
 from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Foreground, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
-from .end_extension import SurfaceAhead, attach_fragments, extend_to_surface, surface_ahead
+from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
 
 WALL_LATERAL_RADII = 0.9
@@ -26,14 +27,9 @@ WALL_LATERAL_RADII = 0.9
 STRIP_LATERAL_RADII, STRIP_LENGTH_RADII = 1.2, 3.0
 """Half-width and length, in radii, of the strip at an end in an image whose area is compared with that of a flat end."""
 
-OCCLUSION_REACH_RADII = 1.5
-"""Radii from a segment within which a surface point shows that it was seen."""
-
 
 def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
-    """Extend the free ends of paths to where the object's surface ends, and to visible fragments beyond an occluder.
-
-    A fragment is a piece of the object's surface too short for a chain of its own. Rings are not changed.
+    """Extend the free ends of paths to where the object's surface ends. Rings are not changed.
 
     Parameters
     ----------
@@ -50,9 +46,7 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
         return []
     points = context.foreground.points
     samples = sample_paths(paths, context.radius, context.segment_length)
-    extended = extend_to_surface(paths, samples, points, context.point_gap)
-    samples = sample_paths(extended, context.radius, context.segment_length)
-    return attach_fragments(extended, samples, points, context.visibility)
+    return extend_to_surface(paths, samples, points, context.point_gap)
 
 
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
@@ -180,7 +174,7 @@ def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: F
     if config.occluded != "from_depth":
         occluded = samples.filled[part][nearest(middle, samples.positions[part], length, False)[1]]
     if config.occluded != "from_gaps" and occluded.any():
-        reach = OCCLUSION_REACH_RADII * radius + context.voxel
+        reach = OWN_RADII * radius + context.voxel
         unseen = np.isinf(nearest(middle[occluded], surface, reach, True)[0])
         if context.visibility is not None:
             unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])

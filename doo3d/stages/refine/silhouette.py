@@ -6,16 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import golden
 
+from ...geometry.noise import ENOUGH_SAMPLES
 from ...geometry.polyline import unit
 from ...kernels import lateral_sums, nearest, window_sum
 from ...types import Array, Camera, Floats, Ints
 from .cross_sections import SectionAxes
-
-MAX_MASK_PIXELS = 20_000
-"""Pixels of the mask that suffice to measure on: their number is the width of the object."""
-
-GOLDEN_RATIO = (1 + 5**0.5) / 2
 
 PROJECTION_STEP = 1e-4
 """m; step along an axis whose projection tells its direction and scale in the image."""
@@ -106,7 +103,7 @@ def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -
 
 
 def on_lattice(pixels: Array) -> Array:
-    """Return about MAX_MASK_PIXELS (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
+    """Return about ENOUGH_SAMPLES (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
 
     Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
     section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
@@ -120,10 +117,10 @@ def on_lattice(pixels: Array) -> Array:
     -------
     (K, 2) int, the K pixels kept, in the order given.
     """
-    step = -(-len(pixels) // MAX_MASK_PIXELS)
+    step = -(-len(pixels) // ENOUGH_SAMPLES)
     if step <= 1:
         return pixels
-    slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / GOLDEN_RATIO))
+    slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden))
     return np.asarray(pixels[(pixels[:, 0] + slope * pixels[:, 1]) % step == 0])
 
 

@@ -9,7 +9,9 @@ import numpy as np
 from ...config import SegmentConfig
 from ...errors import InputError
 from ...geometry.initial_radius import separate_strands
+from ...geometry.limits import MAX_CELLS
 from ...geometry.mask import mask_pixels, mask_radius
+from ...geometry.noise import ENOUGH_SAMPLES
 from ...geometry.sparse_grid import cloud_spacing
 from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
@@ -25,12 +27,6 @@ from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
-
-MAX_MASK_PIXELS = 2_000_000
-"""Pixels of a mask at most, as many as voxels of a grid: the object in a frame of 1280x720 has a tenth of that at most."""
-
-DEPTH_CHECK_READINGS = 10_000
-"""Readings at most whose median is compared with the range of depths: a wrong unit is a factor of 10 at least."""
 
 BY_SHAPE = ("strands", "plane", "ridge")
 """Methods that look for strands by their shape; all others are told by the user what the object is."""
@@ -131,15 +127,14 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     pixels = int(np.count_nonzero(cleaned.mask))
-    distance = 0.0
     if pixels:
-        distance = _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
+        _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
     split = SplitMask(cleaned.mask, 0, None)
     if method != "everything":
         split = split_strands(cleaned.mask, selected, frame.color, frame.depth, config.equal_widths)
         cleaned = cleaned._replace(mask=split.mask)
     radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
-    readings, slope, outliers = filter_readings(frame, cleaned.mask, radius, distance, config)
+    readings, slope, outliers = filter_readings(frame, cleaned.mask, config)
     measured = len(readings.pixels)
     bridges, smoothed = None, 0
     if method != "everything":
@@ -244,10 +239,8 @@ def _select(
 def _check_size(mask: Bools) -> None:
     """Refuse a mask (H, W) of so many pixels that the stages would take too much time and memory, before any of them."""
     pixels = int(np.count_nonzero(mask))
-    if pixels > MAX_MASK_PIXELS:
-        raise InputError(
-            f"the mask has {pixels} pixels, the limit is {MAX_MASK_PIXELS}: scale the image down", code="voxels-too-many"
-        )
+    if pixels > MAX_CELLS:
+        raise InputError(f"the mask has {pixels} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many")
 
 
 def _is_told(method: str, config: SegmentConfig) -> bool:
@@ -288,14 +281,14 @@ def _nothing_note(method: str) -> str:
 
 def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
     """Refuse a frame without depth or with depth in the wrong unit; a grid of its readings suffices."""
-    step = max(1, int(np.sqrt(frame.depth.size / DEPTH_CHECK_READINGS)))
+    step = max(1, int(np.sqrt(frame.depth.size / ENOUGH_SAMPLES)))
     some = frame.depth[::step, ::step]
     readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
-    _check_distance(readings[:: max(1, readings.size // DEPTH_CHECK_READINGS)], frame, frame.depth.size, "frame", config)
+    _check_distance(readings[:: max(1, readings.size // ENOUGH_SAMPLES)], frame, frame.depth.size, "frame", config)
 
 
-def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> float:
-    """Return the median in m of the readings (K,) at so many pixels of a part of the frame; refuse none, and a wrong unit."""
+def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
+    """Refuse a part of the frame of so many pixels without readings (K,) m, and one whose median tells of a wrong unit."""
     if not len(readings):
         raise InputError(
             f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
@@ -308,7 +301,6 @@ def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, confi
             "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
             code="depth-unit",
         )
-    return median
 
 
 def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:

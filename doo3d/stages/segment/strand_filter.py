@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from ...geometry.mask import bounding_box
-from ...geometry.noise import MAD_TO_DEVIATION
+from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import whittaker_smooth
 from ...kernels import nearest, neighbor_table, thin_pixels, trace_branches
 from ...types import Bools, Floats, Frame, Ints
@@ -48,9 +48,6 @@ TORN_RADII, MAX_TORN_SHARE = 2.5, 0.05
 MAX_IN_FRONT_SHARE = 0.2
 """Share of readings as far in front of the curve from which on the curve is not believed: what is torn lies behind."""
 
-OUTLIER_DEVIATIONS = 4.0
-"""Standard deviations, if more than TORN_RADII, beyond which a reading does not count."""
-
 SMOOTHING_RADII, SMOOTHING_NOISE_RADII = 2.4, 0.15
 """Length in radii over which noise of so many radii is smoothed; more noise over more length, by the square root."""
 
@@ -69,14 +66,8 @@ SURFACE_SMOOTHING_PX = 60.0
 SEEN_HEIGHT_RADII = 1.6
 """Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
 
-LYING_SPREAD_RADII = 0.35
-"""Radii; standard deviation of the height at which a lying strand is seen (0.65 to 0.85 of its thickness), and of the surface."""
-
 LYING_DEVIATIONS = 2.5
 """Deviations of the depth from that height at which a strand is held to lie on the surface with half the weight."""
-
-MIN_LYING_NOISE_RADII = 0.35
-"""Radii of noise from which on the surface beside a strand tells its depth better than the readings on it."""
 
 MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
 """Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
@@ -222,7 +213,7 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
     for _ in range(SMOOTHINGS):
         residual = filled - smooth
         deviation = min(deviation, _deviation(residual[at]))  # never more than before: what is smoothed too much looks noisy
-        cut = np.maximum(OUTLIER_DEVIATIONS * deviation, TORN_RADII * radius * smooth**2)
+        cut = np.maximum(DEVIATIONS * deviation, TORN_RADII * radius * smooth**2)
         inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
         noise = max(deviation / per_meter / radius, SMOOTHING_NOISE_RADII)
         length = SMOOTHING_RADII * radius_px * np.sqrt(noise / SMOOTHING_NOISE_RADII)
@@ -237,7 +228,7 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
         return np.zeros(len(value))
     if noise <= MAX_WAVES_RADII * radius and np.mean(behind > TORN_RADII * radius) <= MAX_TORN_SHARE:
         return np.zeros(len(value))
-    return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MIN_LYING_NOISE_RADII * radius else depth
+    return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MAX_WAVES_RADII * radius else depth
 
 
 def _running_median(values: Floats, half: int) -> Floats:
@@ -270,7 +261,7 @@ def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radi
     if surface is None:
         return depth
     height = surface - depth - SEEN_HEIGHT_RADII * radius
-    pull = noise**2 / (noise**2 + (LYING_SPREAD_RADII * radius) ** 2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
+    pull = noise**2 / (noise**2 + (MAX_WAVES_RADII * radius) ** 2) / (1 + (height / (LYING_DEVIATIONS * noise)) ** 2)
     return np.asarray(depth + uniform_filter1d(pull, 15, mode="nearest") * height)
 
 

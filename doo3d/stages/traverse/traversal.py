@@ -23,11 +23,9 @@ class Traversal:
     loop_length
         length of the small loops removed, which run around holes in the surface.
     trimmed_length
-        length cut off the ends of branches: at tips, where strands touch at junctions, and at corners.
+        length cut off the ends of branches: at tips, and where strands touch at junctions.
     notes
         messages to the user, one sentence each: that there were too many branches.
-    corners
-        number of corners at which paths were cut, since the object does not bend so sharply elsewhere.
     """
 
     paths: list[Path]
@@ -35,4 +33,3 @@ class Traversal:
     loop_length: float = 0.0
     trimmed_length: float = 0.0
     notes: tuple[str, ...] = ()
-    corners: int = 0

@@ -11,12 +11,12 @@ import numpy as np
 from ...config import TraverseConfig
 from ...geometry.mask import half_width_in
 from ...geometry.polyline import arc_length, moving_mean, resample, steps
+from ...geometry.radii import TOUCHING_RADII
 from ...kernels import first_clear
 from ...types import Floats, Path, Skeleton
 from .. import FrameContext
 from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
 from .contours import trace_contours
-from .corners import cut_corners
 from .traversal import Traversal
 
 SMOOTHING_RADII = 1.0
@@ -24,9 +24,6 @@ SMOOTHING_RADII = 1.0
 
 JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII = 1.0, 15.0
 """Radii cut at least and at most from a path where it meets a junction, whose pull bends it."""
-
-JUNCTION_CLEARANCE_RADII = 2.2
-"""Radii between paths at a junction up to which both are cut, since there their surfaces still touch."""
 
 TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
 """Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
@@ -93,8 +90,7 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
         trimmed_length += cut
         if len(trimmed) > 1:
             paths.append(Path(moving_mean(trimmed, window_half)))
-    parted = cut_corners(paths, context)
-    return Traversal(parted.paths, spur_length, loop_length, trimmed_length + parted.length, notes, parted.corners)
+    return Traversal(paths, spur_length, loop_length, trimmed_length, notes)
 
 
 def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:
@@ -114,7 +110,7 @@ def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: f
     """Return the points (P, D) of a branch without its ends, and the length cut off; no points where nothing is left.
 
     A free end is cut by `JUNCTION_TRIM_MIN_RADII`, which thinning draws into a corner of the surface. So is an end at a junction,
-    whose pull bends it, and on until it is `JUNCTION_CLEARANCE_RADII` from every other branch there, where the surfaces of two
+    whose pull bends it, and on until it is `TOUCHING_RADII` from every other branch there, where the surfaces of two
     strands no longer touch.
     """
     position = arc_length(points)
@@ -156,7 +152,7 @@ def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int,
         limits = [len(line) // 2 + 1 if branch.a == branch.b else most for (branch, _), line in zip(leaving, lines, strict=True)]
         near = [line[:most] for line in lines]
         bounds = np.cumsum([0, *map(len, near)])
-        first = first_clear(np.concatenate(near), bounds, np.array(counts), np.array(limits), JUNCTION_CLEARANCE_RADII * radius)
+        first = first_clear(np.concatenate(near), bounds, np.array(counts), np.array(limits), TOUCHING_RADII * radius)
         for (branch, end), distance, index in zip(leaving, distances, first.tolist(), strict=True):
             clear[branch.number, end] = float(distance[index])
     return clear

@@ -50,6 +50,12 @@ def test_the_depth_of_a_table_is_right_on_average():
     assert np.allclose(rendered.frame.depth * 1000, np.round(rendered.frame.depth * 1000), atol=1e-3)
 
 
+def test_a_cable_above_the_table_sinks_into_it_in_coarse_depth():
+    rendered = [render(cable_scene(0, 0.05, size=(640, 360)), name) for name in ("stereo", "coarse")]
+    wrong = [np.mean((each.frame.depth - each.exact)[each.mask & (each.frame.depth > 0)] > 0.01) for each in rendered]
+    assert wrong[1] > wrong[0] + 0.1
+
+
 def test_disparities_are_refined_below_a_pixel():
     """A plane that is shifted by a fraction of a pixel."""
     rng = np.random.default_rng(0)

@@ -11,7 +11,7 @@ from builders.errors import refuses
 from builders.sample_scene import LENGTH, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
-from doo3d.inputs.support.roles import frame_key, role_of
+from doo3d.inputs.support.listing import frame_key, role_of
 
 
 def with_camera(folder: Path, name: str = "camera.json") -> Path:

@@ -52,16 +52,16 @@ def radii(rng: Generator, size: Size) -> Scene | None:
     thin = thick * rng.uniform(*THIN_PARTS)
     middle = _middle(rng, studio, rng.uniform(0.47, 0.62))
     beside = 2 * np.sqrt(thick * thin) * 1.01
-    aside = beside + _fanned(rng, len(middle), rng.uniform(0.012, 0.05, 2))
+    aside = beside + _fanned(rng, len(middle), rng.uniform(0.015, 0.06, 2))
     axes = _beside(rng, middle, [np.zeros(len(middle)), rng.choice((-1.0, 1.0)) * aside], np.array([thick, thin]))
     return sound_scene(rng, studio, axes, np.array([thick, thin]), int(rng.integers(1, 3)))
 
 
 def bundle(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of four cables side by side, a third to a whole thickness apart. `size` is (width, height) px."""
-    studio, radius = make_studio(rng, size, (0.45, 0.64)), rng.uniform(0.0031, 0.0048)
+    studio, radius = make_studio(rng, size, (0.52, 0.66)), rng.uniform(0.0029, 0.004)
     middle = _middle(rng, studio, rng.uniform(0.4, 0.46))
-    gap = 2 * radius * rng.uniform(1.2, 1.5)
+    gap = 2 * radius * rng.uniform(1.35, 2.0)
     spread = gap + _fanned(rng, len(middle), gap * rng.uniform(0.3, 1.2, 2))
     four = np.full(4, radius)
     return sound_scene(
@@ -78,7 +78,7 @@ def _middle(rng: Generator, studio: Studio, length: float) -> Floats:
 
 def _fanned(rng: Generator, count: int, fans: Floats) -> Floats:
     """Return how far cables part along a curve of `count` points, from 0 in its middle to `fans` (2,) m at its ends."""
-    t, start, end = np.linspace(0, 1, count), *rng.uniform(0.2, 0.3, 2)
+    t, start, end = np.linspace(0, 1, count), *rng.uniform(0.2, 0.36, 2)
     return np.asarray(fans[0] * np.clip(1 - t / start, 0, 1) ** 2 + fans[1] * np.clip(1 - (1 - t) / end, 0, 1) ** 2)
 
 

@@ -11,10 +11,10 @@ from ..stacking import OWN_ARC_RADII
 STEP = 0.003
 """m between the points of a cable that settles."""
 
-ROUNDS, RESTING_ROUNDS, PUSHES = 220, 120, 3
+ROUNDS, RESTING_ROUNDS, PUSHES = 280, 100, 3
 """Rounds of falling and of coming to rest; times that strands are pushed apart in a round."""
 
-FALL_RADII, RELAXATION = 0.06, 1.6
+FALL_RADII, RELAXATION = 0.075, 1.6
 """Radii by which a cable falls in a round; factor of a push (successive over-relaxation)."""
 
 SMOOTHING_STEPS = (1, 2, 4, 8, 12)

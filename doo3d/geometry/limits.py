@@ -1,0 +1,10 @@
+"""Limits of time and memory that several steps share: beyond them a frame is refused or thinned, and the result says so."""
+
+MAX_CELLS = 2_000_000
+"""Pixels of a mask or voxels of a grid at most: thinning takes 150 bytes each. The object in a frame of 1280x720 has a tenth."""
+
+MAX_SAMPLES = 50_000
+"""Samples or segments of all strands of a frame at most: ten ropes of 10 m have a tenth of that; more take minutes."""
+
+AT_ONCE = 1 << 14
+"""Rows that are computed at once: with 26 neighbors of a few numbers each they fit into the cache."""
