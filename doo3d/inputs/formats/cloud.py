@@ -88,16 +88,14 @@ def _kind(path: Path) -> str | None:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
-    is_pcd = head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first)
-    is_npz = head.startswith(b"PK\x03\x04") and b".npy" in head
     lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
     rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
-    signs = {
+    signs: dict[str, object] = {
         "ply": re.match(rb"ply\s", head),
         "las": head.startswith(b"LASF"),
         "e57": head.startswith(b"ASTM-E57"),
-        "pcd": is_pcd,
-        "npz": is_npz,
+        "pcd": head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first),
+        "npz": head.startswith(b"PK\x03\x04") and b".npy" in head,
         "xyz": rows and _ROW.fullmatch(rows[0]),
     }
     if (kind := next((kind for kind, sign in signs.items() if sign), None)) is not None:
