@@ -115,6 +115,8 @@ class Layout:
         from path, frames and size of the depth images: the camera where no file beside the images has one; None: there is none.
     searched
         whether the camera is searched in files beside the images.
+    registered
+        whether depth images have the pixels of the color camera even if there are no color images.
     unit
         units of the depth images per metre.
     poses
@@ -133,6 +135,7 @@ class Layout:
     frames: Callable[[Path, ReadOptions, list[str]], list[Files]]
     camera: Callable[[Path, list[Files], Size | None], KnownCamera | None] | None = None
     searched: bool = False
+    registered: bool = False
     unit: float = DEFAULT_DEPTH_SCALE
     poses: Callable[[Path, ReadOptions, list[str]], Callable[[Files], Floats | Path | None]] = lambda path, options, notes: (
         lambda files: files.pose
@@ -170,9 +173,8 @@ class Layout:
         is_registered, found = color in (size, None), None
         if self.searched and (options.camera is None or options.depth_scale is None or not is_registered):
             try:
-                found = find_camera(
-                    root, size, color is not None and is_registered, folder, root.parent if folder == root else None
-                )
+                aligned = is_registered and (color is not None or self.registered)
+                found = find_camera(root, size, aligned, folder, root.parent if folder == root else None)
             except InputError:
                 if options.camera is None:
                     raise
