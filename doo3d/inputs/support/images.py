@@ -84,7 +84,7 @@ def first_size(files: Sequence[Path]) -> Size | None:
     One that announces more pixels than allowed is damaged, and only counts if all are.
     """
     sizes = [size for size in map(image_size, files[:_MAX_TRIED]) if size is not None]
-    return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), sizes[0] if sizes else None)
+    return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), next(iter(sizes), None))
 
 
 def is_image(path: Path) -> bool:
