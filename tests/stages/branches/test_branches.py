@@ -133,7 +133,7 @@ def test_the_shell_evaluates_trees(doo3d, tmp_path):
     )
     assert code == 0
     assert "1/1" in out
-    assert json.loads((tmp_path / "trees.json").read_text())["summary"]["all"]["right"] == 1
+    assert json.loads((tmp_path / "trees.json").read_text())["summary"]["all"]["objects_correct"] == 1
     code, _, err = doo3d("evaluate", "trees", "-c", "default")
     assert code != 0
     assert "merge.branches" in err
