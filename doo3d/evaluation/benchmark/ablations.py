@@ -136,11 +136,6 @@ ABLATIONS: dict[str, Ablation] = {
     "leftovers": Ablation(
         places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
     ),
-    "exchanges": Ablation(
-        places={f"{_STAGES}.branches.branches:exchanged": lambda chains, *_: (list(chains), ())},
-        modules=("stages.branches.exchanges",),
-        made_for=BRANCHED,
-    ),
     "tails": Ablation(
         places={f"{_STAGES}.branches.branches:without_tails": lambda chains, *_: (list(chains), False)},
         modules=("stages.branches.tails",),

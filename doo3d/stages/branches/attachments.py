@@ -12,15 +12,10 @@ from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .clouds import bridged_place, hidden_place
+from .costs import MISFIT_COST, TIP_COST
 from .necks import neck_share
 from .readings import JunctionContext, Meeting
-from .strands import FreeEnds, SampledChain, box_distances
-
-LAYER_COST = 300.0
-"""Cost units per sum of both radii by which the continuation of an end misses the axis of a strand, beyond the tolerance."""
-
-TIP_COST = 120.0
-"""Cost units of leaving an end free: an end is attached to a strand if the attachment costs less."""
+from .strands import NODE_RADII, FreeEnds, SampledChain, box_distances
 
 FREE_COST, UNKNOWN_COST = 20.0, 2.0
 """Cost units per mm (per px in 2-D) of the straight path from an end to a strand: in free space or over bare surface, and where
@@ -28,14 +23,11 @@ depth is missing."""
 
 MISS_FREE, CLOUD_MISS_FREE = 0.4, 0.7
 """Sums of radii by which the continuation of an end may miss a strand's axis without cost, in a frame or an image, and in a
-cloud, whose axes are less certain."""
+cloud, whose axes are less certain; from one sum of radii on up to two it grows in proportion to the distance."""
 
 DEPTH_FREE, DEPTH_SLOPE, MAX_SLOPE = 0.2, 0.5, 0.9
 """Depth between an end and a strand that does not count: in sums of radii, and as a share of the way to it. Depth is the least
 certain at ends, above all its slope; only that of ends that run along the view direction, cosine above the third, counts."""
-
-MISS_SLOPE = 0.4
-"""Tangent of the angle by which the continuation of an end may deviate without cost, from one sum of radii on up to two."""
 
 NECK_COST = 680.0
 """Cost units of a branch that narrows to nothing before it reaches its trunk, as a tip that only touches does."""
@@ -50,20 +42,8 @@ NEARNESS_COST, MISS_COST = 0.5, 20.0
 """Cost units per mm (per px in 2-D) from an end to an axis, and per sum of radii by which its continuation misses the axis.
 They choose, among the positions on a strand that fit an end, the nearest and straightest ahead."""
 
-END_CLEARANCE_RADII = 3.0
-"""Radii of the trunk from its own free end within which nothing branches off: there an end meets an end."""
-
-CURVATURE_PERSISTENCE = 0.7
-"""Share of its curvature that an end is expected to keep."""
-
-HIDDEN_COST = 120.0
-"""Cost units up to which an end is attached across a gap of a cloud."""
-
 HIDDEN_WEIGHT = 0.1
 """Weight of the gain of a junction across a gap of a cloud: it is taken where nothing else connects the end."""
-
-MAX_REACH_RADII = 40.0
-"""Radii beyond an end within which a strand is looked for."""
 
 
 @dataclass(frozen=True)
@@ -138,8 +118,7 @@ def _may_reach(ends: FreeEnds, strands: Sequence[SampledChain], context: Junctio
     widest = np.array([max(float(strand.radii.max()), strand.radius) for strand in strands])
     own = np.array([float(strand.widths.max()) for strand in strands])
     own = np.maximum(own, widest)[ends.strand][:, None]
-    reach = np.minimum(context.max_gap, MAX_REACH_RADII * own)
-    return np.asarray(box_distances(ends.points, strands) <= (1 + DEPTH_SLOPE) * reach + DEPTH_FREE * (own + widest))
+    return np.asarray(box_distances(ends.points, strands) <= (1 + DEPTH_SLOPE) * context.max_gap + DEPTH_FREE * (own + widest))
 
 
 def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
@@ -171,10 +150,9 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
         offset = _without_small_depth(offset, towards, both)
         tangent, curvature = _across(tangent, towards), curvature - (curvature @ towards) * towards
     distance = np.linalg.norm(offset, axis=1)
-    reach = min(context.max_gap, MAX_REACH_RADII * radius)
-    if distance.min() > reach:
+    if distance.min() > context.max_gap:
         return None
-    bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * CURVATURE_PERSISTENCE
+    bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * context.curvature_persistence
     ahead = offset @ tangent
     expected = np.clip(ahead, 0, None)[:, None] * tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * bend
     miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * tangent, axis=1)
@@ -182,14 +160,17 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
     unit_cost = 1000.0 if len(point) == 3 else 1.0
     behind = np.clip(-ahead - both, 0, None)
     # in an image an end beyond a strand crossed it
-    behind_cost = 2 * unit_cost * behind if len(point) == 3 else LAYER_COST * behind / both
+    behind_cost = 2 * unit_cost * behind if len(point) == 3 else MISFIT_COST * behind / both
     free = CLOUD_MISS_FREE if context.visibility is None else MISS_FREE
-    tolerance = free * both + MISS_SLOPE * np.clip(distance - both, 0, both)
-    cost = LAYER_COST * np.clip(miss - tolerance, 0, None) / both + unit_cost * shortfall + behind_cost
+    cost = (
+        MISFIT_COST * np.clip(miss - free * np.clip(distance, both, 2 * both), 0, None) / both
+        + unit_cost * shortfall
+        + behind_cost
+    )
     cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
     possible = cost < TIP_COST
     if not strand.closed:
-        possible &= np.minimum(strand.along, strand.length - strand.along) > END_CLEARANCE_RADII * strand.radii
+        possible &= np.minimum(strand.along, strand.length - strand.along) > NODE_RADII * strand.radii
     if not possible.any():
         return None
     i = int(np.where(possible, cost, np.inf).argmin())
@@ -208,11 +189,11 @@ def _cloud_attachments(end: End, strand: SampledChain, context: JunctionContext,
     gap = hidden_place(end.point, end.tangent, strand, context.max_gap) if hidden else None
     for found, weight, limit in (
         (bridged_place(end.point, end.tangent, end.radius, strand, context.surface), 1.0, TIP_COST),
-        (gap, HIDDEN_WEIGHT, HIDDEN_COST),
+        (gap, HIDDEN_WEIGHT, TIP_COST),
     ):
         if found is not None and found[1] < limit:
             at = float(strand.along[found[0]])
-            if not strand.is_near_end(at, END_CLEARANCE_RADII * float(strand.radii[found[0]])):
+            if not strand.is_near_end(at, NODE_RADII * float(strand.radii[found[0]])):
                 yield weight * (limit - found[1]), at
 
 

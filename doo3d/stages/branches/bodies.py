@@ -6,6 +6,7 @@ their radius.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,34 +17,16 @@ from scipy.spatial import cKDTree
 
 from ...geometry.polyline import unit
 from ...types import Floats
+from .costs import BRANCH_COST, MISFIT_COST, TURN_COST
 from .planar import planar_radius_change, planar_turn, radius_change
 from .readings import Meeting
-from .strands import SampledChain
+from .strands import ARM_RADII, MIN_ANGLE, SampledChain
 
-BODY_LAYER_COST = 200.0
-"""Cost units where the distance of the axes is a whole sum of radii from that of a branch (0), or of a crossing (one sum). It is
-less than for an end, since the lower strand is hidden there, and stereo cameras do not resolve layers of thin strands."""
-
-KINK_COST, SMOOTH_KINK = 300.0, 0.1
-"""Cost units per radian by which a strand that should go on smoothly bends at a place, and radians without cost."""
-
-PLANAR_TURN_COST = 100.0
-"""Cost units per radian by which one of two strands that cross in an image turns inside the other."""
-
-RADIUS_COST = 150.0
-"""Cost units per e-fold by which the radius of a strand changes where it should go on."""
-
-BRANCH_COST = 90.0
-"""Cost units of a branch where two strands might cross: crossings are more common than opposite branches."""
-
-MIN_CROSSING_SINE = 0.2
-"""Sine of the angle between two strands from which they count as crossing lines."""
+SMOOTH_KINK = 0.1
+"""Radians by which a strand that should continue smoothly may bend at a position without cost."""
 
 CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.65
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
-
-OWN_LENGTH_RADII = 12.0
-"""Radii along a strand from which on it may touch itself."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +80,13 @@ def body_meetings(strands: Sequence[SampledChain], viewpoint: Floats | None) -> 
         apart = _distance(first, p, second, q) / both
         towards = view_direction(contact, strands, viewpoint)
         if len(points[0]) == 3:
-            crossing, branch = BODY_LAYER_COST * max(0.0, 1 - apart), BRANCH_COST + BODY_LAYER_COST * min(apart, 1.0)
+            crossing, branch = MISFIT_COST * max(0.0, 1 - apart), BRANCH_COST + MISFIT_COST * min(apart, 1.0)
             for strand, position in ((first, at[0]), (second, at[1])):
-                crossing += KINK_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
-                crossing += RADIUS_COST * radius_change(strand, position)
+                crossing += MISFIT_COST * max(0.0, strand.kink(position, both, towards) - SMOOTH_KINK)
+                crossing += MISFIT_COST * radius_change(strand, position)
         else:
             place = (first, at[0], second, at[1])
-            crossing, branch = PLANAR_TURN_COST * planar_turn(*place) + RADIUS_COST * planar_radius_change(*place), BRANCH_COST
+            crossing, branch = TURN_COST * planar_turn(*place) + MISFIT_COST * planar_radius_change(*place), BRANCH_COST
         weight = np.array([first.radii[p] ** 2, second.radii[q] ** 2])
         middle = (weight[0] * points[0] + weight[1] * points[1]) / weight.sum()
         meetings.append(Meeting(crossing - branch, middle, ((a, at[0]), (b, at[1]))))
@@ -115,7 +98,7 @@ def _distance(first: SampledChain, p: int, second: SampledChain, q: int) -> floa
     offset = first.points[p] - second.points[q]
     if len(offset) == 3:
         normal = np.cross(first.direction(p), second.direction(q))
-        if np.linalg.norm(normal) > MIN_CROSSING_SINE:
+        if np.linalg.norm(normal) > math.sin(MIN_ANGLE):
             return abs(float(offset @ unit(normal)))
     return float(np.linalg.norm(offset))
 
@@ -133,7 +116,7 @@ def _nearest_samples(strands: Sequence[SampledChain]) -> Iterator[tuple[int, int
         return
     a, b = pairs.min(axis=1), pairs.max(axis=1)
     distance = np.linalg.norm(points[a] - points[b], axis=1)
-    own = (number[a] == number[b]) & (np.abs(along[a] - along[b]) < OWN_LENGTH_RADII * radii[a])
+    own = (number[a] == number[b]) & (np.abs(along[a] - along[b]) < ARM_RADII[1] * radii[a])
     chosen = (distance < factor * (radii[a] + radii[b])) & ~own
     a, b, distance = a[chosen], b[chosen], distance[chosen]
     if not len(a):

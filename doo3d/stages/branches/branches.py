@@ -13,15 +13,11 @@ from .attachments import end_meetings
 from .bodies import body_meetings
 from .clouds import gap_links
 from .elbows import bridges
-from .exchanges import exchanged
 from .joins import joined
 from .readings import JunctionContext
-from .strands import free_ends, strands_of
+from .strands import NODE_RADII, free_ends, strands_of
 from .tails import without_tails
 from .tree import choose, connected, cut, nodes_of, parted
-
-CROSSING_RADII = 3.0
-"""Radii of the thickest chain at a junction within which a crossing in the view is the junction itself."""
 
 MAX_CHAINS = 80
 """Chains at most, the longest, on which junctions are looked for, for time: a harness has 10 to 40."""
@@ -60,7 +56,7 @@ class Branched:
             for each in crossings
             if not any(
                 {each.upper.chain, each.lower.chain} <= {end.chain for end in junction.ends}
-                and ((each.point - junction.position) ** 2).sum() < (CROSSING_RADII * float(junction.radii.max())) ** 2
+                and ((each.point - junction.position) ** 2).sum() < (NODE_RADII * float(junction.radii.max())) ** 2
                 for junction in self.junctions
             )
         )
@@ -96,9 +92,6 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     )
     chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
     notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
-    if half_width is None:
-        chains, too_many = exchanged(chains, context.foreground.viewpoint, context.segment_length)
-        notes += too_many
     strands = strands_of(chains, half_width)
     ends = free_ends(chains, strands)
     view = JunctionContext.of([chain.joints for chain in chains], context, config)

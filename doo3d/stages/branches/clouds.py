@@ -17,19 +17,11 @@ from ...geometry.disjoint_set import DisjointSet
 from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from .. import FrameContext
-from .strands import FreeEnds, SampledChain
+from .costs import JOIN_COST, TURN_COST
+from .strands import MIN_ANGLE, FreeEnds, SampledChain
 
 GAP_COST = 0.3
 """Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
-
-TURN_COST = 100.0
-"""Cost units per radian of a turn across a gap, and of the angle between an end and what it points at."""
-
-JOIN_COST = 250.0
-"""Cost units up to which two ends are joined across a gap."""
-
-MIN_BRANCH_ANGLE = 0.35
-"""Smallest angle, radians, between a strand and the path to it across a gap: at less, the two run side by side."""
 
 BRIDGED_RADII = 12.0
 """Longest path of points from an end to another strand, in radii of the end."""
@@ -131,7 +123,7 @@ def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: 
         return None
     turn = angle(np.broadcast_to(tangent, offset.shape), offset)
     aside = angle(offset, np.gradient(strand.points, axis=0))
-    possible = (distance <= max_gap) & (np.minimum(aside, np.pi - aside) > MIN_BRANCH_ANGLE)
+    possible = (distance <= max_gap) & (np.minimum(aside, np.pi - aside) > MIN_ANGLE)
     cost = np.where(possible, 1000 * GAP_COST * distance + TURN_COST * turn, np.inf)
     best = int(cost.argmin())
     return best, float(cost[best])

@@ -15,7 +15,8 @@ from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
 from ...types import Chain, Floats
-from .clouds import GAP_COST, TURN_COST, hidden_place
+from .clouds import GAP_COST, hidden_place
+from .costs import TURN_COST
 from .strands import ARM_RADII, SampledChain
 
 MIN_TURN = 0.9
@@ -26,9 +27,6 @@ ELBOW_COST = 150.0
 
 BODY_COST = 30.0
 """Cost units added to a bridge from an elbow to a strand without an elbow."""
-
-CLEAR_RADII = 2.0
-"""Radii on both sides of an elbow that are left out when the directions of its arms are measured."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def _elbows(number: int, strand: SampledChain) -> Iterator[Elbow]:
     turned = []
     for low, high in [*gaps, *places]:
         middle, half = (strand.along[low] + strand.along[high]) / 2, (strand.along[high] - strand.along[low]) / 2
-        clear = float(half + CLEAR_RADII * strand.radius)
+        clear = float(half + ARM_RADII[0] * strand.radius)
         if min(middle, strand.length - middle) < clear + ARM_RADII[0] * strand.radius:
             continue
         before, after = strand.arm(float(middle), -1, clear), strand.arm(float(middle), 1, clear)

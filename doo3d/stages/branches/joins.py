@@ -10,10 +10,8 @@ from ...geometry.equal_segments import equal_segments
 from ...geometry.gap_path import gap_path
 from ...kernels import nearest
 from ...types import Bools, Chain, ChainEnd, Connection, Floats
+from .costs import JOIN_COST
 from .strands import FreeEnds, SampledChain
-
-NO_CONFIDENCE_COST = 250.0
-"""Cost units at which the confidence of a connection is 0."""
 
 
 def joined(
@@ -81,7 +79,7 @@ def _joined(
                 points.append(way)
                 radii.append(np.asarray(np.linspace(float(radii[-1][-1]), float(strand.radii[::step][0]), len(way))))
                 occluded.append(np.ones(len(way), dtype=bool))
-            places.append((points[-1][len(points[-1]) // 2], max(0.0, 1 - partner[left][1] / NO_CONFIDENCE_COST)))
+            places.append((points[-1][len(points[-1]) // 2], max(0.0, 1 - partner[left][1] / JOIN_COST)))
         points.append(strand.points[::step])
         radii.append(strand.radii[::step])
         occluded.append(strand.occluded[::step])

@@ -8,23 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...geometry.polyline import arc_length, resample, unit
+from ...geometry.radii import STEP_RADII
 from ...types import Floats
 from .. import Assembly, FrameContext
 from .clouds import Surface, bridged_place
-from .strands import SPACING_RADII, SampledChain
-
-BRANCH_COST = 60.0
-"""Cost units of a branch, added to the cost of the path to its strand, for an end that merging has joined."""
+from .costs import BRANCH_COST
+from .strands import ARM_RADII, NODE_RADII, SampledChain
 
 MIN_APART = 0.5
 """Smallest distance between the junctions of the two ends, in lengths of the gap between these: at one position the ends continue
 each other."""
-
-TANGENT_RADII = 8.0
-"""Radii of a piece over which the direction of its end is measured."""
-
-MIN_LENGTH_RADII = 4.0
-"""Length of the shortest part that is kept, in radii."""
 
 
 def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> list[Assembly]:
@@ -62,7 +55,7 @@ def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> lis
         assembly = result[i]
         strands = [_strand(each, context.radius) for number, each in enumerate(result) if number != i]
         if assembly.costs[k] > _branching_cost(assembly, k, strands, surface, context.radius):
-            result[i : i + 1] = [part for part in _parted(assembly, k) if _length(part) > MIN_LENGTH_RADII * context.radius]
+            result[i : i + 1] = [part for part in _parted(assembly, k) if _length(part) > NODE_RADII * context.radius]
         else:
             kept.add((id(assembly), k))
 
@@ -73,7 +66,7 @@ def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[SampledChain
     ends = assembly.pieces[gap], assembly.pieces[gap + 1][::-1]
     for piece in ends:
         along = arc_length(piece)
-        tangent = unit(piece[-1] - resample(piece, np.array([max(0.0, along[-1] - TANGENT_RADII * radius)]))[0])
+        tangent = unit(piece[-1] - resample(piece, np.array([max(0.0, along[-1] - ARM_RADII[1] * radius)]))[0])
         found = [(bridged_place(piece[-1], tangent, radius, strand, surface), strand) for strand in strands]
         costs = [math.inf if place is None else place[1] for place, _ in found]
         if min(costs, default=math.inf) == math.inf:
@@ -92,7 +85,7 @@ def _strand(assembly: Assembly, radius: float) -> SampledChain:
     for piece, path in zip(assembly.pieces[1:], assembly.gap_paths, strict=False):
         line = np.concatenate((line, path.points(radius), piece))
     along = arc_length(line)
-    at = np.linspace(0, along[-1], max(2, round(along[-1] / (SPACING_RADII * radius)) + 1))
+    at = np.linspace(0, along[-1], max(2, round(along[-1] / (STEP_RADII * radius)) + 1))
     points: Floats = resample(line, at)
     return SampledChain(points, at, np.full(len(at), radius), np.zeros(len(at), dtype=bool), radius, assembly.closed)
 

@@ -11,28 +11,15 @@ import numpy as np
 from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
-from .strands import SampledChain, across_view
+from .strands import ARM_RADII, INSIDE_DEPTH_RADII, SampledChain, across_view
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
 """Distances of the cuts: the first cut from the trunk's axis, in radii of the trunk; and from the trunk's surface, in radii of
 the branch, the end of the range of necks, and the end of the range in which the width of the branch is measured."""
 
 CELL_RADII, CELLS = 0.125, 32
-"""Spacing of the cuts, and of the positions of a cut, in radii of the branch; and number of positions on each side of the
-axis."""
-
-MAX_OFFSET_CELLS = 16
-"""Largest offset of the object from the branch's axis in a cut, in positions: beyond it the cut shows a gap. Ends are
-uncertain."""
-
-IN_FRONT_RADII = 2.5
-"""Radii of the trunk by which an occluder is nearer than the axes: stereo depth beside a strand is often that of its surface."""
-
-REACH_RADII = 14.0
-"""Length of the branch's axis that is examined, from its end, in radii of the branch: ends may overshoot into the trunk."""
-
-UNSURE_PIXELS = 1.0
-"""Pixels by which a branch may seem too narrow: the border of a mask is that uncertain."""
+"""Spacing of the cuts, and of the positions of a cut, in radii of the branch; and number of positions on each side of the axis.
+A cut that does not meet the object in the inner half of its positions shows a gap: ends are uncertain."""
 
 
 def neck_share(
@@ -60,7 +47,7 @@ def neck_share(
     place = trunk.at(at)
     surface = float(trunk.radii[int(np.abs(trunk.along - at).argmin())])
     towards = None if viewpoint is None else unit(place - viewpoint)
-    near = branch[: _samples_of(branch, trunk.radius_near(at, 1) + REACH_RADII * radius)]
+    near = branch[: _samples_of(branch, trunk.radius_near(at, 1) + ARM_RADII[1] * radius)]
     line, axis = (across_view(points - place, towards) for points in (near, trunk.points))
     inside = np.flatnonzero(np.linalg.norm(line, axis=1) <= surface + radius)
     line = line[inside[-1] + 1 if len(inside) else 0 :]
@@ -79,10 +66,10 @@ def neck_share(
     arcs = at + middle[:, None] + cell * np.arange(-CELLS, CELLS + 1)
     feet, across = _beside(trunk.along, axis, arcs, line[0], towards)
     points = place + feet + cuts[:, None, None] * across
-    is_beside = visibility.is_beside(points.reshape(-1, len(place)), IN_FRONT_RADII * surface).reshape(arcs.shape)
+    is_beside = visibility.is_beside(points.reshape(-1, len(place)), INSIDE_DEPTH_RADII * surface).reshape(arcs.shape)
     width = cell * np.array([_run_length(row) for row in ~is_beside])
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
-    missing = full - width[is_near].min() - UNSURE_PIXELS * visibility.pixel_at(place)
+    missing = full - width[is_near].min() - visibility.pixel_at(place)
     return float(np.clip(missing / (2 * radius), 0, 1))
 
 
@@ -129,5 +116,5 @@ def _run_length(is_object: Bools) -> int:
     """Return how many positions in a row of a cut are of the object: the longest row that lies at the branch's axis."""
     bounds = np.flatnonzero(np.diff(np.concatenate(([False], is_object, [False]))))
     first, end = bounds[::2], bounds[1::2]
-    near = (first <= CELLS + MAX_OFFSET_CELLS) & (end > CELLS - MAX_OFFSET_CELLS)
+    near = (first <= CELLS + CELLS // 2) & (end > CELLS - CELLS // 2)
     return int((end - first)[near].max(initial=0))

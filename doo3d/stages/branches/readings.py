@@ -51,12 +51,15 @@ class JunctionContext:
         the measured surface of a cloud without camera views; None for other data.
     max_gap
         m (px in 2-D), longest distance from an end to a strand.
+    curvature_persistence
+        share of its curvature that an end is expected to keep, 0 to 1, as in merging.
     """
 
     visibility: Visibility | None
     viewpoint: Floats | None
     surface: Surface | None
     max_gap: float
+    curvature_persistence: float
 
     @staticmethod
     def of(chains: Sequence[Floats], context: FrameContext, config: MergeConfig) -> JunctionContext:
@@ -65,4 +68,5 @@ class JunctionContext:
         if visibility is not None:
             visibility = visibility.with_bare_surface(chains, context.radius, context.foreground)
         max_gap = config.max_gap * context.gap_unit
-        return JunctionContext(visibility, context.foreground.viewpoint, Surface.of(context), max_gap)
+        surface, persistence = Surface.of(context), config.bending.curvature_persistence
+        return JunctionContext(visibility, context.foreground.viewpoint, surface, max_gap, persistence)

@@ -8,33 +8,34 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...geometry.limits import MAX_SAMPLES
 from ...geometry.polyline import angle, arc_length, resample, unit
+from ...geometry.radii import STEP_RADII
 from ...kernels import end_tangents
 from ...types import Bools, Chain, Floats, Ints
 
-SPACING_RADII = 0.4
-"""Radii between the samples of a strand."""
-
-MAX_SAMPLES = 50_000
-"""Most samples of all strands of a frame; a harness has a tenth of that. Beyond it the spacing grows."""
-
-TANGENT_RADII, TANGENT_SEGMENTS = 8.0, 4.0
-"""Length over which tangent and curvature of an end are measured: in radii, and at least so many segments."""
-
 ARM_RADII = (2.0, 8.0)
-"""Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured."""
+"""Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured. The second
+is also the length over which tangent and curvature are measured, and that from which on a strand may touch itself."""
+
+MIN_STEPS = 4
+"""Fewest samples, or segments, over which tangent and curvature are measured."""
+
+NODE_RADII = 3.0
+"""Distance from a junction or a tip, in radii of the strand, within which all belongs to it: a crossing in the view, a second
+junction, a rest of a strand, a tail, a branch at the tip of its trunk. Detected trees are scored with the same distance."""
+
+MIN_ANGLE = 0.35
+"""Smallest angle, radians, at which one strand crosses another or leads to it: at less, the two run side by side."""
 
 INSIDE_DEPTH_RADII = 2.0
 """Largest difference in depth, in sums of radii, of a strand inside another: depth is uncertain where strands merge."""
 
-PART_RADII = 0.7
-"""Distance from the surface of a trunk to the axis of a branch, in radii of the branch, up to which the branch is inside."""
+JUNCTION_RADII = 0.8
+"""Distance up to which a branch is inside its trunk, from the surface of that, in radii of the branch; and from a junction, in
+radii of the strand, within which the axis of a piece is replaced by a straight line to it."""
 
 HalfWidth = Callable[[Floats], Floats]
-
-
-KINK_RADII, MIN_KINK_SAMPLES = 10.0, 4
-"""Length on one side of a position, in radii, over which direction and curvature are measured; and the fewest samples of it."""
 
 
 @dataclass(frozen=True)
@@ -136,11 +137,11 @@ class SampledChain:
         -------
         (D,) unit; None if the side is too short to measure.
         """
-        length = KINK_RADII * self.radius
+        length = ARM_RADII[1] * self.radius
         points = across_view(self.points, towards)
         offset = side * (self.along - position)
         chosen = points[(offset >= clear) & (offset <= clear + length)]
-        if len(chosen) < MIN_KINK_SAMPLES:
+        if len(chosen) < MIN_STEPS:
             return None
         line = np.ascontiguousarray(chosen if side < 0 else chosen[::-1])
         tangents, curvatures = end_tangents(line, np.array([0, len(line)]), length)
@@ -194,7 +195,7 @@ def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain, viewpoi
 
 
 def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
-    """Tell which samples of a strand lie inside another strand, or within PART_RADII (0.7) radii of its surface.
+    """Tell which samples of a strand lie inside another strand, or within JUNCTION_RADII (0.7) radii of its surface.
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None =
         offset = other.points[nearest] - strand.points
         depth = (offset * towards).sum(axis=1)
         offset = offset - depth[:, None] * towards
-    is_inside = np.linalg.norm(offset, axis=1) < other.radii[nearest] + PART_RADII * strand.radius
+    is_inside = np.linalg.norm(offset, axis=1) < other.radii[nearest] + JUNCTION_RADII * strand.radius
     return is_inside & (np.abs(depth) < INSIDE_DEPTH_RADII * (other.radii[nearest] + strand.radius)), nearest
 
 
@@ -233,7 +234,7 @@ def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> 
     for chain in chains:
         radius = chain.radius if chain.radius > 0 else chain.segment_length
         along = arc_length(chain.joints)
-        at = np.linspace(0, along[-1], max(2, round(along[-1] / max(SPACING_RADII * radius, least_spacing)) + 1))
+        at = np.linspace(0, along[-1], max(2, round(along[-1] / max(STEP_RADII * radius, least_spacing)) + 1))
         segment = np.minimum((at / chain.segment_length).astype(int), len(chain.occluded) - 1)
         measured = np.where(np.isfinite(chain.radii) & (chain.radii > 0), chain.radii, radius)
         radii = np.interp(at, along, measured)
@@ -277,7 +278,7 @@ def free_ends(chains: Sequence[Chain], strands: Sequence[SampledChain]) -> FreeE
     """Measure position, tangent and curvature of the ends of all open chains; strands : the same chains as samples."""
     tangents, curvatures = [], []
     for chain, strand in zip(chains, strands, strict=True):
-        window = max(TANGENT_RADII * strand.radius, TANGENT_SEGMENTS * chain.segment_length)
+        window = max(ARM_RADII[1] * strand.radius, MIN_STEPS * chain.segment_length)
         both = end_tangents(np.ascontiguousarray(chain.joints), np.array([0, len(chain.joints)]), window)
         tangents.append(both[0])
         curvatures.append(both[1])

@@ -7,14 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...types import Chain, Floats
-from .strands import INSIDE_DEPTH_RADII, SampledChain, box_distances, inside
+from .strands import INSIDE_DEPTH_RADII, NODE_RADII, SampledChain, box_distances, inside
 from .tree import stretch_of
-
-TAIL_RADII = 2.5
-"""Length of the shortest tail, in sums of radii: a shorter stretch is the end of a branch, or a tip that overlaps the strand."""
-
-REST_RADII = 6.0
-"""Length of a strand that must remain, in radii."""
 
 
 def without_tails(
@@ -47,11 +41,11 @@ def without_tails(
             near = np.flatnonzero(distances[2 * number + side] <= widths + _reach(0.0, strand.radius)).tolist()
             others = (strands[k] for k in near if k != number and bounds[k] == [0.0, strands[k].length])
             tail = max((_tail(strand, side, other, viewpoint) for other in others), default=0.0)
-            if 0 < tail < strand.length - REST_RADII * strand.radius:
+            if 0 < tail < strand.length - NODE_RADII * strand.radius:
                 bounds[number][side] += tail if side == 0 else -tail
     result = []
     for chain, strand, (low, high) in zip(chains, strands, bounds, strict=True):
-        is_cut = (low, high) != (0.0, strand.length) and high - low > REST_RADII * strand.radius
+        is_cut = (low, high) != (0.0, strand.length) and high - low > NODE_RADII * strand.radius
         result.append((stretch_of(chain, strand, low, high, length) if is_cut else None) or chain)
     return result, any(one is not other for one, other in zip(chains, result, strict=True))
 
@@ -74,4 +68,4 @@ def _tail(strand: SampledChain, side: int, other: SampledChain, viewpoint: Float
     if not len(outside) or other.is_near_end(float(other.along[nearest[0]]), both):
         return 0.0
     length = float(outside[0]) * strand.length / (len(strand.points) - 1)
-    return length if length > TAIL_RADII * both else 0.0
+    return length if length > NODE_RADII * both else 0.0

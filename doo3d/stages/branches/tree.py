@@ -14,16 +14,7 @@ from ...kernels import nearest
 from ...types import Bools, Chain, Connection, Floats, Junction, LinearObject
 from .objects import Node, Piece, assembled
 from .readings import Meeting
-from .strands import FreeEnds, SampledChain, stretch_inside
-
-MERGE_RADII = 2.0
-"""Distance along a strand, in its radii, within which two junctions are one."""
-
-JUNCTION_RADII = 0.8
-"""Distance from a junction, in radii of the strand, within which the axis of a piece is replaced by a straight line to it."""
-
-MIN_PIECE_RADII = 2.5
-"""Length of the shortest piece that is kept, in radii of its strand."""
+from .strands import JUNCTION_RADII, NODE_RADII, FreeEnds, SampledChain, stretch_inside
 
 
 def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> list[Meeting]:
@@ -116,7 +107,7 @@ def parted(
         bounds = [0.0, *(value for stretch in sorted(inside[number]) for value in stretch), strand.length]
         for low, high in zip(bounds[::2], bounds[1::2], strict=True):
             kept = (strand.along > low) & (strand.along < high)
-            if high - low > MIN_PIECE_RADII * strand.radius and kept.sum() > 1:
+            if high - low > NODE_RADII * strand.radius and kept.sum() > 1:
                 joints = equal_segments(strand.points[kept], length)
                 if len(joints) > 1:
                     result.append(part_of(joints, chain, strand, low, high, length))
@@ -135,7 +126,7 @@ def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[SampledChain]) -
     ends = [] if meeting.end is None else [meeting.end]
     for node in nodes:
         for strand, at in meeting.bodies:
-            limit = max(MERGE_RADII * strands[strand].radius, strands[strand].length / max(len(strands[strand].along), 1))
+            limit = max(NODE_RADII * strands[strand].radius, strands[strand].length / max(len(strands[strand].along), 1))
             if strand in node.bodies and abs(node.bodies[strand] - at) < limit:
                 node.gains.append(meeting.gain)
                 node.bodies = {**dict(meeting.bodies), **node.bodies}
@@ -204,7 +195,7 @@ def _pieces(
         for side, node in enumerate((first, last)):
             if node is not None:
                 line = _led_to(nodes[node].position, line, side, JUNCTION_RADII * strand.radius)
-        is_stub = None in (first, last) and high - low < MIN_PIECE_RADII * strand.radius
+        is_stub = None in (first, last) and high - low < NODE_RADII * strand.radius
         joints = equal_segments(line, length)
         if len(joints) >= 2 and not is_stub:
             pieces.append(Piece(part_of(joints, chain, strand, low, high, length), (first, last)))

@@ -180,26 +180,6 @@ def through(*corners, radius=0.004):
     return Chain(equal_segments(path[np.concatenate(([True], np.diff(path, axis=0).any(axis=1)))], STEP), STEP, radius)
 
 
-def test_strands_that_were_followed_into_each_other_are_exchanged_where_they_cross():
-    """Two strands that touch and turn back, where each goes straight on in the other, cross there."""
-    above = through([-0.15, 0.06, 0.492], [-0.006, 0.002, 0.492], [0.006, 0.002, 0.5], [0.15, 0.06, 0.5])
-    below = through([-0.15, -0.06, 0.5], [-0.006, -0.002, 0.5], [0.006, -0.002, 0.492], [0.15, -0.06, 0.492])
-    result = found(above, below)
-    assert not result.junctions
-    assert len(result.chains) == 2
-    ends = sorted(sorted((each.joints[0], each.joints[-1]), key=lambda joint: joint[0])[0][1] for each in result.chains)
-    assert np.allclose(ends, (-0.06, 0.06), atol=0.005)
-    for each in result.chains:
-        assert np.sign(each.joints[0][1]) == -np.sign(each.joints[-1][1])
-
-
-def test_strands_that_run_side_by_side_are_not_exchanged():
-    upper = through([-0.15, 0.03, 0.5], [-0.05, 0.004, 0.5], [0.05, 0.004, 0.5], [0.15, 0.03, 0.5])
-    lower = through([-0.15, -0.03, 0.5], [-0.05, -0.0045, 0.5], [0.05, -0.0045, 0.5], [0.15, -0.03, 0.5])
-    result = found(upper, lower)
-    assert [np.sign(each.joints[0][1]) == np.sign(each.joints[-1][1]) for each in result.chains] == [True, True]
-
-
 def test_tails_inside_a_trunk_are_cut_off_though_depth_places_them_in_front():
     """The chain of the branch runs 7 cm inside the trunk as the camera sees it, past the place where it enters."""
     branch = through([0.06, 0.1, 0.492], [0.05, 0.0, 0.492], [-0.02, 0.001, 0.492], radius=0.003)
