@@ -11,7 +11,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ...geometry.noise import MAD_TO_DEVIATION
+from ...geometry.noise import MAD_TO_DEVIATION, SAMPLES
 from ...kernels import color_bands, mask_parts
 from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
@@ -28,9 +28,6 @@ MAX_COVERED = 0.25
 
 BLUR = (0.02192, 0.22851, 0.49915, 0.22851, 0.02192)
 """Weights of the blur that removes the camera's noise of color: a Gaussian of 0.8 px."""
-
-NOISE_SAMPLES = 4000
-"""Pixels of some rows that the deviation of the surface's color is measured at, about: 2 % accurate."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
@@ -177,7 +174,7 @@ def _other_things(selected: Bools, told: Bools, bands: _Parts, strands: Ints, co
 
 def _hue(color: Array, pixels: Ints) -> Floats:
     """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices."""
-    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // NOISE_SAMPLES)]]
+    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // SAMPLES)]]
     return np.asarray(np.median(cv2.cvtColor(some[None], cv2.COLOR_RGB2LAB)[0, :, 1:], axis=0))
 
 
@@ -210,7 +207,7 @@ def _halved(image: Array) -> Array:
 def _deviation(color: Array, around: Array) -> Floats:
     """Return the robust standard deviation (3,) of the blurred image from the surface's color, given on a smaller image."""
     height, width = color.shape[:2]
-    step = max(1, round((height * width / NOISE_SAMPLES) ** 0.5 / 2))
+    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
     v, u = np.arange(2, height - 2, 4 * step), np.arange(2, width - 2, step)
     rows = cv2.cvtColor(color[(v[:, None] + np.arange(-2, 3)).ravel()], cv2.COLOR_RGB2LAB).reshape(len(v), 5, width, 3)
     along = np.tensordot(np.array(BLUR, np.float32), rows, (0, 1))

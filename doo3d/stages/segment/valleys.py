@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 
+from ...geometry.noise import SAMPLES
 from ...types import Array, Bools
 from .wide_stretches import close_gaps
 
@@ -43,9 +44,6 @@ MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
 MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
 """Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
 of the mask is no bundle, and to measure it takes seconds."""
-
-MAX_VALUES = 2000
-"""Pixels at most from which the contrast within a mask is estimated."""
 
 
 def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
@@ -111,7 +109,7 @@ def shade_strands(
     elif depth is not None:
         shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
     values = shade[part]
-    low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
+    low, middle, high = np.percentile(values[:: max(1, len(values) // SAMPLES)], (10, 50, 90))
     contrast = (high - low) / 2
     if contrast < (MIN_CONTRAST if color is not None else MIN_NEARNESS):
         return _equal_widths(part, radius, widest) if equal_widths else None
