@@ -51,7 +51,7 @@ FIXED = {
     "traverse.min_bridge": "3 radii",
     "traverse.max_trim": "15 radii",
     "traverse.trim": "1 radius",
-    "traverse.separation": "none: paths are cut by a radius at junctions",
+    "traverse.separation": "2.2 radii",
     "prune.width_over_voxel": "1.5 voxels (set prune.width instead)",
     "merge.open_reach": "2 radii",
     "merge.border": "8 radii",

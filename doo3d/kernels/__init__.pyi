@@ -295,6 +295,30 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     (J, D) float64, m.
     """
 
+def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
+    """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
+
+    A point is clear if it is farther than `clearance` from the first points of every other line, as many as are looked through of
+    its own line. The time grows in proportion to the points, unless many of them lie within `clearance` of each other.
+
+    Parameters
+    ----------
+    points
+        (N, D) float64, D = 2 or 3, the points of L lines, one line after the other, each from the common place on
+    bounds
+        (L + 1,) int64, row of the first point of each line; the last entry is the end of the last line
+    counts
+        (L,) int64 >= 1, number of points of each line to look through, and of each other line to compare them with
+    limits
+        (L,) int64, number of points of each line that others are compared with at most
+    clearance
+        distance in the unit of the points, 0 or more
+
+    Returns
+    -------
+    (L,) int64, index within each line; that of the last point looked through if none is clear.
+    """
+
 def is_simple(bits: int) -> bool:
     """Tell whether a voxel can be deleted without changing the topology (numbers of components, loops and cavities).
 

@@ -118,6 +118,7 @@ ABLATIONS: dict[str, Ablation] = {
     "cut between touching strands": Ablation(places={f"{_STAGES}.voxelize:BETWEEN_RADII": math.inf}),
     "small loops": Ablation(places={f"{_STAGES}.traverse.branch_graph:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.branch_graph:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
+    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
     "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),

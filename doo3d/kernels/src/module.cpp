@@ -1,6 +1,7 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
+void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
@@ -26,6 +27,7 @@ void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
+    bind_clearance(m);
     bind_closing(m);
     bind_color_bands(m);
     bind_cross_sections(m);

@@ -11,23 +11,28 @@ import numpy as np
 from ...config import TraverseConfig
 from ...geometry.mask import half_width_in
 from ...geometry.polyline import arc_length, moving_mean, resample, steps
+from ...geometry.radii import TOUCHING_RADII
+from ...kernels import first_clear
 from ...types import Floats, Path, Skeleton
 from .. import FrameContext
-from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, build_graph
+from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
 from .contours import trace_contours
 from .traversal import Traversal
 
 SMOOTHING_RADII = 1.0
 """Radii; half-width of the moving mean that takes the voxel steps out of a path."""
 
-TRIM_RADII = 1.0
-"""Radii cut from both ends of a path: as far as the surface of another strand, or the corner of an end, pulls the skeleton."""
+JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII = 1.0, 15.0
+"""Radii cut at least and at most from a path where it meets a junction, whose pull bends it."""
 
-TIP_TRIM_FRACTION = 0.2
-"""Fraction of a branch cut at most at a free end, so that a part of every branch stays."""
+TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
+"""Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
 
 MAX_BRANCHES = 3000
 """Branches at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than a hundred."""
+
+_ClearLengths = dict[tuple[int, int], float]
+"""(number of a branch, 0 for its first end or 1 for its last) -> length, m (px in 2-D)."""
 
 
 def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
@@ -78,8 +83,10 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
         else:
             loop_length += float(length)
     branches, notes = _longest([branch for branch in graph.branches if not graph.is_loop(branch)])
+    points = {branch.number: graph.all_points(branch) for branch in branches}
+    clear = _clear_lengths(graph, branches, points, context.radius)
     for branch in branches:
-        trimmed, cut = _trim_branch(branch, graph.all_points(branch), context.radius)
+        trimmed, cut = _trim_branch(branch, points[branch.number], clear, context.radius)
         trimmed_length += cut
         if len(trimmed) > 1:
             paths.append(Path(moving_mean(trimmed, window_half)))
@@ -99,19 +106,53 @@ def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:
     return [branches[i] for i in np.sort(order[:MAX_BRANCHES])], (note,)
 
 
-def _trim_branch(branch: Branch, points: Floats, radius: float) -> tuple[Floats, float]:
+def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: float) -> tuple[Floats, float]:
     """Return the points (P, D) of a branch without its ends, and the length cut off; no points where nothing is left.
 
-    Both ends are cut by `TRIM_RADII`: thinning draws a free end into a corner of the surface, and a junction pulls at branches.
+    A free end is cut by `JUNCTION_TRIM_MIN_RADII`, which thinning draws into a corner of the surface. So is an end at a junction,
+    whose pull bends it, and on until it is `TOUCHING_RADII` from every other branch there, where the surfaces of two
+    strands no longer touch.
     """
     position = arc_length(points)
     length = float(position[-1])
-    cut = [
-        min(TRIM_RADII * radius, TIP_TRIM_FRACTION * length) if node == FREE_END else TRIM_RADII * radius
-        for node in (branch.a, branch.b)
-    ]
+    cut = [0.0, 0.0]
+    for end, node in enumerate((branch.a, branch.b)):
+        if node == FREE_END:
+            cut[end] = min(JUNCTION_TRIM_MIN_RADII * radius, TIP_TRIM_FRACTION * length)
+        else:
+            cut[end] = max(JUNCTION_TRIM_MIN_RADII * radius, min(clear[branch.number, end], JUNCTION_TRIM_FRACTION * length))
     if cut[0] + cut[1] >= length:
         return points[:0], length
     low, high = cut[0], length - cut[1]
     ends = resample(points, np.array([low, high]))
     return np.concatenate((ends[:1], points[(position > low) & (position < high)], ends[1:])), cut[0] + cut[1]
+
+
+def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int, Floats], radius: float) -> _ClearLengths:
+    """Return the length at each end at a node until the branch is clear of all others there, at most `JUNCTION_TRIM_MAX_RADII`.
+
+    points : number of each branch -> its points (P, D), those of its nodes too. Both ends of a branch at one node count as two
+    branches, each up to the middle.
+    """
+    clear: _ClearLengths = {}
+    at_node: dict[int, list[tuple[Branch, int]]] = {}
+    for branch in branches:
+        for end, node in enumerate((branch.a, branch.b)):
+            if node != FREE_END:
+                at_node.setdefault(node, []).append((branch, end))
+    for leaving in at_node.values():
+        lines, distances = [], []
+        for branch, end in leaving:
+            own = points[branch.number]
+            position = arc_length(own)
+            lines.append(own if end == 0 else own[::-1])
+            distances.append(position if end == 0 else position[-1] - position[::-1])
+        counts = [int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1 for distance in distances]
+        most = max(counts)
+        limits = [len(line) // 2 + 1 if branch.a == branch.b else most for (branch, _), line in zip(leaving, lines, strict=True)]
+        near = [line[:most] for line in lines]
+        bounds = np.cumsum([0, *map(len, near)])
+        first = first_clear(np.concatenate(near), bounds, np.array(counts), np.array(limits), TOUCHING_RADII * radius)
+        for (branch, end), distance, index in zip(leaving, distances, first.tolist(), strict=True):
+            clear[branch.number, end] = float(distance[index])
+    return clear

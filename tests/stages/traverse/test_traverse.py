@@ -81,6 +81,16 @@ def test_arms_that_meet_are_a_path_each(dim, count):
         check_ordered(nearest, arm, skip=8 * RADIUS)
 
 
+def test_paths_stop_where_strands_touch():
+    """At a flat X the paths end where the surfaces part, and no two paths come nearer than that."""
+    paths = run(spoke(0), spoke(180), spoke(70), spoke(250))
+    assert len(paths) == 4
+    ends = [end for path in paths for end in path.points[[0, -1]]]
+    inner = sorted(ends, key=np.linalg.norm)[:4]
+    gaps = [np.linalg.norm(a - b) for i, a in enumerate(inner) for b in inner[:i]]
+    assert min(gaps) > 1.8 * RADIUS
+
+
 @both
 def test_a_line(dim):
     (path,) = run(spoke(25, 0.3), dim=dim)

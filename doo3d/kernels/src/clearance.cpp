@@ -1,0 +1,120 @@
+// Clearance of paths that leave one place from each other.
+#include "arrays.h"
+
+#include <algorithm>
+#include <array>
+
+namespace {
+
+// Cells per axis on each side of a point's cell that may hold points within the clearance.
+constexpr Index REACH_CELLS = 1;
+
+// Some of the points, sorted into cells whose edge is the clearance or longer.
+class Cells {
+public:
+    // edge grows until the number of cells is in proportion to the points
+    Cells(const Matrix<double>& points, const std::vector<Index>& rows, double clearance)
+        : points_(points), dim_(points.shape(1)), edge_(clearance * (1 + 1e-9)) {
+        std::array<double, 3> high{};
+        for (Index d = 0; d < dim_; ++d) {
+            low_[d] = INFINITY;
+            high[d] = -INFINITY;
+            for (const Index row : rows) {
+                low_[d] = std::min(low_[d], points(row, d));
+                high[d] = std::max(high[d], points(row, d));
+            }
+            if (rows.empty()) low_[d] = high[d] = 0.0;
+            edge_ = std::max(edge_, (high[d] - low_[d]) / 1e6);
+        }
+        if (!(edge_ > 0)) edge_ = 1.0;
+        for (;; edge_ *= 2) {
+            double cells = 1.0;
+            for (Index d = 0; d < dim_; ++d) cells *= std::floor((high[d] - low_[d]) / edge_) + 1;
+            if (cells <= 4.0 * double(rows.size()) + 64.0) break;
+        }
+        for (Index d = 0; d < dim_; ++d) shape_[d] = Index((high[d] - low_[d]) / edge_) + 1;
+        start_.assign(shape_[0] * shape_[1] * shape_[2] + 1, 0);
+        std::vector<Index> cell(rows.size());
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            for (Index d = 0; d < dim_; ++d) cell[k] = cell[k] * shape_[d] + Index((points(rows[k], d) - low_[d]) / edge_);
+            ++start_[cell[k] + 1];
+        }
+        for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+        std::vector<Index> filled(start_.begin(), start_.end() - 1);
+        order_.resize(rows.size());
+        for (std::size_t k = 0; k < rows.size(); ++k) order_[filled[cell[k]]++] = rows[k];
+    }
+
+    // Tell whether `near` holds for a point in the cells around a point.
+    template <class Near>
+    bool any(const double* point, const Near& near) const {
+        std::array<Index, 3> first{0, 0, 0}, last{0, 0, 0};
+        for (Index d = 0; d < dim_; ++d) {
+            const double cell = std::floor((point[d] - low_[d]) / edge_);
+            if (!(cell >= -1 && cell <= double(shape_[d]))) return false;
+            first[d] = std::max<Index>(Index(cell) - REACH_CELLS, 0);
+            last[d] = std::min<Index>(Index(cell) + REACH_CELLS, shape_[d] - 1);
+        }
+        for (Index a = first[0]; a <= last[0]; ++a) {
+            for (Index b = first[1]; b <= last[1]; ++b) {
+                const Index row = (a * shape_[1] + b) * shape_[2];
+                for (Index k = start_[row + first[2]]; k < start_[row + last[2] + 1]; ++k) {
+                    if (near(order_[k])) return true;
+                }
+            }
+        }
+        return false;
+    }
+
+private:
+    const Matrix<double>& points_;
+    Index dim_;
+    double edge_;
+    std::array<double, 3> low_{};
+    std::array<Index, 3> shape_{1, 1, 1};
+    std::vector<Index> start_, order_;
+};
+
+auto first_clear(Matrix<double> points, Vector<Index> bounds, Vector<Index> counts, Vector<Index> limits, double clearance) {
+    const Index size = points.shape(0), dim = points.shape(1), lines = counts.shape(0);
+    require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
+    require(Index(bounds.shape(0)) == lines + 1 && Index(limits.shape(0)) == lines, "bounds, counts and limits do not fit each other");
+    require(clearance >= 0 && std::isfinite(clearance), "clearance is not finite and 0 or more");
+    std::vector<Index> line(size, -1), rows;
+    for (Index e = 0; e < lines; ++e) {
+        require(bounds(e) >= 0 && bounds(e) < bounds(e + 1) && bounds(e + 1) <= size, "bounds do not increase from 0 to N");
+        require(counts(e) > 0, "a count is not 1 or more");
+        for (Index row = bounds(e); row < bounds(e + 1); ++row) {
+            for (Index d = 0; d < dim; ++d) require(std::isfinite(points(row, d)), "a coordinate is not finite");
+            line[row] = e;
+            if (row - bounds(e) < limits(e)) rows.push_back(row);
+        }
+    }
+    std::vector<Index> first(lines);
+    if (lines == 0) return to_numpy(std::move(first));
+    const Cells cells(points, rows, clearance);
+    for (Index e = 0; e < lines; ++e) {
+        const Index count = counts(e), own = std::min(count, bounds(e + 1) - bounds(e));
+        first[e] = own - 1;
+        for (Index i = 0; i < own; ++i) {
+            const double* point = points.data() + (bounds(e) + i) * dim;
+            const bool close = !rows.empty() && cells.any(point, [&](Index row) {
+                const Index other = line[row];
+                return other != e && row - bounds(other) < count &&
+                       !(std::sqrt(squared_distance(point, points.data() + row * dim, dim)) > clearance);
+            });
+            if (!close) {
+                first[e] = i;
+                break;
+            }
+        }
+    }
+    return to_numpy(std::move(first));
+}
+
+}  // namespace
+
+void bind_clearance(nb::module_& m) {
+    m.def("first_clear", &first_clear, "points"_a.noconvert(), "bounds"_a.noconvert(), "counts"_a.noconvert(), "limits"_a.noconvert(),
+          "clearance"_a);
+}
