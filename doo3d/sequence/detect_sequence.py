@@ -22,17 +22,15 @@ from ..types import Array, Chain, Cloud, Connection, Detection, Frame
 from ..types.arguments import refused
 from .given_length import length_notes
 from .junctions import assemble, join_shapes
-from .objects import SequenceObject, find_objects
+from .objects import CONTEXT, SequenceObject, find_objects
 from .observations import Observation, observe, runs
 from .registration import exact_lengths
 from .second_pass import Shape, follow
 from .topology import trees_of
+from .tracking import FRAME_RATE
 
-WINDOW, CONTEXT = 300, 90
-"""Frames of a window, and further frames that are read before and after it: 10 s and 3 s of video."""
-
-FRAME_RATE = 30.0
-"""Frames per second of captures without times."""
+WINDOW = 300
+"""Frames of a window: 10 s of video."""
 
 BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
 """Note of a frame in which an object is missing between frames that show it."""

@@ -6,11 +6,7 @@ from collections.abc import Sequence
 
 from ..config import Config
 from .objects import MIN_FRAMES, find_objects
-from .observations import Observation
-
-MAX_DIFFERENCE = 0.02
-"""Largest relative difference between given and measured length without a note: the spread of one object's length over frames, as
-in `objects`. A difference of one segment is always allowed, since chains have whole segments."""
+from .observations import LENGTH_ERROR, Observation
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
@@ -31,7 +27,7 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     )
     segment = config.fit.segment_length
     lengths = [item.length for item in measured if item.nodes == (None, None)]
-    other = [length for length in lengths if abs(length - given) > max(segment, MAX_DIFFERENCE * given)]
+    other = [length for length in lengths if abs(length - given) > max(segment, LENGTH_ERROR * given)]
     if not other:
         return ()
     found = " and ".join(f"{length:.3f} m" for length in other)

@@ -9,28 +9,23 @@ import numpy as np
 
 from ..config import Config, TrackingConfig
 from ..types import Chain, Floats
-from .observations import Observation
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .topology import OPEN, ChainInFrame, Nodes, Pattern, pattern_of, trees_of, vote_nodes, vote_pattern, vote_trunk
 from .tracking import Tracker
-
-MIN_CONFIDENCE = 0.15
-"""Smallest confidence of a chain that counts as a whole object."""
-
-MAX_LENGTH_ERROR = 0.025
-"""Largest relative difference between the lengths of a whole chain and of its object."""
 
 JUNCTION_SLACK_RADII = 1.5
 """Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
 
-LENGTH_SPREAD, SHIFT_SPREAD, MIN_LENGTH_SHARE = 0.02, 0.03, 0.1
-"""Shares of a length within which others agree with it, and are averaged with it, and share of the chains that must agree: chains
-are too short wherever an end is hidden, hardly ever too long, so the object's length is the longest that enough chains have."""
+MIN_LENGTH_SHARE = 0.1
+"""Share of the chains that must agree on a length, within LENGTH_ERROR: chains are too short wherever an end is hidden, hardly
+ever too long, so the object's length is the longest that enough chains have."""
 
 MIN_FRAMES = 3
 """Fewest frames in which an object is seen whole; all frames in a shorter capture."""
 
-MAX_LINK_FRAMES = 90
-"""Frames after which a chain of the length of one that was lost is taken for it, wherever it lies: 3 s of video."""
+CONTEXT = 90
+"""Frames over which an object is followed though it is not seen: up to so many frames after a chain was lost, one of its length
+is taken for it, wherever it lies, and so many are read before and after a window. 3 s of video."""
 
 MAX_PART_SHARE = 0.5
 """Share of its frames in which a chain may fill what is missing of another object; more, and it is a part of that."""
@@ -116,10 +111,10 @@ class _Track:
     def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
         """Tell whether one of its chains is the whole object, of a length in m."""
         frame, _, chain = item
-        if chain.confidence < MIN_CONFIDENCE or self.patterns[frame] != self.pattern:
+        if chain.confidence < MIN_JOINED_CONFIDENCE or self.patterns[frame] != self.pattern:
             return False
         slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
-        return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= MAX_LENGTH_ERROR * length + slack
+        return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= LENGTH_ERROR * length + slack
 
     @property
     def tracked(self) -> list[ChainInFrame]:
@@ -201,7 +196,7 @@ def vote_length(lengths: Floats) -> float:
     ordered = np.sort(lengths)[::-1]
     least = max(min(MIN_FRAMES, len(ordered)), int(np.ceil(MIN_LENGTH_SHARE * len(ordered))))
     for length in ordered:
-        near = ordered[np.abs(ordered - length) <= LENGTH_SPREAD * length]
+        near = ordered[np.abs(ordered - length) <= LENGTH_ERROR * length]
         if len(near) >= least:
             return _middle(ordered, float(np.median(near)))
     return float(np.median(ordered))
@@ -210,7 +205,7 @@ def vote_length(lengths: Floats) -> float:
 def _middle(lengths: Floats, length: float) -> float:
     """Return the median of the lengths around a length, moved until it stays."""
     for _ in range(len(lengths)):
-        median = float(np.median(lengths[np.abs(lengths - length) <= SHIFT_SPREAD * length]))
+        median = float(np.median(lengths[np.abs(lengths - length) <= LENGTH_ERROR * length]))
         if median == length:
             break
         length = median
@@ -271,7 +266,7 @@ class _Candidate:
     def parts(self) -> tuple[tuple[int, int], ...]:
         """The (frame, chain) of the chains that are no longer than the whole, but not the whole."""
         whole = {(frame, chain) for frame, chain, _ in self.whole}
-        longest = (1 + MAX_LENGTH_ERROR) * self.length
+        longest = (1 + LENGTH_ERROR) * self.length
         return tuple((frame, n) for frame, n, chain in self.track.items if chain.length <= longest and (frame, n) not in whole)
 
 
@@ -298,13 +293,13 @@ def _may_be_one(former: _Candidate, later: _Candidate) -> bool:
     Tracking gives the two parts of a cable that a hand divides one id each, and later the whole either of them.
     """
     is_alike = later.track.pattern in (former.track.pattern, former.track.pattern[::-1])
-    if not is_alike or abs(later.length - former.length) > 2 * LENGTH_SPREAD * former.length:
+    if not is_alike or abs(later.length - former.length) > 2 * LENGTH_ERROR * former.length:
         return False
     gap = later.track.items[0][0] - former.track.items[-1][0]
     if gap > 0 or later.track.pattern != OPEN:
-        return 0 < gap <= MAX_LINK_FRAMES
+        return 0 < gap <= CONTEXT
     seen = {frame: chain.length for frame, _, chain in former.track.items}
-    longest = (1 + MAX_LENGTH_ERROR) * former.length
+    longest = (1 + LENGTH_ERROR) * former.length
     return all(seen.get(frame, 0.0) + chain.length <= longest for frame, _, chain in later.track.items if frame in seen)
 
 

@@ -13,19 +13,25 @@ from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
 from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground
+from ..visibility import OCCLUDER_MARGIN_RADII
 
 MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
 
 MIN_JOINED_CONFIDENCE = 0.3
-"""Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two."""
+"""Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
+certain is no whole object."""
+
+LENGTH_ERROR = 0.02
+"""Share of an object's length by which its measured lengths, and with these the positions along it, differ from frame to frame. A
+given length may differ as much, a strand may overhang as much, and a tip lies half as far off: lengths are measured to about
+1 %."""
 
 LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
 """Distances beyond an end, in radii, at which the mask and the depth are read to tell whether the object ends there."""
 
-OCCLUDER_MARGIN_RADII, MIN_OCCLUDER_MARGIN = 0.6, 0.005
-"""Smallest distance in depth, in radii and in m, of an occluder in front of a continuation: above the noise of depth on the
-table."""
+MIN_OCCLUDER_MARGIN = 0.005
+"""Smallest distance in depth, m, of an occluder in front of a continuation: above the noise of depth on the table."""
 
 JUNCTION_SEGMENTS = 1
 """Segments next to a junction that may be unseen in a strand that ends at the junction."""

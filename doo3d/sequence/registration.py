@@ -17,31 +17,21 @@ from scipy.spatial.distance import cdist
 from ..geometry.polyline import arc_length, resample
 from ..kernels import equalize_lengths
 from ..types import Bools, Floats
-from .observations import ObservedStrand
+from .observations import LENGTH_ERROR, ObservedStrand
 
 STEPS_PER_SEGMENT = 3
 """Positions per segment that are tried for the start of a strand."""
 
-MAX_OVERHANG_SHARE = 0.03
-"""Largest overhang of a strand beyond the ends of the object, as a share of its length: lengths are measured to about 1 %."""
-
 MAX_OVERLAP_SHARE = 0.2
 """Largest share of a strand that may overlap a strand placed earlier."""
 
-PLACE_ERROR_SHARE, TIP_ERROR_SHARE = 0.02, 0.01
-"""Standard deviations of the position of a strand, and of a tip, around the expected one, as shares of the object's length."""
+MISSING_COST = 25.0
+"""Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
+standard deviations: 5 of them."""
 
-MAX_TIP_COST = 25.0
-"""Largest cost of placing the tip of a strand away from the end of the object, in squared standard deviations."""
-
-SHIFT_WEIGHT = 0.2
-"""Weight of the mean displacement of a strand, relative to 1 for the change of its shape."""
-
-MAX_SHIFT_TOLERANCES = 2.5
-"""Largest mean displacement of a strand, in tolerances."""
-
-REACH_SHARE = 0.9
-"""Smallest arc length of the object between two strands, as a share of their straight distance."""
+SHIFT_TOLERANCES = 2.5
+"""Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
+square, since the whole object may have moved on."""
 
 SHAPE_WEIGHT, TURN_WEIGHT, PLACE_WEIGHT = 1.0, 0.02, 3e-6
 """Weights of second differences, first differences and displacements from the expected shape, against 1 for a joint of a strand.
@@ -112,7 +102,7 @@ def _best_place(
     strand: ObservedStrand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
 ) -> Placed | None:
     """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
-    overhang = MAX_OVERHANG_SHARE * length
+    overhang = LENGTH_ERROR * length
     starts = np.arange(-overhang, max(length - strand.length + overhang, -overhang) + step, step)
     if strand.length > length + 2 * overhang:
         return None
@@ -126,10 +116,10 @@ def _best_place(
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
-        off_ends = first * _capped(starts / (TIP_ERROR_SHARE * length))
-        off_ends += last * _capped((starts + strand.length - length) / (TIP_ERROR_SHARE * length))
-        cost = (shape + SHIFT_WEIGHT * shifted) / (PLACE_ERROR_SHARE * length) ** 2 + off_ends
-        allowed = (shape <= tolerance**2) & (shifted <= (MAX_SHIFT_TOLERANCES * tolerance) ** 2)
+        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2))
+        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2))
+        cost = (shape + shifted / SHIFT_TOLERANCES**2) / (LENGTH_ERROR * length) ** 2 + off_ends
+        allowed = (shape <= tolerance**2) & (shifted <= (SHIFT_TOLERANCES * tolerance) ** 2)
         allowed &= _reachable(strand, backwards, starts, placed, step)
         if not allowed.any():
             continue
@@ -144,8 +134,8 @@ def _best_place(
 
 
 def _capped(values: Floats) -> Floats:
-    """Return squares, at most MAX_TIP_COST: that an end is a tip may be wrong."""
-    return np.minimum(values**2, MAX_TIP_COST)
+    """Return squares, at most MISSING_COST: that an end is a tip may be wrong."""
+    return np.minimum(values**2, MISSING_COST)
 
 
 def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:
@@ -159,8 +149,8 @@ def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: 
         before, after = other.points[order[0]], other.points[order[-1]]
         gap_after, gap_before = starts - high, low - (starts + strand.length)
         slack = 3 * step + margin / 4
-        ok_after = (gap_after > -margin) & (gap_after >= REACH_SHARE * np.linalg.norm(ends[0] - after) - slack)
-        ok_before = (gap_before > -margin) & (gap_before >= REACH_SHARE * np.linalg.norm(ends[1] - before) - slack)
+        ok_after = (gap_after > -margin) & (gap_after >= np.linalg.norm(ends[0] - after) - slack)
+        ok_before = (gap_before > -margin) & (gap_before >= np.linalg.norm(ends[1] - before) - slack)
         result &= ok_after | ok_before
     return result
 

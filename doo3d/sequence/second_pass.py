@@ -19,19 +19,15 @@ from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Chain, Floats, Ints
 from .objects import SequenceObject
 from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, runs
-from .registration import Placed, bend, place_strands, to_lengths
+from .registration import MISSING_COST, SHIFT_TOLERANCES, Placed, bend, place_strands, to_lengths
+from .tracking import MIN_MOTION_RADII
 
 SPEED_SHARE = 0.7
 """Share of the last displacement of an object that is expected again in the next frame."""
 
-MIN_TOLERANCE_RADII, TOLERANCE_SHARE = 8.0, 0.06
-"""Largest distance of a strand from the expected shape: in radii, and as a share of the object's length; the larger counts."""
-
-LOST_TOLERANCES = 4.0
-"""Larger distance, in tolerances, in which strands are searched if none is within one tolerance."""
-
-MISSING_COST = 25.0
-"""Cost of a strand that fits nowhere, in squared standard deviations."""
+TOLERANCE_SHARE = 0.06
+"""Largest distance of a strand from the expected shape, as a share of the object's length; as in tracking, MIN_MOTION_RADII are
+always allowed."""
 
 TIME_STIFFNESS, SEEN_WEIGHT = 30.0, 1e4
 """Weights of the second differences over time, and of a position that was seen, relative to 1 for one that was not seen."""
@@ -186,7 +182,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
         placed: Sequence[Placed] = clue.own
     else:
         strands = [observation.strands[k] for k in clue.strands]
-        tolerance = max(TOLERANCE_SHARE * item.length, MIN_TOLERANCE_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
+        tolerance = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
         is_joined = item.nodes != (None, None)
         for side, node in enumerate(item.nodes):
             if node is not None:
@@ -194,7 +190,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
                 strands = cut_strands(strands, expected[-side], least, tolerance)
         placed = place_strands(strands, expected, item.length, tolerance)
         if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
-            placed = place_strands(strands, expected, item.length, LOST_TOLERANCES * tolerance)
+            placed = place_strands(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
         cost = _total_cost(strands, placed)
         if placed:
             nearer, _ = bend(expected, placed, item.length)

@@ -22,7 +22,10 @@ COMPARED_STEPS = 60
 MIN_MOTION_RADII = 10.0
 """Motion between frames, in radii, that is allowed for a chain of any length."""
 
-MAX_AGE = 30
+FRAME_RATE = 30
+"""Frames per second of captures without times: that of most video."""
+
+MAX_AGE = FRAME_RATE
 """Frames for which a chain that is not found is remembered at its last position: a second of video."""
 
 
