@@ -28,10 +28,7 @@ SHADES, SHADOW_SHARE = (0.85, 0.7, 0.55, 0.4), 0.03
 """Brightness of the background in the cable's shadow, and how frequent each is held to be: a ragged mask seldom shows it."""
 
 MIN_FREQUENCY = 1e-5
-"""Frequency of a color that was never seen."""
-
-MAX_LOG_RATIO = 4.0
-"""Largest log ratio of one pixel, so that neighbors may outweigh it."""
+"""Frequency of a color that was never seen; it bounds the log ratios. With 1e-4, 2 of 45 right frames of 48 are lost."""
 
 SMOOTHING_PX = 0.8
 """px; standard deviation of the Gauss filter of log ratios."""
@@ -144,7 +141,7 @@ def _log_ratio(image: Array, inside: Bools, around: Bools) -> Array:
     theirs = theirs[:: max(1, len(theirs) // 20_000)]
     background = _counts(theirs) + SHADOW_SHARE * sum(_counts((theirs * shade).astype(np.uint8)) for shade in SHADES)
     table = np.log(_frequencies(_counts(image[inside])) / _frequencies(background))
-    return np.clip(table, -MAX_LOG_RATIO, MAX_LOG_RATIO).astype(np.float32)[_cells(image)]
+    return np.asarray(table.astype(np.float32)[_cells(image)])
 
 
 def _cells(colors: Array) -> Array:
