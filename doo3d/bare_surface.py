@@ -38,14 +38,11 @@ BARE_COLOR_SHARE = 0.7
 """Distance of a color to the object, as a share of its distances to object and surface, above which it is the surface's. Measured
 on rendered scenes: holes in the mask lie below 0.3, bare tables above 0.8, occluders between 0.4 and 0.8."""
 
-OBJECT_COLOR_SHARE = 0.4
-"""The same share below which a color is the object's."""
+OBJECT_COLOR_SHARE = 1 - BARE_COLOR_SHARE
+"""The same share below which a color is the object's alone: as sure as the other is of the surface."""
 
 NEAR_ENDS = 0.1
 """m within which the nearest end is found quickly: gaps are wider by little."""
-
-PURE_COLOR_SHARE = 0.3
-"""The same share below which a pixel shows the object alone: pixels at its border mix both colors."""
 
 COLOR_STEP_BITS = 3
 """Low bits of each color channel that are ignored: steps of 8, about the noise of a camera, so that few colors are looked up."""
@@ -130,7 +127,7 @@ class BareSurface:
 
     def has_object_color(self, pixels: Ints) -> Bools:
         """Tell which pixels (N, 2), (u, v), have the color of the object without any of the surface beside it: (N,) bool."""
-        return np.asarray(self._object_shares(pixels) < PURE_COLOR_SHARE)
+        return np.asarray(self._object_shares(pixels) < OBJECT_COLOR_SHARE)
 
     def _object_shares(self, pixels: Ints) -> Floats:
         """Return the distance of each pixel's color to the object, as a share of its distances to object and surface: (N,)."""

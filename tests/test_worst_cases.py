@@ -199,7 +199,7 @@ def test_closing_that_adds_too_many_voxels_is_refused(monkeypatch):
     """Points two voxels apart: each stands for itself, and closing fills all between them."""
     config, points = VoxelizeConfig(size=0.002, radius=0.004), lattice(126, 2)  # 4 mm apart
     assert len(voxelize(Foreground(points), config).coords) > 3 * len(points)
-    monkeypatch.setattr(import_module("doo3d.stages.voxelize"), "MAX_VOXELS", 2 * len(points))
+    monkeypatch.setattr(import_module("doo3d.stages.voxelize"), "MAX_CELLS", 2 * len(points))
     with pytest.raises(doo3d.InputError, match="the grid would hold"):
         voxelize(Foreground(points), config)
 

@@ -9,6 +9,10 @@ DEVIATIONS = 3.0
 COLOR_NOISE = 6.0
 """Difference of 8-bit colors, in RGB or CIELAB, that noise and shading along one strand explain."""
 
-ENOUGH_SAMPLES = 10_000
-"""Samples from which a median is taken where there are more: that of normal errors is then off by 1.25 / sqrt(10,000) of their
-deviation, about 1 %."""
+SURFACE_SAMPLES = 10_000
+"""Pixels or points of the object that its axis is measured on; more are thinned evenly. An axis of 200 samples has 50 for each,
+whose mean is off by a seventh of their noise."""
+
+SAMPLES = 2000
+"""Values that medians, percentiles and planes are estimated from, drawn evenly from more. The standard error of the median of N
+values with standard deviation s is 1.25 s / sqrt(N): 2.8 % of s."""

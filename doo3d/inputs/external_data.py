@@ -71,11 +71,8 @@ def with_trajectory(capture: Capture, file: Path, tolerance: float) -> Capture:
     elif len(trajectory.times) == len(capture):
         poses = list(trajectory.poses)
     else:
-        raise InputError(
-            f"{file}: has {len(trajectory.times)} poses but {capture.path} has {len(capture)} frames without times: "
-            "give one line per frame",
-            code="frame-count",
-        )
+        counts = f"has {len(trajectory.times)} poses but {capture.path} has {len(capture)} frames without times"
+        raise InputError(f"{file}: {counts}: give one line per frame", code="frame-count")
     frames = [replace(frame, loader=partial(_load_posed, frame, pose)) for frame, pose in zip(capture, poses, strict=True)]
     return replace(capture, frames=frames, notes=[*capture.notes, *trajectory.notes])
 

@@ -18,44 +18,6 @@ _TIME_EPS_S = 1e-6  # two times closer than this are equal; float64 resolves tim
 
 
 @dataclass(frozen=True)
-class FramePosition:
-    """A position in a capture, by frame number or by time, counted from the first or from the last frame.
-
-    Attributes
-    ----------
-    value
-        a frame number, or a time in s if `in_seconds` is true. Never negative.
-    in_seconds
-        whether `value` is a time: seconds after the first frame, or before the last frame if `from_end` is true.
-    from_end
-        whether `value` counts back from the end. Frame number 1 is then the last frame; otherwise frame number 0 is the first.
-    """
-
-    value: float
-    in_seconds: bool
-    from_end: bool
-
-    def __str__(self) -> str:
-        return f"{'-' if self.from_end else ''}{self.value:g}{'s' if self.in_seconds else ''}"
-
-    @staticmethod
-    def parse(text: str, option: str) -> FramePosition:
-        """Return the position written as `12` or `-1` (frame number, -1 the last frame), or `12.5s` or `-2s` (time).
-
-        `option` is the command-line option that the text was given to; it is named in the error.
-
-        Raises
-        ------
-        InputError : the text has none of these forms.
-        """
-        match = _POSITION.fullmatch(text.strip())
-        if match is None or ("." in match[2] and not match[3]):
-            sentence = "expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s"
-            raise InputError(f"{option} {text}: {sentence}", code="selection-invalid")
-        return FramePosition(float(match[2]), bool(match[3]), match[1] == "-")
-
-
-@dataclass(frozen=True)
 class Selection:
     """Conditions that choose frames of a capture; a frame is used if it meets all of them.
 
@@ -107,9 +69,9 @@ def select_frames(capture: Capture, selection: Selection) -> Capture:
     if selection.frames is not None:
         selected &= index.listed(selection.frames)
     if selection.start is not None:
-        selected &= index.span(FramePosition.parse(selection.start, "--start"), None, "--start")
+        selected &= index.span(selection.start, None, "--start")
     if selection.end is not None:
-        selected &= index.span(None, FramePosition.parse(selection.end, "--end"), "--end")
+        selected &= index.span(None, selection.end, "--end")
     indices = np.flatnonzero(selected)[:: selection.every].tolist()
     if not indices:
         raise InputError(f"{capture.path}: {selection} selects no frame; {index.describe()}", code="selection-empty")
@@ -130,7 +92,7 @@ class _FrameIndex:
         time = f", 0s to {self._seconds.max():.6g}s" if self._has_times else ""
         return f"it has the frames 0 to {self.count - 1}{time}" if self.count else "it has no frames at all"
 
-    def span(self, first: FramePosition | None, last: FramePosition | None, option: str) -> Bools:
+    def span(self, first: str | None, last: str | None, option: str) -> Bools:
         """Return (count,) bool, true for each frame from `first` to `last`, both included; None leaves that end open.
 
         `option` is the command-line option that the positions were given with, named in errors.
@@ -157,25 +119,31 @@ class _FrameIndex:
             if match is None:
                 sentence = f"expected numbers and spans such as 3,7,10-20 or 2s-4.5s, got {part.strip()!r}"
                 raise InputError(f"--frames {text}: {sentence}", code="selection-invalid")
-            first = FramePosition.parse(match[1], "--frames")
             if match[2]:
-                selected |= self.span(first, FramePosition.parse(match[2], "--frames"), "--frames")
+                selected |= self.span(match[1], match[2], "--frames")
             else:
-                selected[self._nearest(first)] = True
+                selected[self._nearest(match[1])] = True
         return selected
 
-    def _nearest(self, position: FramePosition) -> int:
+    def _nearest(self, position: str) -> int:
         positions, value = self._on_axis(position, "--frames")
         if not self.count or not -_TIME_EPS_S <= value <= positions.max() + _TIME_EPS_S:
             raise InputError(f"{self.path}: there is no frame {position} (--frames); {self.describe()}", code="frame-unknown")
         return int(np.argmin(np.abs(positions - value)))
 
-    def _on_axis(self, position: FramePosition, option: str) -> tuple[Floats, float]:
-        """Return (count,) the frames' values and the position's value: numbers, or s since the first frame."""
-        if position.in_seconds and not self._has_times:
+    def _on_axis(self, position: str, option: str) -> tuple[Floats, float]:
+        """Return (count,) the frames' values and the position's value: numbers, or s since the first frame.
+
+        A position is written as `12` or `-1` (frame number, -1 the last frame), or `12.5s` or `-2s` (time). `option` is the
+        command-line option that it was given to, for errors.
+        """
+        match = _POSITION.fullmatch(position.strip())
+        if match is None or ("." in match[2] and not match[3]):
+            sentence = "expected a frame's number, 0 the first and -1 the last, or a time such as 12.5s"
+            raise InputError(f"{option} {position}: {sentence}", code="selection-invalid")
+        value, in_seconds = float(match[2]), bool(match[3])
+        if in_seconds and not self._has_times:
             sentence = f"{option} {position} is a time, but not all frames have one: give a frame's number"
             raise InputError(f"{self.path}: {sentence}", code="times-missing")
-        values = self._seconds if position.in_seconds else np.arange(self.count, dtype=float)
-        if not position.from_end:
-            return values, position.value
-        return values, values.max(initial=0.0) - position.value + (not position.in_seconds)
+        values = self._seconds if in_seconds else np.arange(self.count, dtype=float)
+        return values, values.max(initial=0.0) - value + (not in_seconds) if match[1] else value

@@ -56,7 +56,7 @@ def _depth_images(path: Path) -> dict[str, Path]:
 
 
 def _frame_pose_file(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Path | None]:
-    """`pose/0.txt` as ScanNet's exporter, `frame-000000.pose.txt` as 7-Scenes have them."""
+    """Find `pose/0.txt`, as ScanNet's exporter writes it, or `frame-000000.pose.txt`, as 7-Scenes have it."""
 
     def file_of(files: Files) -> Path | None:
         root = files.root or path
@@ -127,6 +127,7 @@ TUM_RGBD = Layout(
     frames=_list_tum,
     camera=_tum_camera,
     searched=True,
+    registered=True,
     unit=5000.0,
     poses=_tum_pose,
     options=OF_DEPTH | {"tolerance"},

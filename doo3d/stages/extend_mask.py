@@ -37,9 +37,6 @@ SHIFTS_PX = np.array([-1.0, 0.0, 1.0])
 PROFILE_LENGTH_RADII, DIRECTION_LENGTH_RADII = 10.0, 4.0
 """Radii before the end of a chain over which the colors of its strand, and its direction, are measured."""
 
-END_JOINTS = 6
-"""Joints at the end of a chain whose median radius is that of the end."""
-
 MIN_EXTENSION_RADII = 2.0
 """Radii; shorter extensions are not worth running the stages again, and end in the mask that they begin in."""
 
@@ -52,21 +49,15 @@ COLOR_NOISE = 6.0
 MAX_COLOR_DISTANCE = 2.5
 """Squared color distance of the strand ahead from the strand so far, at most, in variances of the latter."""
 
-SATURATED_COLOR_DISTANCE = 25.0
-"""Squared color distance, in variances, above which colors are equally foreign: a speck must not outweigh the rest."""
-
 MIN_CONTRAST = 1.5
 """Squared color distance by which the background on either side must differ more than that."""
 
-COLOR_ADAPTATION = 0.2
-"""Fraction of the colors ahead that a strand takes over at a step of half a radius."""
+COLOR_ADAPTATION = STEP_RADII / PROFILE_LENGTH_RADII
+"""Fraction of the colors ahead that a strand takes over at a step: its colors are those of about PROFILE_LENGTH_RADII behind."""
 
-CONTRAST_WEIGHT, SATURATED_CONTRAST, TURN_WEIGHT, SHIFT_WEIGHT = 0.5, 6.0, 0.36, 0.05
-"""Weights, per squared color distance, that choose among turns and shifts whose colors all fit: contrast up to a limit is good,
-the largest turn and a shift of 1 px are bad."""
-
-SUBPIXEL_BITS = 4
-"""Binary places of the coordinates that OpenCV draws with."""
+CONTRAST_WEIGHT, TURN_WEIGHT = 0.5, 0.36
+"""Weights, per squared color distance, that choose among turns and shifts whose colors all fit: contrast up to
+the one that is always enough is good, the largest turn is bad."""
 
 
 def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
@@ -95,13 +86,12 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
     extended, any_found = mask.astype(np.uint8), False
     for chain in chains:
         for joints, radii in ((chain.joints, chain.radii), (chain.joints[::-1], chain.radii[::-1])):
-            radius = float(np.median(radii[-END_JOINTS:]))
+            radius = float(np.median(radii))
             if chain.closed or not radius > 0 or not _is_inside(joints[-1], mask, radius * (1 + STEP_RADII)):
                 continue
             path = follow_strand(blurred, mask, joints, radius, config)
             if np.linalg.norm(path[-1] - path[0]) > MIN_EXTENSION_RADII * radius:
-                points = np.round(path * 2**SUBPIXEL_BITS).astype(np.int32)
-                cv2.polylines(extended, [points], False, 1, max(1, round(2 * radius)), cv2.LINE_8, SUBPIXEL_BITS)
+                cv2.polylines(extended, [np.rint(path).astype(np.int32)], False, 1, max(1, round(2 * radius)))
                 any_found = True
     return extended > 0 if any_found else None
 
@@ -190,8 +180,8 @@ def _find_step(
     distance = _lookahead_mean(_color_distance(strand - colors, variance).mean(axis=-1))
     background = _color_distance(beside[..., None, :] - colors, variance).min(axis=-1)
     contrast = _lookahead_mean(background.reshape(*background.shape[:-1], 2, -1).mean(axis=-1), axis=-2).min(axis=-1)
-    cost = distance - CONTRAST_WEIGHT * np.minimum(contrast, SATURATED_CONTRAST)
-    cost += (TURN_WEIGHT * (TURNS_RAD[:, None] / TURNS_RAD[-1]) ** 2 + SHIFT_WEIGHT * SHIFTS_PX**2)[..., None]
+    cost = distance - CONTRAST_WEIGHT * np.minimum(contrast, MAX_COLOR_DISTANCE + MIN_CONTRAST)
+    cost += (TURN_WEIGHT * (TURNS_RAD / TURNS_RAD[-1]) ** 2)[:, None, None]
     best = cost.reshape(-1, count).argmin(axis=0)
     each = np.arange(count)
     best_distance, best_contrast = distance.reshape(-1, count)[best, each], contrast.reshape(-1, count)[best, each]
@@ -242,5 +232,5 @@ def _read_colors(image: Array, positions: Floats) -> Floats:
 
 
 def _color_distance(difference: Floats, variance: Floats) -> Floats:
-    """Return the mean over the channels of squared differences (..., 3), in variances, at most SATURATED_COLOR_DISTANCE."""
-    return np.asarray(np.minimum((difference**2 / variance).mean(axis=-1), SATURATED_COLOR_DISTANCE))
+    """Return the mean over the channels of squared differences (..., 3), in variances."""
+    return np.asarray((difference**2 / variance).mean(axis=-1))

@@ -139,7 +139,7 @@ def test_how_a_capture_is_to_be_read_is_lines_to_evaluate(doo3d):
 @pytest.mark.slow
 def test_ablations_are_two_lines_each_and_rows_of_csv_and_json(doo3d):
     options = ("--data", "frames,images", "--families", "straight", "--seeds", 1, "--size", "320x240")
-    steps = ("--steps", "smoothing of the axis,corners", "--csv", "bill.csv", "--json", "bill.json")
+    steps = ("--steps", "smoothing of the axis,bare surface", "--csv", "bill.csv", "--json", "bill.json")
     code, out, _ = doo3d("evaluate", "ablations", *options, *steps)
     assert code == 0
     lines = out.splitlines()
@@ -148,8 +148,8 @@ def test_ablations_are_two_lines_each_and_rows_of_csv_and_json(doo3d):
     assert [(row["step"], row["data"], row["frames"]) for row in rows] == [
         ("smoothing of the axis", "own", 1),
         ("smoothing of the axis", "all", 2),
-        ("corners", "own", 1),
-        ("corners", "all", 2),
+        ("bare surface", "own", 1),
+        ("bare surface", "all", 2),
     ]
     assert len(Path("bill.csv").read_text().splitlines()) == 5
 

@@ -11,7 +11,7 @@ from scipy.ndimage import binary_closing
 from doo3d.config import SegmentConfig, VoxelizeConfig
 from doo3d.kernels import connected_components, neighbor_table
 from doo3d.stages.segment import segment
-from doo3d.stages.voxelize import MAX_VOXELS, occluding_edge_pixels, voxelize
+from doo3d.stages.voxelize import MAX_CELLS, occluding_edge_pixels, voxelize
 from doo3d.types import Foreground
 
 dims = pytest.mark.parametrize("dim", [2, 3])
@@ -19,7 +19,7 @@ dims = pytest.mark.parametrize("dim", [2, 3])
 
 @pytest.fixture
 def constants(monkeypatch):
-    """Set constants of the stage for one test, such as constants(MAX_VOXELS=215)."""
+    """Set constants of the stage for one test, such as constants(MAX_CELLS=215)."""
 
     def put(**values):
         for name, value in values.items():
@@ -129,9 +129,9 @@ def test_points_in_one_position(dim, count, size):
 
 def test_a_grid_too_large_is_refused_with_the_number(constants):
     points = cells_of(np.ones((6, 6, 6), dtype=bool))
-    constants(MAX_VOXELS=216)
+    constants(MAX_CELLS=216)
     assert len(grid_of(points).coords) == 216
-    constants(MAX_VOXELS=215)
+    constants(MAX_CELLS=215)
     with refuses("voxels-too-many", "216", "215", "voxelize.size"):
         grid_of(np.concatenate((points, points)))
 
@@ -152,8 +152,8 @@ def test_a_far_point_costs_nothing():
 def test_a_million_points_in_a_plane_are_handled_or_refused(constants):
     points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
     grid = voxelize(Foreground(points), VoxelizeConfig())
-    assert 0 < len(grid.coords) <= MAX_VOXELS
-    constants(MAX_VOXELS=1000)
+    assert 0 < len(grid.coords) <= MAX_CELLS
+    constants(MAX_CELLS=1000)
     with refuses("voxels-too-many", "1000"):
         voxelize(Foreground(points), VoxelizeConfig(size=0.01))
 

@@ -118,7 +118,7 @@ ABLATIONS: dict[str, Ablation] = {
     "cut between touching strands": Ablation(places={f"{_STAGES}.voxelize:BETWEEN_RADII": math.inf}),
     "small loops": Ablation(places={f"{_STAGES}.traverse.branch_graph:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.branch_graph:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
-    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_CLEARANCE_RADII": 0.0}),
+    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
     "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
@@ -133,7 +133,6 @@ ABLATIONS: dict[str, Ablation] = {
     "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
     "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
     "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
-    "upper strand by the surface": Ablation(places={f"{_STAGES}.crossings.upper_strand:SURFACE_LOG_ODDS": 0.0}),
     "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:COLOR_LOG_ODDS": 0.0}),
     "leftovers": Ablation(
         places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED

@@ -94,8 +94,11 @@ def _measured(measure: Callable[[Case], list[Record]], cases: Sequence[Case], wo
     if workers < 2 or len(cases) < 2:
         yield from map(measure, cases)
         return
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), single_thread) as pool:
+    pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), single_thread)
+    try:
         yield from pool.map(measure, cases)
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _open_journal(folder: Path, settings: Mapping[str, Any]) -> dict[tuple[str, str], list[Record]]:

@@ -163,12 +163,13 @@ class Bag:
         InputError : the message cannot be read or decoded.
         """
         storage = self.storages[location[0]]
-        try:
-            with self._lock:
-                data = storage.read(location)
-            data = unzstd(data) if self.compressed else data
-        except DamagedRecord as error:
-            raise InputError(f"{storage.path}: {error}", code="bag-damaged") from None
+        with guarded(storage.path):
+            try:
+                with self._lock:
+                    data = storage.read(location)
+                data = unzstd(data) if self.compressed else data
+            except DamagedRecord as error:
+                raise InputError(f"{storage.path}: {error}", code="bag-damaged") from None
         with guarded(f"{storage.path}: a message on {topic.name}", code="message-damaged"):
             return decode_message(data, topic)
 

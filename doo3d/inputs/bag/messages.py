@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import struct
-from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, check_points
 from ...types import Array
 from ..support.arrays import to_metres
-from ..support.native_output import capture_native_output
+from ..support.images import decode_image
 
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
 _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
@@ -180,14 +179,12 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
 
 
 def _decompress(data: bytes) -> Array:
-    if (size := announced_size(data)) is not None:
-        check_pixels(*size, "a compressed image")
-    image = None
-    with capture_native_output() as native, suppress(cv2.error):
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None or "premature end" in native.text.lower():
-        raise InputError("a compressed image is damaged or cut off", code="message-damaged")
-    return np.asarray(image)
+    try:
+        return decode_image(Path("a compressed image"), cv2.IMREAD_UNCHANGED, data)
+    except InputError as error:
+        if error.code == "size-too-large":
+            raise
+        raise InputError("a compressed image is damaged or cut off", code="message-damaged") from None
 
 
 def cloud_of(message: Any) -> tuple[Array, Array | None]:

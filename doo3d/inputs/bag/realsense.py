@@ -16,8 +16,9 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Floats
+from ..formats.trajectory import matrix
 from .index import Bag, TopicIndex
-from .tf import matrix, values_of
+from .tf import values_of
 
 _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 

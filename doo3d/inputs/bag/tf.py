@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...types import Floats, Ints
-from ..formats.trajectory import interpolate_pose
+from ..formats.trajectory import interpolate_pose, matrix
 
 FIXED = ("map", "odom", "world")
 """Fixed frames (REP 105) in order of preference; the first one above a camera in the tree is its world."""
@@ -134,17 +134,3 @@ def values_of(transform: Any) -> tuple[float, ...]:
     """Return the seven values of a message geometry_msgs/Transform, as `matrix` takes them."""
     t, r = transform.translation, transform.rotation
     return t.x, t.y, t.z, r.x, r.y, r.z, r.w
-
-
-def matrix(values: Floats | tuple[float, ...]) -> Floats:
-    """Return a (4, 4) transform from seven values: translation x, y, z, then quaternion x, y, z, w (scalar last).
-
-    A quaternion of length zero gives the identity rotation.
-    """
-    from scipy.spatial.transform import Rotation
-
-    transform = np.eye(4)
-    transform[:3, 3] = values[:3]
-    if np.linalg.norm(values[3:]) > 0:
-        transform[:3, :3] = Rotation.from_quat(values[3:]).as_matrix()
-    return transform

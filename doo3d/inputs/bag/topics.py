@@ -147,18 +147,11 @@ class Streams:
         return (next((i for i, word in enumerate(order) if word in name), len(order)), _is_compressed(candidate))
 
     def _color_rank(self, candidate: TopicIndex) -> tuple[Any, ...]:
-        name, depth = candidate.topic.name, self.depth.name if self.depth else ""
-        shared_parts = len([1 for a, b in zip(PurePosixPath(name).parts, PurePosixPath(depth).parts, strict=False) if a == b])
-        unnamed = re.search(r"colou?r|rgb", name.lower()) is None
-        base = PurePosixPath(_TRANSPORT.sub("", name)).name
-        return (
-            _INFRARED_OR_CONFIDENCE.search(name) is not None,
-            is_gray(self._images[name].encoding),
-            unnamed,
-            -shared_parts,
-            "rect" not in base,
-            _is_compressed(candidate),
-        )
+        name, parts = candidate.topic.name, PurePosixPath(self.depth.name if self.depth else "").parts
+        unshared = -sum(a == b for a, b in zip(PurePosixPath(name).parts, parts, strict=False))
+        is_gray_image, is_infrared = is_gray(self._images[name].encoding), _INFRARED_OR_CONFIDENCE.search(name) is not None
+        unnamed, unrectified = re.search(r"colou?r|rgb", name.lower()) is None, not _is_rectified(name)
+        return is_infrared, is_gray_image, unnamed, unshared, unrectified, _is_compressed(candidate)
 
     def _with_lens(self, stream: Stream, info: str | None) -> Stream:
         """Return the stream with its camera and unit, from the options or else from the bag."""
@@ -201,7 +194,7 @@ class Streams:
             )
         matrix, projection, distortion = (info.K, info.P, info.D) if hasattr(info, "K") else (info.k, info.p, info.d)
         pinhole, coefficients = matrix[[0, 4, 2, 5]], tuple(distortion.tolist())
-        if "rect" in PurePosixPath(_TRANSPORT.sub("", stream.name)).name and projection[0] > 0:
+        if _is_rectified(stream.name) and projection[0] > 0:
             pinhole, coefficients = projection[[0, 5, 2, 6]], ()
         try:
             fx, fy, cx, cy = pinhole.tolist()
@@ -216,6 +209,10 @@ def _info_name(topic: str) -> str:
     """Return the topic of the CameraInfo that belongs to a topic of images, by convention."""
     stream = realsense.stream_of(topic)
     return f"{stream}/info/camera_info" if stream else f"{_TRANSPORT.sub('', topic).rpartition('/')[0]}/camera_info"
+
+
+def _is_rectified(topic: str) -> bool:
+    return "rect" in PurePosixPath(_TRANSPORT.sub("", topic)).name
 
 
 def _is_compressed(topic_index: TopicIndex) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -19,6 +18,7 @@ from ..read_options import DEFAULT, ReadOptions
 from ..support.listing import images_in
 from ._cloud_files import COMMENTS, HEAD_BYTES, Points, read_npz, read_open3d, read_xyz
 from ._laser_scans import count_e57, read_e57, read_las
+from ._npz_arrays import array_names
 
 SUFFIXES = (".ply", ".pcd", ".xyz", ".npz", ".las", ".laz", ".e57")  # of files in folders
 _NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|inf)"
@@ -73,13 +73,11 @@ def _frames_of(file: Path, single: bool) -> list[FrameRef]:
 
 def _is_cloud(file: Path) -> bool:
     """Return whether a file in a folder is a cloud: by its suffix; an NPZ, which other formats use too, by its arrays."""
-    if file.suffix.lower() not in SUFFIXES or not file.is_file():
-        return False
-    if file.suffix.lower() != ".npz":
-        return True
+    if file.suffix.lower() != ".npz" or not file.is_file():
+        return file.suffix.lower() in SUFFIXES and file.is_file()
     try:
-        return "points.npy" in zipfile.ZipFile(file).namelist()
-    except (zipfile.BadZipFile, OSError):
+        return "points" in array_names(file)
+    except InputError:
         return False
 
 
@@ -88,16 +86,14 @@ def _kind(path: Path) -> str | None:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
-    is_pcd = head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first)
-    is_npz = head.startswith(b"PK\x03\x04") and b".npy" in head
     lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
     rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
-    signs = {
+    signs: dict[str, object] = {
         "ply": re.match(rb"ply\s", head),
         "las": head.startswith(b"LASF"),
         "e57": head.startswith(b"ASTM-E57"),
-        "pcd": is_pcd,
-        "npz": is_npz,
+        "pcd": head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first),
+        "npz": head.startswith(b"PK\x03\x04") and b".npy" in head,
         "xyz": rows and _ROW.fullmatch(rows[0]),
     }
     if (kind := next((kind for kind, sign in signs.items() if sign), None)) is not None:

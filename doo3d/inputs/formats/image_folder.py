@@ -12,19 +12,17 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import read_bytes
 from ...types import Array, Bools, Floats, Frame, Image
 from ..capture import Capture, FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions
 from ..support.camera_search import RECORDER_FILE, REMEDY, find_camera
 from ..support.color_registration import ColorCamera, find_color_camera, sizes_differ
-from ..support.depth_frames import camera_for, check_pose, check_unit
+from ..support.depth_frames import camera_for, check_unit, read_frame_pose
 from ..support.images import Size, first_size, read_color, read_depth, read_mask
 from ..support.known_cameras import KnownCamera
 from ..support.listing import with_file
 
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: millimetres
-_MAX_POSE_BYTES = 1 << 12  # a 4x4 matrix as text
 
 
 class Sensor(NamedTuple):
@@ -101,11 +99,6 @@ class Files(NamedTuple):
             return self._replace(fault=(str(error), error.code))
 
 
-def no_poses(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | Path | None]:
-    """Return the function frame -> pose of layouts whose frames have their poses already."""
-    return lambda files: files.pose
-
-
 @dataclass(frozen=True)
 class Layout:
     """A format of images in folders: calling it opens a capture.
@@ -122,10 +115,12 @@ class Layout:
         from path, frames and size of the depth images: the camera where no file beside the images has one; None: there is none.
     searched
         whether the camera is searched in files beside the images.
+    registered
+        whether depth images have the pixels of the color camera even if there are no color images.
     unit
         units of the depth images per metre.
     poses
-        from path, options and a list that notes are added to: a function frame -> pose.
+        from path, options and a list that notes are added to: a function frame -> pose; by default that of `frames`.
     partial_masks
         whether masks belong to single objects, so that an empty or full union is no mask.
     upright
@@ -140,8 +135,11 @@ class Layout:
     frames: Callable[[Path, ReadOptions, list[str]], list[Files]]
     camera: Callable[[Path, list[Files], Size | None], KnownCamera | None] | None = None
     searched: bool = False
+    registered: bool = False
     unit: float = DEFAULT_DEPTH_SCALE
-    poses: Callable[[Path, ReadOptions, list[str]], Callable[[Files], Floats | Path | None]] = no_poses
+    poses: Callable[[Path, ReadOptions, list[str]], Callable[[Files], Floats | Path | None]] = lambda path, options, notes: (
+        lambda files: files.pose
+    )
     partial_masks: bool = False
     upright: Callable[[Path], bool] = lambda path: False
     options: frozenset[str] = OF_DEPTH
@@ -175,9 +173,8 @@ class Layout:
         is_registered, found = color in (size, None), None
         if self.searched and (options.camera is None or options.depth_scale is None or not is_registered):
             try:
-                found = find_camera(
-                    root, size, color is not None and is_registered, folder, root.parent if folder == root else None
-                )
+                aligned = is_registered and (color is not None or self.registered)
+                found = find_camera(root, size, aligned, folder, root.parent if folder == root else None)
             except InputError:
                 if options.camera is None:
                     raise
@@ -231,7 +228,7 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
     mask: Bools | None = np.any(masks, axis=0) if masks else None
     if mask is not None and not keep_mask and mask.all() == mask.any():
         mask = None
-    return FrameData(frame, mask, _read_pose(files.pose) if isinstance(files.pose, Path) else files.pose)
+    return FrameData(frame, mask, read_frame_pose(files.pose) if isinstance(files.pose, Path) else files.pose)
 
 
 def _color(color: Path | FrameRef, shape: tuple[int, ...]) -> Array:
@@ -241,13 +238,3 @@ def _color(color: Path | FrameRef, shape: tuple[int, ...]) -> Array:
     data = color.load().data
     assert isinstance(data, Image)
     return np.asarray(cv2.resize(data.color, shape[::-1], interpolation=cv2.INTER_AREA))
-
-
-def _read_pose(file: Path) -> Floats | None:
-    """Read a pose, (4, 4) camera to world, m; None if it is not finite, as those that tracking lost are."""
-    words = read_bytes(file, _MAX_POSE_BYTES).decode("utf-8", "replace").split()
-    try:
-        values = np.array(words, dtype=float)
-    except ValueError:
-        raise InputError(f"{file}: expected a 4x4 matrix, camera to world", code="pose-invalid") from None
-    return None if values.size == 16 and not np.isfinite(values).all() else check_pose(values, str(file))

@@ -81,13 +81,8 @@ class ArraysCapture:
     @staticmethod
     def can_read(path: Path) -> bool:
         """Return whether `path` is an NPZ file with an array called `depth` (or `depths`, `depth_image`, ...)."""
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            if file.read(4) != b"PK\x03\x04":
-                return False
         try:
-            return has_depth(path)
+            return path.is_file() and has_depth(path)
         except InputError:
             return False
 

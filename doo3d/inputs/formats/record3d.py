@@ -70,13 +70,11 @@ class Record3DCapture:
 
         A damaged ZIP with the suffix .r3d counts too, so that opening it reports the damage.
         """
-        if not path.is_file():
-            return False
         try:
-            with zipfile.ZipFile(path) as opened:
+            with guarded(path), zipfile.ZipFile(path) as opened:
                 names = opened.namelist()
-        except (zipfile.BadZipFile, ValueError, NotImplementedError):
-            return path.suffix.lower() == ".r3d"
+        except InputError:
+            return path.is_file() and path.suffix.lower() == ".r3d"
         return METADATA in names and any(name.startswith(FOLDER) for name in names)
 
 
@@ -196,8 +194,7 @@ def _size(path: Path, metadata: dict[str, Any], *keys: str) -> tuple[int, int]:
 def _row(metadata: dict[str, Any], key: str, stem: str) -> Any:
     """Return the frame's element of the list `key` in the metadata, or None."""
     rows = metadata.get(key)
-    inside = isinstance(rows, list) and stem.isdecimal() and int(stem) < len(rows)
-    return rows[int(stem)] if inside and rows is not None else None
+    return rows[int(stem)] if isinstance(rows, list) and stem.isdecimal() and int(stem) < len(rows) else None
 
 
 def _time(metadata: dict[str, Any], stem: str) -> float | None:

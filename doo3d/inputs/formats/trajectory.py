@@ -67,6 +67,20 @@ def interpolate_pose(one: Floats, other: Floats, share: float) -> Floats:
     return pose
 
 
+def matrix(values: Floats | tuple[float, ...]) -> Floats:
+    """Return a (4, 4) transform from seven values: translation x, y, z, then quaternion x, y, z, w (scalar last).
+
+    A quaternion of length zero gives the identity rotation.
+    """
+    from scipy.spatial.transform import Rotation
+
+    transform = np.eye(4)
+    transform[:3, 3] = values[:3]
+    if np.linalg.norm(values[3:]) > 0:
+        transform[:3, :3] = Rotation.from_quat(values[3:]).as_matrix()
+    return transform
+
+
 def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | Floats, where: str) -> Floats:
     """Return the (4, 4) transform [R, t; 0, 0, 0, 1] of a unit quaternion (R) and a position (t).
 
@@ -83,17 +97,11 @@ def pose_from(quaternion: Sequence[float] | Floats, position: Sequence[float] | 
     ------
     InputError : the quaternion's length differs from 1 by more than 0.01, or a number is not finite.
     """
-    from scipy.spatial.transform import Rotation
-
-    rotation = np.asarray(quaternion, dtype=float)
-    length = float(np.linalg.norm(rotation))
+    length = float(np.linalg.norm(quaternion))
     if not abs(length - 1) <= _MAX_NORM_ERROR or not np.isfinite(position).all():
         sentence = f"the quaternion qx, qy, qz, qw has length {length:.3g}, expected 1 (and finite numbers)"
         raise InputError(f"{where}: {sentence}", code="pose-invalid")
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(rotation).as_matrix()
-    pose[:3, 3] = position
-    return pose
+    return matrix((*position, *quaternion))
 
 
 def read_lines(path: Path, columns: int, layout: str) -> list[Row]:

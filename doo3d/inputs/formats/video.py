@@ -114,15 +114,14 @@ def _probe(path: Path) -> _VideoContent:
 def _decode_all(video: cv2.VideoCapture) -> tuple[list[str], bool]:
     """Return the decoder's messages at each frame and at the end, and whether the container ended early."""
     messages: list[str] = []
-    ended, more = False, True
+    more = True
     while more:
         with capture_native_output() as native:
             more = video.grab()
-        broken = _TRUNCATED.search(native.text) is not None
-        messages.append("" if broken else native.text)
-        ended = ended or broken
+        messages.append(native.text)
     video.release()
-    return messages, ended
+    broken = [_TRUNCATED.search(text) is not None for text in messages]
+    return ["" if is_broken else text for text, is_broken in zip(messages, broken, strict=True)], any(broken)
 
 
 def _not_opened(path: Path, message: str) -> InputError:

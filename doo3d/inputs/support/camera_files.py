@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -69,19 +70,18 @@ def _parse_yaml(path: Path, data: bytes) -> Any:
 
 def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:
     """Yield the cameras in the text of RealSense's tools, or in a text of numbers alone."""
-    starts = list(_BLOCK.finditer(text))
-    ends = [*(start.start() for start in starts[1:]), len(text)][: len(starts)]
-    blocks = [(f"{path.stem} {start[1].strip()}", text[start.end() : end]) for start, end in zip(starts, ends, strict=True)]
+    starts = [*_BLOCK.finditer(text), None]
+    blocks = [
+        (f"{path.stem} {start[1].strip()}", text[start.end() : following.start() if following else len(text)])
+        for start, following in pairwise(starts)
+        if start
+    ]
     for label, block in blocks or [(path.stem, text)]:
         for width, height, cx, cy, fx, fy in _COMPACT.findall(block):
-            yield Calibration(
-                check_pinhole([float(v) for v in (fx, fy, cx, cy)], path, label), (int(width), int(height)), None, label, path
-            )
-        keys: dict[str, Any] = {}
-        for key, value in _TEXT_PAIR.findall(block):
-            keys.setdefault(key.lower(), float(value))
-        coefficients = re.search(r"coeffs\W+([-+\d.eE\s,]+)", block, re.IGNORECASE)
-        if coefficients:
+            pinhole = check_pinhole([float(v) for v in (fx, fy, cx, cy)], path, label)
+            yield Calibration(pinhole, (int(width), int(height)), None, label, path)
+        keys: dict[str, Any] = {key.lower(): float(value) for key, value in reversed(_TEXT_PAIR.findall(block))}
+        if coefficients := re.search(r"coeffs\W+([-+\d.eE\s,]+)", block, re.IGNORECASE):
             keys["coeffs"] = coefficients[1].replace(",", " ").split()
         if (camera := camera_of(keys, path, label)) is not None:
             yield camera

@@ -12,6 +12,14 @@ from .camera_files import MAX_FILE_BYTES, read_camera_file
 from .images import Size
 from .listing import natural_key, words_of
 
+RECORDER_FILE = "camera_intrinsic.json"  # of Open3D's recorder; takes precedence over other files
+_CAMERA_WORDS = {"camera", "cameras", "cam", "intrinsic", "intrinsics", "calib", "calibration", "k", "cameraintrinsic"}
+_FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic")  # sub-folders that are searched, too
+_SUFFIXES = (".json", ".yaml", ".yml")
+_MAX_OTHER_FILES = 20  # JSON and YAML files without a camera's name that are looked into; more are annotations
+_PRINCIPAL_POINT_RANGE = (0.4, 0.6)
+"""Share of width and height in which the principal point lies. Depth cameras have 0.46 to 0.54; a camera at its next resolution,
+which is a third larger or smaller, is outside."""
 REMEDY = "give --camera FILE (JSON or YAML with fx, fy, cx, cy) or --input-option 'camera=[fx, fy, cx, cy]'"
 _PX = 0.01  # cameras whose intrinsics differ by less are one
 
@@ -92,16 +100,6 @@ def _distinct(cameras: Sequence[Calibration]) -> list[Calibration]:
         if not any(max(abs(a - b) for a, b in zip(camera.pinhole, other, strict=True)) < _PX for other in same_size):
             kept.append(camera)
     return kept
-
-
-RECORDER_FILE = "camera_intrinsic.json"  # of Open3D's recorder; takes precedence over other files
-_CAMERA_WORDS = {"camera", "cameras", "cam", "intrinsic", "intrinsics", "calib", "calibration", "k", "cameraintrinsic"}
-_FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic")  # sub-folders that are searched, too
-_SUFFIXES = (".json", ".yaml", ".yml")
-_MAX_OTHER_FILES = 20  # JSON and YAML files without a camera's name that are looked into; more are annotations
-_PRINCIPAL_POINT_RANGE = (0.4, 0.6)
-"""Share of width and height in which the principal point lies. Depth cameras have 0.46 to 0.54; a camera at its next resolution,
-which is a third larger or smaller, is outside."""
 
 
 class FoundCamera(NamedTuple):

@@ -13,10 +13,12 @@ from ...errors import InputError
 from ...types import Array, Bools, Camera, Floats
 from .calibration import Calibration
 from .camera_search import fits, search_folders
-from .depth_frames import check_pose
+from .depth_frames import read_frame_pose
 from .images import Size
 from .listing import words_of
 
+_EXTRINSICS = ("extrinsic_depth.txt", "extrinsic_color.txt")  # of ScanNet's exporter: camera to device, 4x4
+_COLOR_WORDS = {"color", "colour", "rgb"}
 _OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest by more than this is occluded
 
 
@@ -91,10 +93,6 @@ def _filled(depth: Array, valid: Bools) -> Floats:
     return np.asarray(values[labels])
 
 
-_EXTRINSICS = ("extrinsic_depth.txt", "extrinsic_color.txt")  # of ScanNet's exporter: camera to device, 4x4
-_COLOR_WORDS = {"color", "colour", "rgb"}
-
-
 class ColorCamera(NamedTuple):
     """The camera of color images. extrinsics : (4, 4), depth camera to color camera, x_color = extrinsics @ x_depth, m."""
 
@@ -125,10 +123,12 @@ def find_color_camera(root: Path, cameras: Sequence[Calibration], size: Size) ->
     InputError : a file of extrinsics holds no pose.
     """
     named = [camera for camera in cameras if fits(camera, size) and set(words_of(camera.label)) & _COLOR_WORDS]
-    files = next((found for folder in search_folders(root) if all(map(Path.is_file, found := _extrinsics_in(folder)))), None)
-    if not named or files is None:
+    folders = [folder for folder in search_folders(root) if all((folder / name).is_file() for name in _EXTRINSICS)]
+    if not named or not folders:
         return None
-    depth, color = (check_pose(file.read_text(encoding="utf-8-sig", errors="replace").split(), str(file)) for file in files)
+    depth, color = (read_frame_pose(folders[0] / name) for name in _EXTRINSICS)
+    if depth is None or color is None:
+        return None
     return ColorCamera(Camera(*named[0].pinhole, *size), np.linalg.inv(color) @ depth)
 
 
@@ -140,7 +140,3 @@ def sizes_differ(root: Path, color: Size, depth: Size) -> InputError:
         "intrinsic/; to read the depth alone, give --input-option color=none",
         code="color-size",
     )
-
-
-def _extrinsics_in(folder: Path) -> tuple[Path, Path]:
-    return folder / _EXTRINSICS[0], folder / _EXTRINSICS[1]

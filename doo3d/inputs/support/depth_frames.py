@@ -17,6 +17,7 @@ from .calibration import Pinhole as Pinhole
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_LETTERS = 100  # of a wrong value that an error shows
+_MAX_POSE_BYTES = 1 << 12  # a 4x4 matrix as text
 _MAX_SHOWN = 7  # numbers of a wrong matrix that an error shows
 
 
@@ -154,6 +155,20 @@ def check_pose(pose: Any, where: str) -> Floats:
     if not rigid or (np.abs(values[3] - (0, 0, 0, 1)) > _MAX_ROTATION_ERROR).any():
         raise InputError(f"{where}: is not a rotation and a translation, with 0, 0, 0, 1 as its last row", code="pose-invalid")
     return values
+
+
+def read_frame_pose(file: Path) -> Floats | None:
+    """Read a file of one pose, (4, 4) camera to world, m; None if it is not finite, as those that tracking lost are.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or holds no pose.
+    """
+    try:
+        values = np.array(read_bytes(file, _MAX_POSE_BYTES).decode("utf-8-sig", "replace").split(), dtype=float)
+    except ValueError:
+        raise InputError(f"{file}: expected a 4x4 matrix, camera to world", code="pose-invalid") from None
+    return None if values.size == 16 and not np.isfinite(values).all() else check_pose(values, str(file))
 
 
 def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> Floats:

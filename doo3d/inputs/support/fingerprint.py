@@ -61,19 +61,17 @@ def frame_paths(frame: FrameRef) -> list[str]:
 
 def _paths_in(value: Any, depth: int) -> Iterator[Path]:
     """Yield the paths that a loader or one of its arguments holds."""
+    items: Iterable[Any] = ()
     if isinstance(value, Path):
         yield value
-    elif depth == 0:
-        return
     elif isinstance(value, partial):
-        for item in (*value.args, *value.keywords.values()):
-            yield from _paths_in(item, depth - 1)
+        items = (*value.args, *value.keywords.values())
     elif isinstance(value, dict | tuple | list) and len(value) <= _MAX_ITEMS:
-        for item in value.values() if isinstance(value, dict) else value:
-            yield from _paths_in(item, depth - 1)
+        items = value.values() if isinstance(value, dict) else value
     elif is_dataclass(value) and not isinstance(value, type):
-        for each in fields(value):
-            yield from _paths_in(getattr(value, each.name), depth - 1)
+        items = [getattr(value, each.name) for each in fields(value)]
+    for item in items if depth else ():
+        yield from _paths_in(item, depth - 1)
 
 
 def _files(path: Path, excluded: str) -> Iterator[str]:

@@ -48,7 +48,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
     """
     if path.suffix.lower() == ".npy":
         return read_depth_array(path, scale, array_scale or 1.0)
-    image = _decode(path, cv2.IMREAD_UNCHANGED)
+    image = decode_image(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
         sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
         raise InputError(sentence, code="depth-shape")
@@ -84,7 +84,7 @@ def first_size(files: Sequence[Path]) -> Size | None:
     One that announces more pixels than allowed is damaged, and only counts if all are.
     """
     sizes = [size for size in map(image_size, files[:_MAX_TRIED]) if size is not None]
-    return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), sizes[0] if sizes else None)
+    return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), next(iter(sizes), None))
 
 
 def is_image(path: Path) -> bool:
@@ -113,7 +113,7 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
     """
     if data is None and path.suffix.lower() == ".npy":
         return read_color_array(path)
-    image = _eight_bits(path, _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION, data))
+    image = _eight_bits(path, decode_image(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION, data))
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB if image.ndim == 2 else cv2.COLOR_BGR2RGB))
 
 
@@ -136,7 +136,7 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
     if path.suffix.lower() in (".jpg", ".jpeg"):
         sentence = f"{path}: is a JPEG, whose compression smears the edges of a mask: save the mask as PNG"
         raise InputError(sentence, code="mask-format")
-    image = _decode(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    image = decode_image(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
     if mask.shape != shape:
         rotated = ", rotated by its EXIF orientation" if upright and mask.shape == shape[::-1] else ""
@@ -157,7 +157,13 @@ def _eight_bits(path: Path, image: Array) -> Array:
     )
 
 
-def _decode(path: Path, flags: int, data: bytes | None = None) -> Array:
+def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
+    """Read an image with OpenCV's flags from a file, or from `data`; then `path` is the name used in errors.
+
+    Raises
+    ------
+    InputError : the file is missing or damaged, is no image, or announces too many pixels.
+    """
     if data is None:
         with guarded(path):
             data = path.read_bytes()

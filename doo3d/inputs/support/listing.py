@@ -57,11 +57,9 @@ def is_depth_content(file: Path) -> bool:
 def may_be_depth(file: Path) -> bool:
     """Return whether a file whose name says depth can be a depth image: neither an 8-bit PNG nor a JPEG, which are previews."""
     suffix = file.suffix.lower()
-    return (
-        suffix in DEPTH_SUFFIXES
-        and suffix not in (".jpg", ".jpeg", ".bmp")
-        and (suffix != ".png" or not b"\0" < _png_kind(file)[:1] <= b"\x08")
-    )
+    if suffix == ".png":
+        return not b"\0" < _png_kind(file)[:1] <= b"\x08"
+    return suffix in DEPTH_SUFFIXES and suffix not in (".jpg", ".jpeg", ".bmp")
 
 
 def _png_kind(file: Path) -> bytes:

@@ -19,6 +19,7 @@ from scipy.special import expit
 from ...config import Config
 from ...geometry.depth_support import depth_support
 from ...geometry.foreground_view import projection_of
+from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
 from ...geometry.polyline import arc_length
 from ...types import Bools, Chain, Crossing, Floats, Foreground
@@ -101,10 +102,6 @@ MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 
 STRAY_LENGTH_SHARE = 0.2
 """Share of the longest object's length up to which another one may be a stub of noise or clutter beside it."""
-
-MAX_SAMPLES, MAX_PAIRS = 50_000, 2_000_000
-"""Samples of all chains of a frame, and pairs of near ones, at most, for time and memory: ten ropes of 10 m have a tenth of that.
-Beyond, samples lie farther apart."""
 
 MAX_DROPPED_RADII = 20.0
 """Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
@@ -320,7 +317,7 @@ def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]
         number = np.repeat(np.arange(len(samples)), np.diff(bounds, prepend=0))
         tangent = np.concatenate([_tangents(each.view) for each in samples])
         tree, stride, limit = cKDTree(view), 1, BESIDE_RADII * float(reach.max())
-        while tree.n**2 > MAX_PAIRS and tree.count_neighbors(tree, limit) > MAX_PAIRS:
+        while tree.n**2 > MAX_CELLS and tree.count_neighbors(tree, limit) > MAX_CELLS:
             stride *= 2
             tree = cKDTree(view[::stride])
         a, b = stride * tree.query_pairs(limit, output_type="ndarray").T

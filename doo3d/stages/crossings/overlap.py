@@ -140,12 +140,11 @@ def sample_overlap(strands: CrossingStrands, offsets: Floats) -> tuple[Floats, F
     return beyond, strands.point[:, None, None] + np.stack((x, y), axis=-1)
 
 
-def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius: Floats) -> tuple[Floats, Floats]:
-    """Measure which strand's surface is in front, and to which strand the surface seen in the overlap belongs.
+def depth_order(strands: CrossingStrands, surface: Lookup, radius: Floats) -> Floats:
+    """Measure which strand's surface is in front.
 
-    The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola. The
-    surface measured in the overlap belongs to the upper strand. Readings on a strand that differ by more than the strand's
-    thickness from its other readings belong to something else and are left out.
+    The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola.
+    Readings on a strand that differ by more than its thickness from its others belong to something else and are left out.
 
     Parameters
     ----------
@@ -154,28 +153,21 @@ def depth_order(strands: CrossingStrands, surface: Lookup, depth: Floats, radius
     surface
         function from positions (..., 2) in the view to the distance (...) of the object's surface there along the viewing
         direction, m; NaN without a reading.
-    depth
-        (C, 2) m, distance of the strands' axes along the viewing direction at the crossing.
     radius
         (C, 2) m, radius of the strands.
 
     Returns
     -------
-    in_front : (C,) m, distance of the second strand's surface minus that of the first strand's: positive if the first strand is
-        in front. NaN if either strand's surface could not be extrapolated.
-    mismatch : (C,) m, by how much the surface in the overlap differs from the second strand's minus by how much it differs from
-        the first strand's: positive if the first strand is upper. NaN without a reading in the overlap.
+    (C,) m, distance of the second strand's surface minus that of the first strand's: positive if the first strand is in front.
+    NaN if either strand's surface could not be extrapolated.
     """
-    beyond, inside = sample_overlap(strands, SURFACE_OFFSETS)
+    beyond, _ = sample_overlap(strands, SURFACE_OFFSETS)
     measured = _medians(surface(beyond))
     height = strands.depth - measured
     with np.errstate(invalid="ignore"):
         own = np.abs(height - _medians(height)[..., None]) < 2 * radius[..., None]
     extrapolated = _parabola_at_crossing(strands.along, np.where(own, measured, np.nan))
-    in_overlap = _medians(surface(inside).reshape(len(inside), -1))
-    expected = np.where(np.isfinite(extrapolated), extrapolated, depth - radius)
-    error = np.abs(in_overlap[:, None] - expected)
-    return extrapolated[:, 1] - extrapolated[:, 0], error[:, 1] - error[:, 0]
+    return np.asarray(extrapolated[:, 1] - extrapolated[:, 0])
 
 
 def _medians(values: Floats) -> Floats:

@@ -21,9 +21,6 @@ SURFACE_WEIGHT = 0.75
 MAX_DEPTH_DIFFERENCE = 1.5
 """Thicknesses up to which a difference in depth counts."""
 
-SURFACE_LOG_ODDS = 4.0
-"""Log odds when the surface in the overlap is just where one strand's should be, and a thickness from the other's."""
-
 COLOR_LOG_ODDS = 3.0
 """Log odds per log ratio by which one strand's colors explain the overlap better, up to MAX_COLOR_LOG_RATIO of that."""
 
@@ -75,15 +72,14 @@ def upper_strand_log_odds(
 
 
 def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
-    """Return the log odds (C,) by depth: from the strands' difference, and from whose surface is seen in the overlap."""
+    """Return the log odds (C,) by depth: from the difference of the strands, and of their measured surfaces."""
     thickness = np.maximum(radius.sum(axis=1), 1e-9)
-    in_front, mismatch = depth_order(strands, surface, depth, radius)
+    in_front = depth_order(strands, surface, radius)
     difference = (depth[:, 1] - depth[:, 0]) / thickness
     measured = np.isfinite(in_front)
     deviation = np.where(measured, DEPTH_DEVIATION, 2 * DEPTH_DEVIATION)
     difference = np.where(measured, SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference, difference)
-    log_odds = 2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2
-    return np.asarray(log_odds + SURFACE_LOG_ODDS * np.nan_to_num(np.clip(mismatch / thickness, -1.0, 1.0)))
+    return np.asarray(2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2)
 
 
 def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingStrands) -> Lookup:

@@ -46,9 +46,6 @@ GAP_WEIGHT = 0.3
 RADIUS_TOLERANCE = 0.3
 """Relative difference from the path's radius at which a measurement weighs 1 / e."""
 
-MAX_RADIUS_CHANGE = 0.4
-"""Relative difference from the path's radius up to which a radius at one sample is believed."""
-
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
 
@@ -301,7 +298,7 @@ def _median_count(count: Floats) -> float:
 def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:
     """Return the samples with the radius of their paths as measured (S,), and the radii at the samples (S,)."""
     samples = replace(samples, radius=_path_radius(samples, measured, usable))
-    near = np.abs(measured - samples.radius) < MAX_RADIUS_CHANGE * samples.radius
+    near = _trust(measured / samples.radius) > 0.5
     return samples, _along_paths(measured, usable & near, samples)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import kernels
-from ...geometry.noise import DEVIATIONS, ENOUGH_SAMPLES, MAD_TO_DEVIATION
+from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, SURFACE_SAMPLES
 from ...geometry.polyline import perpendicular, unit
 from ...kernels import nearest, section_offsets, window_sum
 from ...types import Array, Floats, Ints
@@ -98,7 +98,7 @@ def planar_axes(tangent: Floats) -> SectionAxes:
 
 
 def thinned(points: Array) -> Array:
-    """Return every k-th of N points, k being the least that leaves at most ENOUGH_SAMPLES (10,000) of them.
+    """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (10,000) of them.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def thinned(points: Array) -> Array:
     -------
     (K, C), the K points kept, in the order given; a contiguous array.
     """
-    return np.ascontiguousarray(points[:: max(1, -(-len(points) // ENOUGH_SAMPLES))])
+    return np.ascontiguousarray(points[:: max(1, -(-len(points) // SURFACE_SAMPLES))])
 
 
 @dataclass(frozen=True)

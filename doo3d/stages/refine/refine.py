@@ -89,7 +89,7 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
 
     Returns
     -------
-    Samples on the axes, about 0.4 radii apart or less along each path, with the radius at each, m (px in 2-D); None if there are
+    Samples on the axes, about 0.5 radii apart or less along each path, with the radius at each, m (px in 2-D); None if there are
     no paths.
     """
     if not paths:

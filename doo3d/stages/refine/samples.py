@@ -10,10 +10,8 @@ import numpy as np
 
 from ...geometry.blocks import Blocks
 from ...geometry.polyline import arc_length, resample, tangents
+from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Ints, Path
-
-SAMPLE_SPACING_RADII = 0.4
-"""Radii between samples: a quarter of the shortest detail that smoothing leaves."""
 
 WINDOW_RADII = 1.0
 """Radii on either side of a sample from which its estimate is taken."""
@@ -90,7 +88,7 @@ class Samples:
 
 
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
-    """Take evenly spaced samples along each path, about 0.4 radii apart, or half a segment if that is less.
+    """Take evenly spaced samples along each path, about 0.5 radii apart, or half a segment if that is less.
 
     Parameters
     ----------
@@ -105,7 +103,7 @@ def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) ->
     -------
     The samples of all paths, at least four per path. Both ends of an open path are samples.
     """
-    spacing = min(SAMPLE_SPACING_RADII * radius, segment_length / 2)
+    spacing = min(STEP_RADII * radius, segment_length / 2)
     positions, numbers, filled = [], [], []
     for p, path in enumerate(paths):
         points = np.concatenate((path.points, path.points[:1])) if path.closed else path.points

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import golden
 
-from ...geometry.noise import ENOUGH_SAMPLES
+from ...geometry.noise import SURFACE_SAMPLES
 from ...geometry.polyline import unit
 from ...kernels import lateral_sums, nearest, window_sum
 from ...types import Array, Camera, Floats, Ints
@@ -103,7 +103,7 @@ def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -
 
 
 def on_lattice(pixels: Array) -> Array:
-    """Return about ENOUGH_SAMPLES (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
+    """Return about SURFACE_SAMPLES (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
 
     Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
     section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
@@ -117,7 +117,7 @@ def on_lattice(pixels: Array) -> Array:
     -------
     (K, 2) int, the K pixels kept, in the order given.
     """
-    step = -(-len(pixels) // ENOUGH_SAMPLES)
+    step = -(-len(pixels) // SURFACE_SAMPLES)
     if step <= 1:
         return pixels
     slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden))

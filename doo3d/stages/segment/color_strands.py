@@ -11,7 +11,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ...geometry.noise import MAD_TO_DEVIATION
+from ...geometry.noise import MAD_TO_DEVIATION, SAMPLES
 from ...kernels import color_bands, mask_parts
 from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
@@ -20,27 +20,15 @@ MEDIAN_PX = 15
 """Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
 strand."""
 
-MIN_BARE_SHARE = 0.05
-"""Share of the median's window that is bare surface at least, where raised pixels are replaced by its mean color."""
-
-MAX_COVERED = 0.25
-"""Share of a pixel of the scaled image that raised pixels cover at most if it is bare surface."""
-
 BLUR = (0.02192, 0.22851, 0.49915, 0.22851, 0.02192)
 """Weights of the blur that removes the camera's noise of color: a Gaussian of 0.8 px."""
-
-NOISE_SAMPLES = 4000
-"""Pixels of some rows that the deviation of the surface's color is measured at, about: 2 % accurate."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 7.0, 3.5
-"""Deviations of the surface's own color: the two thresholds of the hysteresis."""
-
-COARSE_DEVIATIONS = 4.0
-"""The same in the image scaled down by 4, from which on a band is looked for. A strand of 2 px leaves a quarter of its contrast
-there at worst; one place along a band suffices, for it is followed from there."""
+"""Deviations of the surface's own color: the two thresholds of the hysteresis. In the image scaled down by 4 a band is looked for
+from the lower one on: a strand of 2 px leaves a quarter of its contrast there at worst; it is followed from one place."""
 
 MIN_SEED_SHARE = 0.2
 """Share of a band's pixels that are above the higher threshold at least."""
@@ -177,7 +165,7 @@ def _other_things(selected: Bools, told: Bools, bands: _Parts, strands: Ints, co
 
 def _hue(color: Array, pixels: Ints) -> Floats:
     """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices."""
-    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // NOISE_SAMPLES)]]
+    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // SAMPLES)]]
     return np.asarray(np.median(cv2.cvtColor(some[None], cv2.COLOR_RGB2LAB)[0, :, 1:], axis=0))
 
 
@@ -195,7 +183,7 @@ def _told_by_color(color: Array, raised: Bools) -> tuple[Bools, Bools] | None:
     wide = cv2.resize(around, size, interpolation=cv2.INTER_LINEAR)
     deviation = _deviation(color, wide)
     contrast = cv2.transform(cv2.pow(lab - wide, 2), (1 / deviation[None] ** 2))
-    seeds = contrast > COARSE_DEVIATIONS**2
+    seeds = contrast > GROW_DEVIATIONS**2
     if not seeds.any():
         return None
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
@@ -210,7 +198,7 @@ def _halved(image: Array) -> Array:
 def _deviation(color: Array, around: Array) -> Floats:
     """Return the robust standard deviation (3,) of the blurred image from the surface's color, given on a smaller image."""
     height, width = color.shape[:2]
-    step = max(1, round((height * width / NOISE_SAMPLES) ** 0.5 / 2))
+    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
     v, u = np.arange(2, height - 2, 4 * step), np.arange(2, width - 2, step)
     rows = cv2.cvtColor(color[(v[:, None] + np.arange(-2, 3)).ravel()], cv2.COLOR_RGB2LAB).reshape(len(v), 5, width, 3)
     along = np.tensordot(np.array(BLUR, np.float32), rows, (0, 1))
@@ -221,11 +209,11 @@ def _deviation(color: Array, around: Array) -> Floats:
 
 
 def _without(small: Array, raised: Bools) -> Array:
-    """Return the scaled image (h, w, 3) with the surface's color round them in place of raised pixels, so that a coil is none."""
+    """Return the scaled image (h, w, 3) with the surface's color in place of pixels mostly raised, so that a coil is none."""
     wide = cv2.dilate(raised.view(np.uint8), np.ones((5, 5), np.uint8)) * np.uint8(255)
     covered = cv2.resize(_halved(_halved(wide)), small.shape[1::-1], interpolation=cv2.INTER_AREA)
-    bare = (covered < 255 * MAX_COVERED).astype(np.float32)
+    bare = (covered < 128).astype(np.float32)
     share = cv2.blur(bare, (MEDIAN_PX, MEDIAN_PX))
     mean = cv2.blur(small * bare[..., None], (MEDIAN_PX, MEDIAN_PX)) / np.maximum(share, 1e-3)[..., None]
-    known = (bare > 0) | (share < MIN_BARE_SHARE)
+    known = (bare > 0) | (share * MEDIAN_PX**2 < 1)
     return np.where(known[..., None], small, np.rint(mean)).astype(np.uint8)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...geometry.noise import SAMPLES
 from ...types import Array, Bools
-
-SAMPLE_STRIDE_PX = 8
-"""px; every so many rows and columns are looked at first: a photograph has more than two values there."""
 
 MAX_OBJECT_FRACTION = 0.5
 """Fraction of the image that an object covers at most; more is a drawing on white."""
@@ -18,7 +16,8 @@ def object_in_mask_image(image: Array) -> Bools | None:
 
     image : (H, W, 3) uint8. Returns (H, W) bool, True on the object, which covers at most half of the image.
     """
-    sample = image[::SAMPLE_STRIDE_PX, ::SAMPLE_STRIDE_PX]
+    stride = max(1, int((image.size / SAMPLES) ** 0.5))  # a photograph has more than two values in a sample of its pixels
+    sample = image[::stride, ::stride]
     if not _has_two_values(sample, int(sample.max(initial=0))):
         return None
     value = int(image.max(initial=0))

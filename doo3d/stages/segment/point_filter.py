@@ -9,16 +9,14 @@ from ...kernels import neighbor_table
 from ...types import Bools, Floats
 
 NEIGHBORHOOD_CELL_SPACINGS = 2.0
-"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud."""
+"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud. Finer ones would be
+empty here and there on a surface."""
 
 MIN_NEIGHBORS_RATIO = 0.15
 """Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
 
 FAR_OUTLIER_BOX_SIZES = 3
 """Diagonals of the box of the central 96 % of the points beyond which, outside that box, a point is a far outlier."""
-
-ROWS_AT_ONCE = 1 << 14
-"""Cells whose neighbors are summed at once: their 26 neighbors with four values each fit into the cache."""
 
 MAX_POINTS = 1_000_000
 """Points of a cloud that are used at most, for time (about 1 s) and memory; ten times as many as an object of 10 m needs."""
@@ -79,9 +77,9 @@ def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats
     if isinstance(cells, float):
         return np.ones(len(points)), points
     sums = cells.sums(np.column_stack((points, np.ones(len(points)))))
-    padded, table = np.vstack((sums, np.zeros(4))), neighbor_table(cells.coords)
-    for start in range(0, len(sums), ROWS_AT_ONCE):
-        sums[start : start + ROWS_AT_ONCE] += padded[table[start : start + ROWS_AT_ONCE]].sum(axis=1)
+    padded = np.vstack((sums, np.zeros(4)))
+    for neighbor in neighbor_table(cells.coords).T:
+        sums += padded[neighbor]
     return sums[cells.cell, 3], sums[cells.cell, :3] / sums[cells.cell, 3:]
 
 

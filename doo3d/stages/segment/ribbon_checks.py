@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from ...types import Array, Bools, Floats
-from .ribbons import STEP_PX, TracedStrand
+from .ribbons import BORDER_PX, STEP_PX, TracedStrand
 
 PROFILE_SPACING_PX = 0.5
 """px between the samples of a profile across a strand."""
@@ -24,14 +24,11 @@ MIN_EDGE_WIDTHS, MAX_EDGE_WIDTHS, EDGE_SAMPLES = 0.2, 0.95, 9
 MIN_LENGTH_PX, MIN_LENGTH_WIDTHS = 60.0, 8.0
 """Length of a strand at least."""
 
-MIN_MEAN_SCORE, MIN_LOW_SCORE, LOW_PERCENTILE, MIN_SEEN = 2.2, 1.4, 20, 0.6
-"""Mean score and the score at a percentile that a strand has at least, and the share of its length that is seen."""
+MIN_MEAN_SCORE, MIN_SEEN = 2.2, 0.6
+"""Mean score that a strand has at least, and the share of its length that is seen."""
 
 MAX_WIDTH_CHANGE = 3.2
 """Ratio of the widths at the 85th and 15th percentile of an object's at most."""
-
-MAX_BORDER_SHARE = 0.5
-"""Share of a strand's length that may run along the border of the image."""
 
 MAX_EDGE_PX = 5.5
 """px over which the color changes at an edge at most; shadows of distant things are softer."""
@@ -46,14 +43,8 @@ logarithm plus SHADOW_COLOR."""
 SOFT_EDGE_PX, FAINT_LIGHT = 2.6, -0.25
 """px over which light changes at the edge of a shadow at least, unless the shadow is so faint (logarithm of the light left)."""
 
-STRAIGHT_PX, STRAIGHT_SHARE = 0.6, 0.002
-"""px, plus the share of the length, that a joint between tiles deviates from a straight line at most, in the root mean square."""
-
 MIN_RANK_SHARE = 0.15
 """Share of the best strand's rank (score times length times root of width) that another one has at least."""
-
-MAX_RANKED_PX = 400.0
-"""px of a strand's length beyond which it does not rank higher."""
 
 OVERLAP_WIDTHS, OVERLAP_PX, MAX_OVERLAP = 1.3, 5.0, 0.5
 """Widths plus px round a chosen strand of which another one may have that share: an edge or a highlight has more."""
@@ -146,24 +137,15 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     fault = ""
     if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
         fault = "short"
-    elif np.mean(border < width / 2 + BORDER_MARGIN_PX) > MAX_BORDER_SHARE:
+    elif np.median(border) < width / 2 + BORDER_PX:
         fault = "border"
-    elif (
-        score < MIN_MEAN_SCORE
-        or np.percentile(strand.score[seen], LOW_PERCENTILE) < MIN_LOW_SCORE
-        or seen.mean() < MIN_SEEN
-        or wide > MAX_WIDTH_CHANGE * narrow
-    ):
+    elif score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow:
         fault = "uneven"
-    elif _is_shadow(_light_left(light, offset, core, side, seen), edge_px, line, length):
+    elif _is_shadow(_light_left(light, offset, core, side, seen), edge_px):
         fault = "shadow"
     elif edge_px > MAX_EDGE_PX:
         fault = "uneven"
-    return Checked(line, between, (score - 1) * min(length, MAX_RANKED_PX) * np.sqrt(width), fault)
-
-
-BORDER_MARGIN_PX = 3.0
-"""px, beyond half the width, from the border of the image at which a strand runs along it."""
+    return Checked(line, between, (score - 1) * length * np.sqrt(width), fault)
 
 
 def _centered(
@@ -197,11 +179,9 @@ def _light_left(light: Array, offset: Floats, core: Bools, side: Bools, seen: Bo
     return np.asarray(np.median(left[seen], axis=0))
 
 
-def _is_shadow(left: Floats, edge_px: float, line: Floats, length: float) -> bool:
-    """Tell whether a strand is a shadow, or a joint between tiles: darker without another color, and soft, faint or straight."""
+def _is_shadow(left: Floats, edge_px: float) -> bool:
+    """Tell whether a strand is a shadow: darker without another color, and soft or faint."""
     mean = float(left.mean())
     if left.max() >= 0 or mean < MIN_SHADOW_LIGHT or np.ptp(left) > SHADOW_COLOR - SHADOW_COLOR_SHARE * mean:
         return False
-    centered = line - line.mean(axis=0)
-    deviation = np.sqrt(max(np.linalg.eigvalsh(centered.T @ centered / len(line))[0], 0.0))
-    return bool(edge_px > SOFT_EDGE_PX or mean > FAINT_LIGHT or deviation < STRAIGHT_PX + STRAIGHT_SHARE * length)
+    return bool(edge_px > SOFT_EDGE_PX or mean > FAINT_LIGHT)

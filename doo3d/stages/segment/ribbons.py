@@ -51,13 +51,10 @@ color is a running mean with that memory."""
 
 MAX_SCORE, MIN_SCORE, SEED_SCORE = 3.0, 0.9, 1.7
 """Logarithms of the ratio of variances: beyond which more says nothing, below which no strand is seen, above which the mean over
-SEED_PX on either side lets a strand begin."""
+MIN_WINDOW_PX on either side lets a strand begin."""
 
-SEED_PX = 16
-"""px along a ribbon, on either side of its middle, over which a seed's score is averaged."""
-
-BORDER_PX = 3
-"""px from the image border within which no strand begins, since the pixels beyond are made up."""
+BORDER_PX = round(float(WIDTHS_PX[0]))
+"""px from the image border within which no strand begins, since the pixels beyond are made up: the width of the narrowest."""
 
 MAX_GAP_WIDTHS, MAX_GAP_PX = 4.0, 8.0
 """Widths plus px that a strand is carried on unseen, below another one or in a highlight."""
@@ -182,7 +179,7 @@ def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
     rows, columns = np.nonzero(local)
     chosen = direction[rows, columns]
     angle = chosen * np.pi / DIRECTIONS
-    along = np.arange(-SEED_PX, SEED_PX + 1, 2)
+    along = np.arange(-MIN_WINDOW_PX, MIN_WINDOW_PX + 1, 2)
     v = np.clip(np.rint(rows[:, None] + along * np.sin(angle)[:, None]).astype(int), 0, height - 1)
     u = np.clip(np.rint(columns[:, None] + along * np.cos(angle)[:, None]).astype(int), 0, width - 1)
     near = [ribbons.score[(chosen + turn)[:, None] % DIRECTIONS, v, u] for turn in (-1, 0, 1)]

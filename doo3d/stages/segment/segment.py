@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...geometry.initial_radius import separate_strands
 from ...geometry.limits import MAX_CELLS
 from ...geometry.mask import mask_pixels, mask_radius
-from ...geometry.noise import ENOUGH_SAMPLES
+from ...geometry.noise import SAMPLES
 from ...geometry.sparse_grid import cloud_spacing
 from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
@@ -281,10 +281,10 @@ def _nothing_note(method: str) -> str:
 
 def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
     """Refuse a frame without depth or with depth in the wrong unit; a grid of its readings suffices."""
-    step = max(1, int(np.sqrt(frame.depth.size / ENOUGH_SAMPLES)))
+    step = max(1, int(np.sqrt(frame.depth.size / SAMPLES)))
     some = frame.depth[::step, ::step]
     readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
-    _check_distance(readings[:: max(1, readings.size // ENOUGH_SAMPLES)], frame, frame.depth.size, "frame", config)
+    _check_distance(readings[:: max(1, readings.size // SAMPLES)], frame, frame.depth.size, "frame", config)
 
 
 def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:

@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...config import SegmentConfig
+from ...geometry.noise import SAMPLES
 from ...types import Bools, Cloud, Floats, Frame, Image, Plane
-from .methods.plane import fit_plane
+from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
-
-SAMPLE_POINTS = 1000
-"""Readings around the object, evenly chosen, that the plane is fitted to: they tell its normal to about 0.1 degrees."""
-
-DRAWS = 60
-"""A plane that half of the readings lie on is missed by all draws with a probability of 3e-4."""
-
-MIN_INLIER_FRACTION = 0.4
-"""A plane with fewer of the readings around the object is clutter, or one of several surfaces."""
 
 MIN_READINGS = 50
 """Readings around the object without which no plane is looked for."""
@@ -56,27 +48,27 @@ def find_supporting_plane(
     if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
         return None
     if isinstance(data, Cloud):
-        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLE_POINTS)])
+        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
         inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
     else:
         assert foreground.mask is not None
         points, inside = _surrounding_points(data, foreground.mask, config), np.zeros(3)
     if len(points) < MIN_READINGS:
         return None
-    normal, height, _ = fit_plane(points, config.plane_distance, DRAWS, seed)
-    if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_INLIER_FRACTION:
+    normal, height, _ = fit_plane(points, config.plane_distance, seed)
+    if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
         return None
     sign = 1.0 if float(normal @ inside) >= height else -1.0
     return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
 def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
-    """Return about SAMPLE_POINTS readings (N, 3) m beside the object's mask, from the box around it."""
+    """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
     (top, bottom), (left, right) = ((int(at[0]), int(at[-1])) for at in (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)))
     margin = int(SURROUNDINGS * max(bottom - top, right - left)) + 1
     top, left = max(0, top - margin), max(0, left - margin)
     box = np.s_[top : bottom + margin + 1, left : right + margin + 1]
-    stride = max(1, int(np.sqrt(frame.depth[box].size / SAMPLE_POINTS)))
+    stride = max(1, int(np.sqrt(frame.depth[box].size / SAMPLES)))
     depth = frame.depth[box][::stride, ::stride]
     v, u = np.nonzero((depth > 0) & (depth <= config.max_depth) & ~mask[box][::stride, ::stride])
     return frame.camera.unproject(np.column_stack((left + stride * u, top + stride * v)), depth[v, u])

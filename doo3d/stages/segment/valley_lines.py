@@ -16,43 +16,21 @@ from ...types import Array, Bools, Floats, Ints
 from .wide_stretches import Bundles, close_gaps
 
 MIN_VALLEY, SURE_VALLEY = 0.12, 0.3
-
 """Depth of a valley in units of the contrast: at each of its pixels, and at its deeper half."""
 
 MIN_VALLEY_RADII = 4.0
 """Radii; shorter valleys are texture."""
 
-MIN_SPACING_RADII = 1.1
-"""Radii; a valley nearer than this to the edge or to a deeper valley leaves no room for a strand."""
-
-INNER_RADII = 0.5
-"""Radii from the edge within which a valley is not looked for: the side of a strand is darker."""
-
 REACH_RADII = 1.5
-"""Radii; a valley is carried on straight so far beyond its ends, to where the strands part."""
+"""Radii; a valley is carried on straight so far beyond its ends, to where the strands part. Lines whose ends are
+nearer than twice this continue each other, and one that runs so far along gaps of the mask, or into the wedge between parting
+strands, is open."""
 
 MIN_VALLEY_WIDTHS = 3.0
 """Widths of the mask there; shorter lines that continue each other are the flanks of a strand that crosses a wide one."""
 
-
-FINE_RADIUS_PX, PARTED_SHARE = 4.5, 0.9
-
-"""px, and share of a line that runs along a gap of the mask; strands at least so thick and so well parted need no help: voxels of
-half their radius keep them apart."""
-
-LINK_RADII = 3.0
-"""Radii; lines whose ends are nearer than this continue each other."""
-
-MIN_END_LENGTH = 0.25
-"""Windows of two radii; a line whose middle near its end is nearer to the end than this has no direction there."""
-
-
 OPENING_RADII, SIDE_RADII = 1.0, 3.5
-
 """Radii; so far beyond the end of a valley there is background, and within so many to either side a strand."""
-
-MIN_GAP_RADII = 1.5
-"""Radii; a line that runs so far along gaps of the mask, or into the wedge between parting strands, is open."""
 
 MAX_VALLEYS = 200
 """Valleys at most that are tested, the longest first."""
@@ -62,7 +40,7 @@ def find_valley_lines(valley: Array, bottom: Bools, bundles: Bundles) -> Bools:
     """Return the middle lines (h, w) of the valleys that part strands."""
     radius = bundles.radius
     distance = bundles.distance
-    inner = bundles.wide & (distance > max(1.5, INNER_RADII * radius)) & (valley > MIN_VALLEY)
+    inner = bundles.wide & (distance > 1.5) & (valley > MIN_VALLEY)
     skeleton = _thinned(close_gaps(bottom & inner, 1) & inner)
     _, label, stats, _ = cv2.connectedComponentsWithStats(skeleton.astype(np.uint8), connectivity=8)
     size = stats[:, cv2.CC_STAT_AREA]
@@ -72,7 +50,7 @@ def find_valley_lines(valley: Array, bottom: Bools, bundles: Bundles) -> Bools:
             left, top, width, height = stats[k, : cv2.CC_STAT_HEIGHT + 1]
             box = slice(top, top + height), slice(left, left + width)
             own = label[box] == k
-            is_inside = np.median(distance[box][own]) >= MIN_SPACING_RADII * radius
+            is_inside = np.median(distance[box][own]) >= radius  # room for a strand
             deep[k] = np.median(valley[box][own]) >= SURE_VALLEY and is_inside
     return _opening_lines(np.where(deep[label], label, 0), bundles)
 
@@ -88,22 +66,18 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     carried = [_carry_on(end, label, bundles) for end in ends]
     position = np.array([end.position for end in ends]).reshape(-1, 2)
     number = np.array([end.line for end in ends], dtype=np.int64)
-    near = cKDTree(position).query_pairs(LINK_RADII * bundles.radius, output_type="ndarray")
+    near = cKDTree(position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
     size = int(label.max()) + 1
     graph = coo_array((np.ones(len(near)), (number[near[:, 0]], number[near[:, 1]])), shape=(size, size))
     group = connected_components(graph, directed=False)[1]
     opens = np.zeros(size, dtype=bool)
     opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
     in_gap = np.bincount(label[~bundles.part], minlength=size)
-    opens[group[in_gap >= MIN_GAP_RADII * bundles.radius]] = True
-    in_gap = np.bincount(group, weights=in_gap, minlength=size)
+    opens[group[in_gap >= REACH_RADII * bundles.radius]] = True
     length = np.bincount(group, weights=np.bincount(label[label > 0], minlength=size), minlength=size)
     width = np.zeros(size)
     np.maximum.at(width, group[label[label > 0]], 2 * bundles.distance[label > 0])
-    kept = opens & (length >= MIN_VALLEY_WIDTHS * width)
-    if bundles.radius >= FINE_RADIUS_PX:
-        kept &= in_gap < PARTED_SHARE * length
-    kept = kept[group]
+    kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
     kept[0] = False
     result &= kept[label]
     for end, (ahead, _) in zip(ends, carried, strict=True):
@@ -131,7 +105,7 @@ def _line_ends(label: Ints, radius: float) -> list[_LineEnd]:
         near = padded[row : row + 2 * window + 1, column : column + 2 * window + 1]
         back = np.argwhere(near == label[row, column]).mean(axis=0) - window
         length = float(np.hypot(*back))
-        if length >= MIN_END_LENGTH * window:
+        if length > 0:
             ends.append(_LineEnd(int(label[row, column]), np.array((row, column)), -back / length))
     return ends
 

@@ -7,8 +7,9 @@ import math
 import cv2
 import numpy as np
 
+from ...geometry.noise import SAMPLES
 from ...types import Array, Bools
-from .wide_stretches import close_gaps
+from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, close_gaps
 
 VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
 
@@ -20,32 +21,18 @@ VALLEY_LENGTH_RADII = 1.6
 ORIENTATIONS = 8
 """Orientations of the valleys looked for, a multiple of 8; one every 22.5 degrees."""
 
-FILTER_RADIUS_PX = 4.0
-"""px; an image whose strands are thicker is scaled down to this radius before it is filtered."""
-
 CLIP = 2.0
 """Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
 
 MIN_CONTRAST = 4.0
 """Grey levels; fainter contrast within a mask is noise, and the mask alone decides: strands of equal width."""
 
-WEDGE_RADII = 1.3
-"""Radii; half of the width up to which a wedge between parting strands is filled to measure their common width."""
-
-EQUAL_RADII = 1.06
-"""Radii of a strand that is as wide as its neighbors: the medial axis of a thin strand is a little too near to its edge."""
-
-
-MIN_NEARNESS, AROUND_RADII = 1e-4, 3.0
-
-"""m, the same of depth; and radii around a pixel over whose depth its nearness is measured."""
+AROUND_RADII = 3.0
+"""Radii around a pixel over whose depth its nearness is measured."""
 
 MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
 """Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
 of the mask is no bundle, and to measure it takes seconds."""
-
-MAX_VALUES = 2000
-"""Pixels at most from which the contrast within a mask is estimated."""
 
 
 def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
@@ -54,7 +41,7 @@ def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
     The depth is the largest of all orientations. A crest through the same pixel counts against it: along a strand's highlight the
     image is a shallow valley.
     """
-    scale = min(1.0, FILTER_RADIUS_PX / radius)
+    scale = min(1.0, COARSE_RADIUS_PX / radius)
     small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
     depths = np.stack(
         [cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)]
@@ -111,9 +98,9 @@ def shade_strands(
     elif depth is not None:
         shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
     values = shade[part]
-    low, middle, high = np.percentile(values[:: max(1, len(values) // MAX_VALUES)], (10, 50, 90))
+    low, middle, high = np.percentile(values[:: max(1, len(values) // SAMPLES)], (10, 50, 90))
     contrast = (high - low) / 2
-    if contrast < (MIN_CONTRAST if color is not None else MIN_NEARNESS):
+    if contrast <= (MIN_CONTRAST if color is not None else 0.0):
         return _equal_widths(part, radius, widest) if equal_widths else None
     return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
 
@@ -123,10 +110,10 @@ def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
 
     The width is that of the mask with the wedges between parting strands filled, so that the strands run on straight into these.
     """
-    outline = close_gaps(part, math.ceil(WEDGE_RADII * radius))
+    outline = close_gaps(part, math.ceil(GAP_RADII * radius))
     distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     half_width = _largest_within(distance, min(math.ceil(widest), math.ceil(max(MAX_BUNDLE_RADII * radius, MAX_BUNDLE_PX))))
-    strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / (EQUAL_RADII * radius)))
+    strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / radius))
     return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
 
 

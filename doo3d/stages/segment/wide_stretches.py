@@ -21,8 +21,9 @@ MIN_AXIS_SHARE = 0.12
 LOG_BIN = 0.05
 """Bin of the logarithm of the half-widths."""
 
-COARSE_RADIUS_PX = 3.0
-"""px; radius of a strand on the coarser grid on which most frames are found to have nothing wide."""
+COARSE_RADIUS_PX = 4.0
+"""px; an image whose strands are thicker is scaled down to about this radius, to find out whether anything is wide, and to filter
+it."""
 
 GAP_RADII = 1.2
 """Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""

@@ -53,7 +53,7 @@ def test_noise_is_no_flying_point(monkeypatch):
     noisy = np.where(SEEN, DEPTH + 0.006 * np.random.default_rng(0).normal(size=DEPTH.shape), 0)
     assert len(foreground_of(frame(noisy), SegmentConfig(), SEEN).points) > 0.95 * SEEN.sum()
     with monkeypatch.context() as without_noise:
-        without_noise.setattr(depth_filter, "OUTLIER_NOISE_FACTOR", 0)
+        without_noise.setattr(depth_filter, "DEVIATIONS", 0)
         assert len(foreground_of(frame(noisy), SegmentConfig(), SEEN).points) < 0.8 * SEEN.sum()
     thin = np.zeros_like(SEEN)
     thin[240:242, 100:500] = True

@@ -9,6 +9,7 @@ from ....config import SegmentConfig
 from ....geometry.sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
 from ....kernels import neighborhood_spreads, occupied_cells
 from ....types import Cloud, Frame, Image
+from ..point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from ..sparse_strands import is_sparse
 
 MIN_BROAD_FRACTION = 0.5
@@ -19,9 +20,6 @@ MIN_DISC_OCCUPANCY = 0.6
 
 DEPTH_STRIDE_PX = 4
 """px; every so many rows and columns of a depth image are looked at, since a surface wider than any object shows in them too."""
-
-CELL_SPACINGS = 2
-"""Point spacings; edge of the cells that tell whether a disc is occupied: finer ones would be empty here and there."""
 
 
 def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
@@ -51,7 +49,7 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         return _is_broad_frame(data, config)
     points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLE_POINTS)])
     seeds = np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_SEEDS)])
-    size = CELL_SPACINGS * cloud_spacing(points)
+    size = NEIGHBORHOOD_CELL_SPACINGS * cloud_spacing(points)
     counts, means, covariances = neighborhood_spreads(points, seeds, config.max_width)
     axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ....config import SegmentConfig
 from ....errors import InputError
-from ....geometry.noise import MAD_TO_DEVIATION
+from ....geometry.noise import MAD_TO_DEVIATION, SAMPLES
 from ....kernels import count_near_planes, raised_pixels
 from ....types import Bools, Cloud, Floats, Frame, Image
 
-RANSAC_SAMPLE_POINTS = 2000
-"""Points that RANSAC counts inliers on: the share of a plane is known to about one percent from that many."""
+MIN_PLANE_SHARE, MISS_PROBABILITY = 0.4, 1e-4
+"""Share of the readings that lie on a plane, and the probability that no draw of RANSAC has its three points on it. A plane with
+fewer readings is clutter, or one of several surfaces."""
 
-RANSAC_DRAWS = 200
-"""A plane that a third of the readings lie on is missed by all draws with a probability of 5e-4."""
+RANSAC_DRAWS = math.ceil(math.log(MISS_PROBABILITY) / math.log(1 - MIN_PLANE_SHARE**3))
+"""Planes tried, each through three points (Fischler and Bolles, 1981): 139."""
 
 REFINE_ITERATIONS = 3
 """Times the plane is fitted to its inliers by least squares."""
@@ -24,9 +27,6 @@ NOISE_WINDOW_DEVIATIONS, NOISE_ITERATIONS = 3.0, 6
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 3.5, 2.0
 """Deviations of the plane's noise: the two thresholds of the hysteresis in an image."""
-
-MAX_FIT_POINTS = 20_000
-"""Points of the data, evenly chosen, that the plane is fitted to."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
@@ -57,7 +57,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     points = subsample(data)
     if len(points) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
-    normal, offset, noise = fit_plane(points, config.plane_distance, RANSAC_DRAWS, seed)
+    normal, offset, noise = fit_plane(points, config.plane_distance, seed)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
         return np.asarray(height_above_plane(data, normal, offset) > high)
@@ -69,7 +69,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     return raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
 
 
-def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[Floats, float, float]:
+def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float, float]:
     """Fit the plane that has the most points near it, by RANSAC and then least squares on its inliers.
 
     Parameters
@@ -78,8 +78,6 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
         (N, 3) m, N points, at least three.
     distance
         m; a point nearer to the plane than this is an inlier.
-    draws
-        number of planes tried, each through three random points.
     seed
         seed of the random numbers.
 
@@ -92,9 +90,8 @@ def fit_plane(points: Floats, distance: float, draws: int, seed: int) -> tuple[F
     If every triple drawn is collinear, the result is the plane z = points[0, 2] with noise 0.
     """
     random = np.random.default_rng(seed)
-    many = len(points) > RANSAC_SAMPLE_POINTS
-    sample = points[random.choice(len(points), RANSAC_SAMPLE_POINTS, replace=False)] if many else points
-    corners = sample[random.integers(0, len(sample), (draws, 3))]
+    sample = points[random.choice(len(points), SAMPLES, replace=False)] if len(points) > SAMPLES else points
+    corners = sample[random.integers(0, len(sample), (RANSAC_DRAWS, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     norm = np.linalg.norm(normals, axis=1)
     normals = normals[norm > 0] / norm[norm > 0, None]
@@ -153,7 +150,7 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
 
 
 def subsample(data: Frame | Cloud) -> Floats:
-    """Return evenly chosen points of a Frame or Cloud: about MAX_FIT_POINTS (20,000) of a large one, all of a small one.
+    """Return points of a Frame or Cloud: those of a grid of about SAMPLES (2000) pixels, or all points of a cloud.
 
     Returns
     -------
@@ -161,8 +158,8 @@ def subsample(data: Frame | Cloud) -> Floats:
     give no point.
     """
     if isinstance(data, Cloud):
-        return data.points[:: max(1, len(data.points) // MAX_FIT_POINTS)]
-    stride = max(1, int(np.sqrt(data.depth.size / MAX_FIT_POINTS)))
+        return data.points
+    stride = max(1, int(np.sqrt(data.depth.size / SAMPLES)))
     depth = data.depth[::stride, ::stride]
     v, u = np.nonzero(depth)
     return data.camera.unproject(np.column_stack((u, v)) * stride, depth[v, u])

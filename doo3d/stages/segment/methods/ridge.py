@@ -8,23 +8,18 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError, require
 from ....types import Bools, Cloud, Frame, Image
-
-FILTER_PIXELS = 500_000
-"""Pixels; larger images are scaled down to this many before the filter, which takes 1 s per million."""
+from .strands import IMAGE_PIXELS
 
 SIGMAS_PX = (2.0, 4.0, 6.0)
 """px of the scaled image; half-widths of the lines that the filter answers to."""
-
-PEAK_PERCENTILE = 99.5
-"""Percent; the answer at this percentile tells which polarity is stronger, whatever single pixels answer."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Select bright or dark lines in a color image by scikit-image's Sato tubeness filter and Otsu's threshold.
 
-    Either the dark or the bright lines are selected, whichever respond more strongly. An image of more than half a million pixels
-    is scaled down before the filter, so that the same lines are found at any resolution. The response is enlarged again before
-    the threshold, for smooth edges.
+    Either the dark or the bright lines are selected, whichever respond more strongly (by their squared response). A larger image
+    is scaled down to IMAGE_PIXELS (640 x 360) before the filter, so that the same lines are found at any resolution. The response
+    is enlarged again before the threshold, for smooth edges.
 
     Parameters
     ----------
@@ -48,11 +43,11 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     filters = require("skimage.filters", "ridge")
     grey = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32) / 255
     shape = grey.shape
-    shrink = max(1.0, (grey.size / FILTER_PIXELS) ** 0.5)
+    shrink = max(1.0, (grey.size / IMAGE_PIXELS) ** 0.5)
     if shrink > 1:
         grey = cv2.resize(grey, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     answers = [np.nan_to_num(filters.sato(grey, sigmas=SIGMAS_PX, black_ridges=black)) for black in (False, True)]
-    answer = max(answers, key=lambda image: float(np.percentile(image, PEAK_PERCENTILE)))
+    answer = max(answers, key=lambda image: float((image**2).sum()))
     if answer.max() <= 0:
         return np.zeros(shape, dtype=bool)
     threshold = filters.threshold_otsu(answer)

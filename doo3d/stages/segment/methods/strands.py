@@ -27,7 +27,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     """Select strands by their color, and in a frame also what is raised from the plane.
 
     In a photograph, ribbons of one color are traced from end to end; those that are short, uneven, soft, or darker than both
-    sides without another color (shadows, and joints between tiles) are left out.
+    sides without another color (shadows) are left out.
 
     Parameters
     ----------

@@ -1,0 +1,64 @@
+"""The numbers typed at the top of the method's modules, in Python and C++: each is a decision, and there may only be fewer."""
+
+from __future__ import annotations
+
+import textwrap
+
+import pytest
+
+from doo3d.evaluation.benchmark.source_size import SourceSize, file_size, method_files, size_of
+
+MOST = 340
+"""Lower it when numbers go; a new one needs an old one to go, and a docstring that names where its value comes from."""
+
+
+def test_there_are_no_more_numbers_than_before():
+    files = [file for file in method_files() if file.suffix == ".py"]
+    assert len(files) > 80
+    assert sum(file_size(file).numbers for file in method_files()) <= MOST
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("A = 1", 1),
+        ("A: float = -1.5", 1),
+        ("A, B = 0.5, 2 * 3", 1),
+        ("A = [1, (2, 3)]", 1),
+        ("A = B + 1", 0),
+        ("A = True", 0),
+        ("A = 'a'", 0),
+        ("def f(a=1):\n    b = 2\n    return a + b", 0),
+    ],
+)
+def test_a_number_is_an_assignment_of_numbers_alone(tmp_path, text, numbers):
+    (tmp_path / "a.py").write_text(text)
+    assert file_size(tmp_path / "a.py").numbers == numbers
+
+
+def test_lines_of_code_are_those_without_docstrings_comments_and_empty_ones(tmp_path):
+    text = '''
+    """Docstring
+    of two lines."""
+
+    # a comment
+    A = (  # three lines
+        1,
+    )
+
+
+    def f():
+        """Return."""
+        return A
+    '''
+    (tmp_path / "a.py").write_text(textwrap.dedent(text))
+    assert file_size(tmp_path / "a.py") == SourceSize(5, 1)
+
+
+def test_constants_of_cpp_count_too(tmp_path):
+    (tmp_path / "a.cpp").write_text("constexpr int A = 1;\n    static constexpr double B = 2.0;\nconst int C = 3;\n")
+    assert file_size(tmp_path / "a.cpp").numbers == 2
+
+
+def test_modules_are_added_up():
+    assert size_of(["stages.fill", "stages.thin"]) == size_of(["stages.fill"]) + size_of(["stages.thin"])
