@@ -28,6 +28,9 @@ NOISE_WINDOW_DEVIATIONS, NOISE_ITERATIONS = 3.0, 6
 SEED_DEVIATIONS, GROW_DEVIATIONS = 3.5, 2.0
 """Deviations of the plane's noise: the two thresholds of the hysteresis in an image."""
 
+MAX_GRID_PIXELS = 20_000
+"""Pixels of a grid over a frame, from which samples are drawn. With a grid of 2000, 39 of 48 frames were right, with this 40."""
+
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane.
@@ -150,7 +153,7 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
 
 
 def subsample(data: Frame | Cloud) -> Floats:
-    """Return points of a Frame or Cloud: those of a grid of about SAMPLES (2000) pixels, or all points of a cloud.
+    """Return points of a Frame or Cloud: those of a grid of about MAX_GRID_PIXELS (20,000), or all points of a cloud.
 
     Returns
     -------
@@ -159,7 +162,7 @@ def subsample(data: Frame | Cloud) -> Floats:
     """
     if isinstance(data, Cloud):
         return data.points
-    stride = max(1, int(np.sqrt(data.depth.size / SAMPLES)))
+    stride = max(1, int(np.sqrt(data.depth.size / MAX_GRID_PIXELS)))
     depth = data.depth[::stride, ::stride]
     v, u = np.nonzero(depth)
     return data.camera.unproject(np.column_stack((u, v)) * stride, depth[v, u])
