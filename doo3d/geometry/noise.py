@@ -9,9 +9,9 @@ DEVIATIONS = 3.0
 COLOR_NOISE = 6.0
 """Difference of 8-bit colors, in RGB or CIELAB, that noise and shading along one strand explain."""
 
-SURFACE_SAMPLES = 10_000
-"""Pixels or points of the object that its axis is measured on; more are thinned evenly. An axis of 200 samples has 50 for each,
-whose mean is off by a seventh of their noise."""
+SURFACE_SAMPLES = 20_000
+"""Pixels or points of the object that its axis is measured on; more are thinned evenly. An axis of 200 samples has 100 for
+each, whose mean is off by a tenth of their noise."""
 
 SAMPLES = 2000
 """Values that medians, percentiles and planes are estimated from, drawn evenly from more. The standard error of the median of N

@@ -1,10 +1,10 @@
-"""Clouds of sparse points: wires of points one behind the other, and surfaces."""
+"""Clouds of sparse points: wires of points one behind the other, and scans that only look like them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.drawn_masks import surface
+from builders.drawn_masks import axis_error, surface
 from scipy.spatial import cKDTree
 
 import doo3d
@@ -59,6 +59,28 @@ def test_points_are_moved_to_their_lines():
     before, after = (np.median(cKDTree(axes[0]).query(p)[0]) for p in (points, strands.centered))
     assert after < 0.6 * before
     assert cKDTree(strands.bridges).query(axes[0])[0].max() < 0.15
+
+
+def scan(axis, radius, along, across):
+    """Points of lines of a scanner on the upper half of a cable, m: `along` apart along it and `across` apart across."""
+    at = resample(axis, np.arange(0, arc_length(axis)[-1], along))
+    lateral = np.arange(-radius + across / 3, radius, across)
+    height = np.sqrt(np.maximum(radius**2 - lateral**2, 0))
+    tangent = np.gradient(at, axis=0)
+    side = np.cross(tangent / np.linalg.norm(tangent, axis=1, keepdims=True), [0.0, 0.0, 1.0])
+    return (at[:, None] + lateral[:, None] * side[:, None] + height[:, None] * np.array([0, 0, 1.0])).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(
+    ("along", "across"), [(0.0005, 0.002), (0.001, 0.003), (0.003, 0.0007), (0.006, 0.0007), (0.012, 0.0007)]
+)
+def test_lines_of_a_scanner_on_one_cable_are_no_wires(along, across):
+    """Dense along the cable and sparse across, and the other way round."""
+    x = np.linspace(0, 0.4, 400)
+    axis = np.column_stack((x, 0.05 * np.sin(10 * x), 0.5 + 0 * x))
+    (chain,) = doo3d.detect(doo3d.Cloud(scan(axis, 0.005, along, across))).chains
+    assert abs(chain.length - arc_length(axis)[-1]) < 0.02
+    assert axis_error(chain, axis).largest < 0.007
 
 
 @pytest.mark.parametrize("spacing", [0.001, 0.002, 0.004])
