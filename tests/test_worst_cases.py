@@ -211,7 +211,7 @@ def test_the_size_of_a_mask_is_checked_before_the_work(preset, monkeypatch):
 
     module = import_module("doo3d.stages.segment.segment")
     monkeypatch.setattr(module, "split_strands", not_yet)
-    monkeypatch.setattr(module, "MAX_MASK_PIXELS", 1000)
+    monkeypatch.setattr(module, "MAX_CELLS", 1000)
     with pytest.raises(doo3d.InputError, match=r"pixels, the limit is 1000"):
         detect(lines(SMALL, 20, 7), preset)
 
@@ -241,7 +241,7 @@ def test_beside_is_the_same_when_the_pairs_are_thinned(monkeypatch):
     chains = doo3d.detect(image_of(lines((320, 60), 30, 5)), "image", mask=lines((320, 60), 30, 5)).chains[:2]
     assert len(chains) == 2
     whole = confidence._beside(samples, chains)
-    monkeypatch.setattr(confidence, "MAX_PAIRS", 2000)
+    monkeypatch.setattr(confidence, "MAX_CELLS", 2000)
     thinned = confidence._beside(samples, chains)
     assert [len(part) for part in thinned] == [len(part) for part in whole] == [600, 600]
     assert all(part.all() for part in (*whole, *thinned))

@@ -59,7 +59,7 @@ FIXED = {
     "merge.remnant": "0.1 of the longest chain's length",
     "fill.radius": "a radius of half the gap at most",
     "fill.max_deviation": "20 degrees",
-    "refine.spacing": "0.4 radii",
+    "refine.spacing": "0.5 radii",
     "refine.pool": "1 radius",
     "refine.smooth": "1.2 radii",
     "refine.depth_weight": "0.06",

@@ -154,7 +154,7 @@ class Capture(Sequence[FrameRef]):
 
     def __contains__(self, frame: object) -> bool:
         """Return whether a frame, or a frame of this name, is in the capture."""
-        return any(frame in (each, each.name) for each in self.frames)
+        return isinstance(frame, FrameRef | str) and any(frame in (each, each.name) for each in self.frames)
 
     @overload
     def __getitem__(self, key: int | str) -> FrameRef: ...

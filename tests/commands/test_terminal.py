@@ -57,7 +57,7 @@ def detect(place, *options: str, **how) -> Shown:
 
 def words(text: str) -> list[str]:
     """Return the lines of a text in order of the alphabet, every number as 0, and every run of blanks as one."""
-    return sorted(re.sub(r"[\d.]+", "0", " ".join(line.split())) for line in text.splitlines() if line.strip())
+    return sorted(re.sub(r"[+-]?[\d.]+", "0", " ".join(line.split())) for line in text.splitlines() if line.strip())
 
 
 def is_clean(shown: Shown) -> None:
