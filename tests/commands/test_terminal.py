@@ -26,7 +26,7 @@ OTHERS = {
     "recording": "view out --save out.rrd --force",
     "scenes": "evaluate scenes --families straight --seeds 2 --size 320x240",
     "capture": "evaluate capture crossing --truth crossing/truth.json",
-    "ablations": "evaluate ablations --families straight --seeds 2 --size 320x240",
+    "ablations": "evaluate ablations --data frames --families straight --seeds 2 --size 320x240 --steps necks",
     "sequences": "evaluate sequences --own dragged --seeds 1 --frames 4 --size 320x240",
     "trees": "evaluate trees --families tree --seeds 2 --size 320x240",
     "photos": "evaluate dataset mbest photos",
