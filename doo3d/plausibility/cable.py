@@ -47,7 +47,7 @@ def radius_notes(chains: Sequence[Chain], distance: float | None) -> list[str]:
     distance
         m from the sensor to the longest chain; None if unknown.
     """
-    if not chains or not np.isfinite(chains[0].radius):
+    if not chains or not 0 < chains[0].radius < np.inf:
         return []
     radius, (low, high) = chains[0].radius, RADIUS_RANGE_M
     low = MIN_RADIUS_SHORT_M if chains[0].length < SHORT_M else low

@@ -102,6 +102,7 @@ def test_baselines():
         (0.0144, 1.5, 1.0, None),  # a hose
         (0.038, 50.0, None, None),  # an overhead wire, scanned
         (float("nan"), 1.0, 0.7, None),
+        (0.0, 1.0, 0.7, None),  # unknown too: points exactly on a line
         (
             0.1,
             0.24,

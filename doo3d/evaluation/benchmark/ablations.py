@@ -103,6 +103,12 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.segment.strand_filter",),
         made_for=DEPTH,
     ),
+    "strand filter: drawn to the surface": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
+    ),
+    "strand filter: bridges where steep": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:_bridges": lambda *_: np.zeros((0, 3))}, made_for=DEPTH
+    ),
     "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(
         places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
@@ -116,10 +122,12 @@ ABLATIONS: dict[str, Ablation] = {
     "voxels of middle lines between touching strands": Ablation(places={f"{_STAGES}.voxelize:middle_pixels": _all}),
     "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
     "cut between touching strands": Ablation(places={f"{_STAGES}.voxelize:BETWEEN_RADII": math.inf}),
+    "spurs": Ablation({"traverse.min_branch": 0}),
     "small loops": Ablation(places={f"{_STAGES}.traverse.branch_graph:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.branch_graph:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
     "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
+    "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
