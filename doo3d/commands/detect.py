@@ -9,8 +9,7 @@ from typing import Annotated
 
 import typer
 
-from ..errors import InputError
-from ..runs.base_pose import check_pose_use
+from ..runs.option_checks import check_one_mode, check_pose_use
 from .arguments import (
     CameraOption,
     EndOption,
@@ -111,15 +110,12 @@ def detect(
         effective = config_of(config, overrides)
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
         read_options = ReadOptions.from_pairs(given, camera)
+        check_one_mode(fuse_views, sequence)
         check_pose_use(read_options, effective, fuse_views)
         opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else opened.notes:
             typer.echo(f"note: {note}", err=True)
-        if fuse_views and sequence:
-            raise InputError(
-                "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
-            )
         if fuse_views:
             from ..sequence.fused_capture import fused_capture
 

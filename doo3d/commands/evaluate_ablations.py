@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +40,9 @@ def ablations(
       doo3d evaluate ablations --data stereo,ragged --steps "strand filter,corners" --csv bill.csv
     """
     use_single_thread()
-    from ..evaluation.benchmark.ablations import ABLATIONS, format_ablations, rows_of, run_all
+    from ..evaluation.benchmark.ablations import ABLATIONS, format_ablations, rows_of, run_ablations
+    from ..evaluation.benchmark.run import in_processes
+    from ..evaluation.benchmark.tables import csv_text
     from ..evaluation.benchmark.trials import KINDS, make_trials
     from ..evaluation.scenes.registry import FAMILIES as ALL
     from ..outputs.detection_json import dumps
@@ -50,15 +51,11 @@ def ablations(
     chosen = list(ABLATIONS) if steps == "all" else [check_choice("--steps", name, ABLATIONS) for name in split(steps) or []]
     scenes = [check_choice("--families", name, ALL) for name in split(families) or []]
     trials = list(make_trials(kinds, scenes, range(start, start + seeds), parse_size(size)))
-    results = list(with_progress(run_all(trials, chosen, workers), len(trials)))
+    results = list(with_progress(in_processes(partial(run_ablations, steps=chosen), trials, workers), len(trials)))
     rows = rows_of(results, chosen)
     typer.echo(format_ablations(rows))
     if table:
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        save(table, text.getvalue())
+        save(table, csv_text(rows))
     if document:
         settings = {"data": data, "families": families, "seeds": seeds, "start": start, "size": size, "steps": steps}
         save(document, dumps({"schema": "doo3d/ablations/1", "settings": settings, "rows": rows}))

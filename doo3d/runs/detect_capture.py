@@ -9,14 +9,14 @@ from os import PathLike
 from typing import Any
 
 from ..config import Config, ConfigLike, as_config
-from ..errors import ArgumentError, ConfigError, InputError, options_of_python
+from ..errors import ArgumentError, ConfigError, options_of_python
 from ..inputs import Capture, ReadOptions, open_capture
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
 from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, whole
-from .base_pose import check_pose_use
 from .frame_record import FrameRecord
+from .option_checks import check_one_mode, check_pose_use
 from .run import RunSummary
 from .run import run as run_capture
 from .run_options import RunOptions
@@ -129,12 +129,9 @@ def run(
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera))
+        check_one_mode(fuse_views, sequence)
         check_pose_use(opened.options, settings, fuse_views)
         chosen = select_frames(opened, _selection(every, start, end, frames))
-        if fuse_views and sequence:
-            raise InputError(
-                "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
-            )
         remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:
             chosen = fused_capture(chosen, settings)

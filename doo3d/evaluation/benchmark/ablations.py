@@ -10,18 +10,15 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
-from multiprocessing import get_context
 from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...runs.threads import single_thread
 from ...stages.confidence.confidence import TOLD
+from ..metrics.record import Record
 from .source_size import SourceSize, size_of
 from .trials import Outcome, Run, Trial
 
@@ -257,15 +254,6 @@ def run_ablations(trial: Trial, steps: Sequence[str]) -> Result:
     return trial, complete, {name: _without(ABLATIONS[name], run, complete, called) for name in steps}
 
 
-def run_all(trials: Sequence[Trial], steps: Sequence[str], workers: int = 1) -> Iterator[Result]:
-    """Yield the result of each trial, in order, as `run_ablations` returns it; in so many processes."""
-    if workers < 2:
-        yield from (run_ablations(trial, steps) for trial in trials)
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn"), single_thread) as pool:
-        yield from pool.map(partial(run_ablations, steps=steps), trials)
-
-
 def _without(ablation: Ablation, run: Run, complete: Outcome, called: set[str]) -> Outcome:
     """Return the outcome without a step: that with it, if the frame does not call the functions of the step."""
     if ablation.places and not ablation.settings and not called.intersection(ablation.places):
@@ -310,11 +298,11 @@ def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> 
         *changes("in_image"),
         sum(complete.crossings_right - without.crossings_right for complete, without in pairs),
         float(np.mean(squared)) if pairs else 0.0,
-        1e3 * float(np.mean([complete.seconds - without.seconds for complete, without in pairs])) if pairs else 0.0,
+        float(np.mean([complete.ms - without.ms for complete, without in pairs])) if pairs else 0.0,
     )
 
 
-def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[dict[str, Any]]:
+def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[Record]:
     """Return two flat rows for each step, on the data that it was made for and on all, ready for a table, CSV and JSON."""
     rows = []
     for step in steps:
@@ -323,7 +311,7 @@ def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[dict[str, A
         for data, kinds in (("own", ablation.made_for), ("all", ())):
             bill = bill_of(results, step, kinds)
             own = {"lines": size.lines, "numbers": size.numbers}
-            rows.append({"step": step, "data": data, **bill._asdict(), "chance": round(bill.chance, 4), **own})
+            rows.append(Record({"step": step, "data": data, **bill._asdict(), "chance": round(bill.chance, 4), **own}))
     return rows
 
 

@@ -8,13 +8,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ...errors import ConfigError, InputError
 from ...runs.threads import single_thread
 from ...types import Array
 from ..metrics.record import Column, Record
 from .cases import Case
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 JOURNAL = "rows.jsonl"
 """File of an output folder: a line with the settings, then one for each case that was measured, with its records."""
@@ -91,12 +94,17 @@ def run_cases(
 def _measured(measure: Callable[[Case], list[Record]], cases: Sequence[Case], workers: int) -> Iterator[list[Record]]:
     if cases and cases[0].records == 1:
         measure(cases[0])
-    if workers < 2 or len(cases) < 2:
-        yield from map(measure, cases)
+    yield from in_processes(measure, cases, workers)
+
+
+def in_processes(function: Callable[[T], R], items: Sequence[T], workers: int) -> Iterator[R]:
+    """Yield the result of a function for each item, in order, computed in so many processes of one thread; in this one for 1."""
+    if workers < 2 or len(items) < 2:
+        yield from map(function, items)
         return
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), single_thread)
     try:
-        yield from pool.map(measure, cases)
+        yield from pool.map(function, items)
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import Config, load_config
-from ...errors import DooError
-from ...pipeline import detect
-from ...types import Bools, Camera, Chain, Cloud, Detection, Frame, Image
+from ...types import Bools, Camera, Chain, Cloud, Frame, Image
 from ..metrics.score import score
 from ..metrics.trees import score_trees
 from ..rendering.ragged_mask import ragged_mask
 from ..rendering.renderer import render
 from ..scenes.model import Truth
 from ..scenes.registry import TREES, family_rng, make_scene
+from .cases import KnownFrame, known_frame
+from .evaluate import detect_safely
 
 CLOUD_POINTS = 9_000
 """Points that are drawn from the object in a frame to make a cloud of it."""
@@ -39,10 +37,8 @@ class Outcome(NamedTuple):
         true crossings whose upper strand is seen, and those found with the right strand on top.
     confidence
         confidence of the detection, 0 to 1.
-    seconds
+    ms
         duration of the detection.
-    digest
-        hash of the chains: two outcomes with the same one are the same result.
     """
 
     right: bool
@@ -50,8 +46,7 @@ class Outcome(NamedTuple):
     crossings: int
     crossings_right: int
     confidence: float
-    seconds: float
-    digest: str
+    ms: float
 
 
 Run = Callable[[dict[str, object]], Outcome]
@@ -100,9 +95,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
 
 def _frame(sensor: str, ragged: bool, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in a rendered frame with its true mask, or a ragged one, and perhaps the number of cables."""
-    from .cases import known_frame
-
-    known = known_frame(render(make_scene(family, seed, size), sensor))
+    known = _known(family, seed, size, sensor)
     mask = _ragged(known.mask, f"{family}_{seed}") if ragged else known.mask
     chains = len(known.truths) if known_count else None
 
@@ -115,9 +108,7 @@ def _frame(sensor: str, ragged: bool, known_count: bool, family: str, seed: int,
 
 def _image(family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in the color image of a rendered frame alone, with a ragged mask."""
-    from .cases import known_frame
-
-    known = known_frame(render(make_scene(family, seed, size), "none"))
+    known = _known(family, seed, size, "none")
     assert isinstance(known.data, Frame)
     assert known.data.color is not None
     mask, camera, image = _ragged(known.mask, f"{family}_{seed}"), known.data.camera, Image(known.data.color)
@@ -131,9 +122,7 @@ def _image(family: str, seed: int, size: tuple[int, int]) -> Run:
 
 def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in the points of the object that a frame shows; `sparse` keeps those of every 12th row of pixels."""
-    from .cases import known_frame
-
-    known = known_frame(render(make_scene(family, seed, size), "d435"))
+    known = _known(family, seed, size, "d435")
     assert isinstance(known.data, Frame)
     assert known.mask is not None
     frame = known.data
@@ -158,11 +147,11 @@ def _harness(family: str, seed: int, size: tuple[int, int]) -> Run:
     rendered = render(scene, "d435")
 
     def run(settings: dict[str, object]) -> Outcome:
-        detection, seconds = _timed(rendered.frame, load_config("harness", settings), rendered.mask)
+        detection, timing = detect_safely(rendered.frame, load_config("harness", settings), rendered.mask)
         found = score_trees(detection, scene)
         junctions_right = found["taken"] == found["false"] == 0
         crossings = found["crossings"], found["crossed"]
-        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence, seconds, _digest(detection))
+        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence, timing["ms"])
 
     return run
 
@@ -185,13 +174,8 @@ def _ragged(mask: Bools | None, name: str) -> Bools:
     return ragged_mask(mask, family_rng(f"{name}/ragged", 0))
 
 
-def _timed(data: Frame | Cloud | Image, config: Config, mask: Bools | None) -> tuple[Detection, float]:
-    start = time.perf_counter()
-    try:
-        detection = detect(data, config, mask)
-    except DooError:
-        detection = Detection(())
-    return detection, time.perf_counter() - start
+def _known(family: str, seed: int, size: tuple[int, int], sensor: str) -> KnownFrame:
+    return known_frame(render(make_scene(family, seed, size), sensor))
 
 
 def _outcome(
@@ -203,13 +187,13 @@ def _outcome(
     depth: float | None = None,
 ) -> Outcome:
     """Detect, and score in space and in the image; chains of an image are laid into a plane at a depth in m, and scored there."""
-    detection, seconds = _timed(data, config, mask)
+    detection, timing = detect_safely(data, config, mask)
     chains = detection.chains if depth is None else tuple(_lifted(chain, camera, depth) for chain in detection.chains)
     found = score(chains, truths, detection.crossings if depth is None else None, camera)
     in_image = bool(found.image_correct)
     right = in_image if depth is not None else found.correct
     crossings = found.crossings, found.crossings_correct
-    return Outcome(right, in_image, *crossings, detection.confidence, seconds, _digest(detection))
+    return Outcome(right, in_image, *crossings, detection.confidence, timing["ms"])
 
 
 def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:
@@ -222,7 +206,3 @@ def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:
         radius=chain.radius * scale,
         radii=None if chain.radii is None else chain.radii * scale,
     )
-
-
-def _digest(detection: Detection) -> str:
-    return hashlib.sha256(b"".join(chain.joints.tobytes() for chain in detection.chains)).hexdigest()[:16]

@@ -21,10 +21,11 @@ from ...geometry.depth_support import depth_support
 from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
-from ...geometry.polyline import arc_length
+from ...geometry.polyline import arc_length, unit
+from ...geometry.radii import STEP_RADII
 from ...types import Bools, Chain, Crossing, Floats, Foreground
 from .. import FrameContext
-from .looks import Looks, looks_of
+from .looks import Looks, looks_of, tangents
 
 TOLD = {
     "base": 5.06,
@@ -75,8 +76,8 @@ UNTOLD_IMAGE = {
 }
 """The same in a photograph: fitted to the color images of these scenes and to labelled photographs."""
 
-SAMPLE_RADII, BEND_SAMPLES = 0.5, 4
-"""Radii between samples along a chain, and samples on either side between which it turns."""
+BEND_SAMPLES = 4
+"""Samples on either side of another one between which a chain turns: two radii."""
 
 SUPPORTED_SHARE = 0.5
 """Share of a segment's samples that must agree with it for its depth not to be doubtful."""
@@ -279,7 +280,7 @@ class _Samples:
 def _samples(chain: Chain, foreground: Foreground, least_step: float) -> _Samples:
     radius = chain.radius if chain.radius > 0 else chain.segment_length
     length = arc_length(chain.joints)
-    along = np.arange(0, length[-1], max(SAMPLE_RADII * radius, least_step))
+    along = np.arange(0, length[-1], max(STEP_RADII * radius, least_step))
     points = np.column_stack([np.interp(along, length, axis) for axis in chain.joints.T])
     view = projection_of(foreground)
     positions = view.project(points)
@@ -292,8 +293,7 @@ def _sharpest_turn(view: Floats) -> float:
     """Return the largest angle, radians, between the steps before and after a sample (S, 2), each of BEND_SAMPLES samples."""
     if len(view) <= 2 * BEND_SAMPLES:
         return 0.0
-    step = view[BEND_SAMPLES:] - view[:-BEND_SAMPLES]
-    step = step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12)
+    step = unit(view[BEND_SAMPLES:] - view[:-BEND_SAMPLES])
     cosine = (step[:-BEND_SAMPLES] * step[BEND_SAMPLES:]).sum(axis=1)
     return float(np.arccos(np.clip(cosine, -1, 1)).max())
 
@@ -315,7 +315,7 @@ def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]
     view, reach, along = (np.concatenate(part) for part in zip(*((s.view, s.reach, s.along) for s in samples), strict=True))
     if len(view):
         number = np.repeat(np.arange(len(samples)), np.diff(bounds, prepend=0))
-        tangent = np.concatenate([_tangents(each.view) for each in samples])
+        tangent = np.concatenate([tangents(each.view) for each in samples])
         tree, stride, limit = cKDTree(view), 1, BESIDE_RADII * float(reach.max())
         while tree.n**2 > MAX_CELLS and tree.count_neighbors(tree, limit) > MAX_CELLS:
             stride *= 2
@@ -331,13 +331,6 @@ def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]
         flags[a[found]] = flags[b[found]] = True
         flags = np.repeat(flags[::stride], stride)[: len(flags)]
     return [part if len(part) else np.zeros(1, dtype=bool) for part in np.split(flags, bounds[:-1])]
-
-
-def _tangents(view: Floats) -> Floats:
-    if len(view) < 2:
-        return np.zeros((len(view), 2))
-    step = np.gradient(view, axis=0)
-    return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12))
 
 
 def _unclaimed(samples: Sequence[_Samples], foreground: Foreground) -> float:

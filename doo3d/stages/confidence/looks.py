@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
+from ...geometry.polyline import unit
 from ...types import Array, Bools, Chain, Floats, Foreground, Ints
 
 CABLE_WIDTHS = 40.0
@@ -86,7 +87,7 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     mask = foreground.mask
     if mask is None or len(view) < 2:
         return Looks(stubby, _uneven(chain))
-    across = _across(view)
+    across = tangents(view)[:, ::-1] * (-1, 1)
     flat = 0.0 if foreground.depth is None else _flat(view, across, reach, chain.radius, foreground.depth, mask)
     edge = 0.0 if foreground.color is None else _edge(view, across, reach, foreground.color, mask)
     return Looks(stubby, _uneven(chain), flat, edge)
@@ -102,11 +103,9 @@ def _uneven(chain: Chain) -> float:
     return min(float(high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0
 
 
-def _across(view: Floats) -> Floats:
-    """Return the unit vectors (S, 2) across a strand at its samples (S, 2) in the view."""
-    step = np.gradient(view, axis=0)
-    step /= np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-9)
-    return np.column_stack((-step[:, 1], step[:, 0]))
+def tangents(view: Floats) -> Floats:
+    """Return the unit vectors (S, 2) along a strand at its samples (S, 2) in the view; 0 for a single one."""
+    return unit(np.gradient(view, axis=0)) if len(view) > 1 else np.zeros((len(view), 2))
 
 
 def _flat(view: Floats, across: Floats, reach: Floats, radius: float, depth: Array, mask: Array) -> float:

@@ -22,8 +22,9 @@ from ...types import Array, Floats, Ints
 MIN_POINTS = 5
 """Points that a circle is fitted to at least."""
 
-DEPTH_IMAGE_KURTOSIS, EVEN_SURFACE_KURTOSIS = 1.8, 1.5
-"""Kurtosis of the lateral offsets of a half shell: points of a depth image, and points spread evenly over the surface."""
+DEPTH_IMAGE_KURTOSIS = 1.8
+"""Kurtosis of the lateral offsets of a half shell in a depth image, whose points are spread evenly across; 1.5 for points spread
+evenly over the surface."""
 
 CENTRAL_PART = 0.8
 """Radii from the middle within which surface points measure the depth of the axis; farther out the surface falls away."""
@@ -98,7 +99,7 @@ def planar_axes(tangent: Floats) -> SectionAxes:
 
 
 def thinned(points: Array) -> Array:
-    """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (10,000) of them.
+    """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (20,000) of them.
 
     Parameters
     ----------

@@ -71,11 +71,6 @@ class Branch:
         """Whether one of its ends is free, and one only."""
         return (self.a == FREE_END) != (self.b == FREE_END)
 
-    @property
-    def is_bridge(self) -> bool:
-        """Whether it leads from a node to another node."""
-        return FREE_END != self.a != self.b != FREE_END
-
 
 class BranchGraph:
     """The skeleton as a graph: branches between nodes, where a node is a junction of branches.

@@ -24,7 +24,7 @@ from doo3d.evaluation.benchmark.trials import KINDS, Outcome, Trial, make_trials
 
 MODULE = "doo3d.stages.refine.axis_and_radius"
 WEIGHT = f"{MODULE}:DEPTH_WEIGHT"
-OUTCOME = Outcome(True, True, 2, 2, 0.9, 0.010, "a")
+OUTCOME = Outcome(True, True, 2, 2, 0.9, 10.0)
 
 
 def value_of(place: str) -> object:
@@ -92,7 +92,7 @@ def test_a_row_counts_what_a_step_makes_right_and_wrong(monkeypatch):
     monkeypatch.setattr(
         "doo3d.evaluation.benchmark.ablations.ABLATIONS", {"step": Ablation(modules=("stages.thin",), made_for=("images",))}
     )
-    wrong = OUTCOME._replace(right=False, crossings_right=1, seconds=0.004)
+    wrong = OUTCOME._replace(right=False, crossings_right=1, ms=4.0)
     results = [
         (Trial("images", "gained", lambda: None), OUTCOME, {"step": wrong}),
         (Trial("frames", "lost", lambda: None), wrong, {"step": OUTCOME}),
@@ -119,9 +119,9 @@ def test_the_sign_test_is_that_of_a_fair_coin():
 def test_each_kind_of_data_is_detected_and_scored(kind):
     run = next(make_trials([kind], ["straight"], [0], (320, 240))).load()
     outcome = run({})
-    assert outcome.seconds > 0
+    assert outcome.ms > 0
     assert 0 <= outcome.confidence <= 1
-    assert run({})._replace(seconds=0) == outcome._replace(seconds=0)
+    assert run({})._replace(ms=0) == outcome._replace(ms=0)
 
 
 def test_a_trial_can_be_sent_to_a_worker():

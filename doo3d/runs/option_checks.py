@@ -1,14 +1,27 @@
-"""The pose of the camera in the robot's base frame, and what it can be used with."""
+"""What options of a run can be used together: the pose in the robot's base frame, fused views, sequences."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..errors import ConfigError
+from ..errors import ConfigError, InputError
 
 if TYPE_CHECKING:
     from ..config import Config
     from ..inputs import ReadOptions
+
+
+def check_one_mode(fuse_views: bool, sequence: bool) -> None:
+    """Check that frames are not to be both fused to one cloud and detected as a sequence.
+
+    Raises
+    ------
+    InputError : they are.
+    """
+    if fuse_views and sequence:
+        raise InputError(
+            "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
+        )
 
 
 def check_pose_use(options: ReadOptions, config: Config, fuse_views: bool) -> None:
