@@ -16,35 +16,93 @@ from collections.abc import Callable
 
 from ..types import Array, Bools, Floats, Ints
 
-def agreeing_readings(
-    depth: Array, mask: Bools, low: float, high: float, half_width: int, slope: float, min_agreeing: int
-) -> tuple[Ints, Ints, Floats, int]:
-    """Find the depth readings of a mask with which enough of their neighbors agree, and average each with those.
+class FrameFacts:
+    """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
 
-    A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the differences
-    in row and column.
+    Components are 8-connected, and the pixels of their holes count for their size too; holes are 4-connected, and the background
+    that reaches the border of the image is none.
 
     Parameters
     ----------
-    depth
-        (H, W) float32 m, 0 = no reading
     mask
-        (H, W) bool, the pixels that are tested and that count as neighbors
-    low, high
-        m, the range of the readings that are tested; neighbors may lie outside
-    half_width
-        px; the window of neighbors has 2 half_width + 1 rows and columns
-    slope
-        m per pixel of distance
-    min_agreeing
-        neighbors that must agree, or half of those in the mask with a reading if that is less
+        (H, W) bool
+    depth
+        (H, W) float32 m, 0 = no reading; None without depth
+    min_pixels
+        components and holes of fewer pixels are small
 
-    Returns
-    -------
-    rows, columns : (K,) int64, the K readings that are left, in row-major order
-    mean : (K,) float64 m, mean of the reading itself and the neighbors that agree
-    dropped : number of readings with too few neighbors that agree
+    Attributes
+    ----------
+    selected
+        number of pixels before these steps
+    removed, filled
+        numbers of pixels of small components and of small holes
+    count
+        number N of pixels after them
+    box
+        first row, row after the last, first column and column after the last that hold pixels; else four 0
     """
+
+    selected: int
+    removed: int
+    filled: int
+    count: int
+    box: tuple[int, int, int, int]
+
+    def __init__(self, mask: Bools, depth: Array | None = None, min_pixels: int = 0) -> None: ...
+    def image(self) -> Bools:
+        """Return the mask (H, W) bool as a new array."""
+
+    def pixel_list(self) -> Ints:
+        """Return the pixels (N, 2) int64 (u, v), sorted by u and then v."""
+
+    def distance_image(self) -> Array:
+        """Return the chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask, 0 outside."""
+
+    def medial_axis(self) -> tuple[Ints, Ints, Array]:
+        """Return the pixels as far from the outside as their farthest neighbor; see the function `medial_axis`."""
+
+    def skeleton_pixels(self) -> Ints:
+        """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
+
+    def depth_summary(self) -> tuple[int, float, float]:
+        """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
+
+        Raises
+        ------
+        ValueError : there is no depth.
+        """
+
+    def agreeing_readings(
+        self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
+    ) -> tuple[Ints, Floats, Floats, int]:
+        """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
+
+        A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
+        differences in row and column.
+
+        Parameters
+        ----------
+        low, high
+            m, the range of the readings that are tested; neighbors may lie outside
+        half_width
+            px; the window of neighbors has 2 half_width + 1 rows and columns
+        slope
+            m per pixel of distance
+        min_agreeing
+            neighbors that must agree, or half of those with a reading if that is less
+
+        Returns
+        -------
+        pixels : (K, 2) int64 (u, v) of the K readings kept, in row-major order
+        depth : (K,) m
+        mean : (K,) m, of the reading and its neighbors that agree
+        dropped : number of readings between `low` and `high` that were not kept
+
+        Raises
+        ------
+        ValueError : there is no depth, or `half_width` is negative.
+        """
 
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
@@ -241,12 +299,6 @@ def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     Returns
     -------
     (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
-    """
-
-def depth_differences(depth: Array, mask: Bools) -> Array:
-    """Return the absolute differences of horizontally neighboring depth readings in a mask, in row-major order.
-
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (Q,) float32 m.
     """
 
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
@@ -579,12 +631,6 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
-def readings_in_mask(depth: Array, mask: Bools) -> Array:
-    """Return the depth readings (over 0) at the pixels of a mask, in row-major order.
-
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (K,) float32 m.
-    """
-
 def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: float, min_length: int) -> tuple[Array, Array]:
     """Score how much each pixel looks like the middle of a horizontal ribbon.
 
@@ -852,23 +898,4 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     Returns
     -------
     (S,) float64. The sums are differences of one running total, so they carry its rounding.
-    """
-
-def without_small_regions(mask: Bools, min_pixels: int) -> tuple[Bools, int, int, int]:
-    """Remove the small connected components of a mask, then fill its small holes.
-
-    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected, and the background that reaches
-    the border of the image is none.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool
-    min_pixels
-        components and holes of fewer pixels are small
-
-    Returns
-    -------
-    result : (H, W) bool, a new array
-    selected, removed, filled : number of pixels in the mask, in its small components, and in the small holes
     """

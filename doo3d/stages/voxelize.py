@@ -9,10 +9,11 @@ import numpy as np
 
 from ..config import VoxelizeConfig
 from ..errors import InputError
+from ..facts import FrameFacts, facts_of
 from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.limits import AT_ONCE, MAX_CELLS
-from ..geometry.mask import bounding_box, mask_radius
+from ..geometry.mask import bounding_box
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
 from ..kernels import connected_components, neighbor_table, thin_pixels
@@ -92,7 +93,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     return _finish(grid, min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2))))
 
 
-def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
+def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
     """Tell which pixels lie in the core of a strand (stretch of the object), the part of the mask around its middle.
 
     A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of the pixel.
@@ -101,8 +102,8 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 
     Parameters
     ----------
-    mask
-        (H, W) bool, not empty.
+    facts
+        the mask, not empty.
     pixels
         (N, 2) int64, N pixels (u, v) to test.
     core_fraction
@@ -116,8 +117,7 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     -------
     (N,) bool, one per pixel; False for a pixel outside the mask.
     """
-    box = bounding_box(mask)
-    distance = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    box, distance = facts.slices, facts.distance
     side = 2 * min(max(1, math.ceil(radius)), max(distance.shape)) + 1
     largest = cv2.dilate(distance, np.ones((side, side), np.uint8))
     v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
@@ -203,14 +203,15 @@ def _points_to_voxelize(
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
         return points if foreground.bridges is None else np.concatenate((points, foreground.bridges)), None
+    facts = facts_of(foreground)
     if config.split_at_depth_step:
-        mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
-    in_core = core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)
+        facts = FrameFacts(mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px))
+    in_core = core_pixels(facts, pixels, config.core_fraction, radius_px, config.core_margin_px)
     if foreground.side_by_side is None:
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(mask, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
+    in_core = np.where(beside, middle_pixels(facts.mask, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
     off_core = np.ones(mask.shape, dtype=np.uint8)
     off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
     between = foreground.side_by_side & (
@@ -302,7 +303,7 @@ def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> 
         raise InputError(
             f"the mask has {len(pixels)} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many"
         )
-    radius = config.radius or max(mask_radius(mask), MIN_MASK_RADIUS_PX)
+    radius = config.radius or max(facts_of(foreground).radius(), MIN_MASK_RADIUS_PX)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
     return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 

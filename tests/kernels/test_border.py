@@ -17,7 +17,7 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
-    "agreeing_readings": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, 10.0, 1, 0.01, 3),
+    "FrameFacts": (np.ones((3, 3), bool),),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
@@ -33,7 +33,6 @@ CALLS = {
     "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
-    "depth_differences": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
@@ -52,7 +51,6 @@ CALLS = {
     "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "readings_in_mask": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
@@ -70,7 +68,6 @@ CALLS = {
     "unit_rows": (POINTS,),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
-    "without_small_regions": (np.ones((3, 3), bool), 4),
 }  # fmt: skip
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 

@@ -8,25 +8,24 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
+from ...facts import FrameFacts
 from ...geometry.mask import bounding_box
-from ...types import Array, Bools, Floats, Ints
+from ...types import Bools, Floats, Ints
 from .depth_filter import Readings
 
 INPAINT_MIN_HOLE_PX = 2
 """px; the mask farther than this from a reading gets depth from the readings around it; smaller holes are closed as voxels."""
 
 
-def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: float) -> Readings:
+def inpaint_readings(readings: Readings, facts: FrameFacts, max_slope: float) -> Readings:
     """Add readings in the holes of the depth: pixels of the mask at which the sensor has no reading.
 
     Parameters
     ----------
     readings
         the measured readings, without outliers.
-    mask
-        (H, W) bool, the pixels of the object.
-    depth
-        (H, W) m, 0 = no reading. A pixel whose reading was dropped as an outlier is no hole and stays without depth.
+    facts
+        the mask of the object, with the depth. A pixel whose reading was dropped as an outlier is no hole: it stays as it is.
     max_slope
         m per pixel, the largest depth step between neighboring pixels of one surface.
 
@@ -35,12 +34,13 @@ def inpaint_readings(readings: Readings, mask: Bools, depth: Array, max_slope: f
     The measured and the inpainted readings, in row-major order of their pixels. `depth` and `filtered` of an inpainted reading
     are equal. Holes in which every pixel lies within 2 px of a reading are not filled.
     """
-    if not len(readings.pixels):
+    if not len(readings.pixels) or facts.readings == facts.count:
         return readings
-    rows, columns = bounding_box(mask)
+    assert facts.depth is not None
+    rows, columns = facts.slices
     corner = np.array((columns.start, rows.start))
     in_box = readings.pixels - corner
-    usable = mask[rows, columns] & (depth[rows, columns] <= 0)
+    usable = facts.mask[rows, columns] & (facts.depth[rows, columns] <= 0)
     usable[in_box[:, 1], in_box[:, 0]] = True
     holes, inpainted = inpaint_depth(usable, in_box, readings.filtered, INPAINT_MIN_HOLE_PX, max_slope)
     if not len(holes):

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from ...geometry.mask import bounding_box
+from ...facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import whittaker_smooth
-from ...kernels import nearest, neighbor_table, thin_pixels, trace_branches
+from ...kernels import nearest
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
@@ -93,7 +93,7 @@ class StrandDepth(NamedTuple):
     smoothed: int
 
 
-def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: Frame) -> StrandDepth:
+def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, frame: Frame) -> StrandDepth:
     """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
 
     Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
@@ -106,8 +106,8 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     ----------
     readings
         the readings in the mask, without outliers.
-    mask
-        (H, W) bool, the pixels of the object.
+    facts
+        the mask of the object.
     radius
         m, radius of the object; 0 if unknown, which leaves everything as it is.
     frame
@@ -116,9 +116,8 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     none = StrandDepth(readings, np.zeros((0, 3)), 0)
     if not len(readings.pixels) or not radius:
         return none
-    line, bounds = _skeleton(mask)
-    if not len(line):
-        return none
+    line, bounds = facts.skeleton
+    mask = facts.mask
     smoothed = 0
     if _is_torn(_depth_at(line, readings, mask), bounds, radius):
         own = _smooth_readings(readings, line, bounds, mask, radius, frame)
@@ -157,15 +156,6 @@ def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
         reach *= 2
         distance[far], near[far] = nearest(pixels[far], line, reach, True)
     return near
-
-
-def _skeleton(mask: Bools) -> tuple[Ints, Ints]:
-    """Return the pixels (S, 2) (u, v) of the mask's skeleton, branch by branch, and where each branch begins, (B + 1,)."""
-    rows, columns = bounding_box(mask)
-    coords = np.argwhere(mask[rows, columns]) + 1
-    pixels = coords[thin_pixels(coords)]
-    _, order, bounds, _ = trace_branches(neighbor_table(np.column_stack((pixels, np.ones(len(pixels), dtype=np.int64)))))
-    return pixels[order][:, ::-1] + (columns.start - 1, rows.start - 1), bounds
 
 
 def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
