@@ -13,10 +13,9 @@ from ..facts import FrameFacts, facts_of
 from ..geometry.closing import close_cells
 from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.limits import AT_ONCE, MAX_CELLS
-from ..geometry.mask import bounding_box
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
-from ..kernels import connected_components, neighbor_table, thin_pixels
+from ..kernels import connected_components, mask_pixels, near_mask, neighbor_table
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -117,30 +116,29 @@ def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: f
     -------
     (N,) bool, one per pixel; False for a pixel outside the mask.
     """
-    box, distance = facts.slices, facts.distance
-    side = 2 * min(max(1, math.ceil(radius)), max(distance.shape)) + 1
-    largest = cv2.dilate(distance, np.ones((side, side), np.uint8))
-    v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
-    in_box = (v >= 0) & (v < len(distance)) & (u >= 0) & (u < distance.shape[1])
-    in_core = np.zeros(len(pixels), dtype=bool)
-    own, peak = distance[v[in_box], u[in_box]], largest[v[in_box], u[in_box]]
-    in_core[in_box] = (own > 0) & (own >= np.minimum(core_fraction * peak, peak - margin))
-    return in_core
+    return facts.core_pixels(np.ascontiguousarray(pixels), max(1, math.ceil(radius)), core_fraction, margin)
 
 
-def middle_pixels(mask: Bools, pixels: Ints, reach: float) -> Bools:
-    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px.
+def middle_pixels(facts: FrameFacts, pixels: Ints, reach: float) -> Bools:
+    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px: (N,) bool.
 
-    mask : (H, W) bool, thinned after Zhang and Suen. Returns (N,) bool.
+    facts : the mask, thinned after Zhang and Suen.
     """
-    off_line = np.ones(mask.shape, dtype=np.uint8)
-    if mask.any():
-        box = bounding_box(mask)
-        inside = np.argwhere(mask[box])
-        kept = inside[thin_pixels(inside + 1)]
-        off_line[box][kept[:, 0], kept[:, 1]] = 0
-    distance = cv2.distanceTransform(off_line, cv2.DIST_L2, 5) if reach > 1 else off_line
-    return np.asarray(distance[pixels[:, 1], pixels[:, 0]] < max(reach, 1))
+    return _are_near(pixels, facts.skeleton_pixels(), max(reach, 1.0), inclusive=False)
+
+
+def _are_near(pixels: Ints, marked: Ints, reach: float, *, inclusive: bool) -> Bools:
+    """Tell which of the pixels (N, 2) are nearer than `reach` px to a marked pixel (K, 2), or as near: (N,) bool."""
+    both = np.concatenate((pixels, marked))
+    if not len(both):
+        return np.zeros(0, dtype=bool)
+    corner = both.min(axis=0)
+    width, height = both.max(axis=0) - corner + 1
+    mask = np.zeros((height, width), dtype=bool)
+    u, v = (marked - corner).T
+    mask[v, u] = True
+    u, v = (pixels - corner).T
+    return np.asarray(near_mask(mask, reach, inclusive)[v, u])
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
@@ -168,7 +166,7 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
     at_edge = np.zeros(foreground.mask.shape, dtype=bool)
     if foreground.pixels is None or not len(foreground.pixels):
         return at_edge
-    box = bounding_box(foreground.mask)
+    box = facts_of(foreground).slices
     u, v = foreground.pixels[:, 0] - box[1].start, foreground.pixels[:, 1] - box[0].start
     filtered = foreground.points if foreground.filtered is None else foreground.filtered
     depth = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
@@ -211,15 +209,15 @@ def _points_to_voxelize(
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(facts.mask, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
-    off_core = np.ones(mask.shape, dtype=np.uint8)
-    off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
-    between = foreground.side_by_side & (
-        cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px)
-    )
+    in_core = np.where(beside, middle_pixels(facts, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
+    doubtful = mask_pixels(foreground.side_by_side)
+    far = ~_are_near(doubtful, pixels[in_core], max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px), inclusive=True)
+    between, on_core = np.zeros((2, *mask.shape), dtype=bool)
+    between[doubtful[far, 1], doubtful[far, 0]] = True
+    on_core[pixels[in_core, 1], pixels[in_core, 0]] = True
     core = points[in_core]
     if foreground.bridges is not None:
-        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, off_core > 0)]))
+        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, ~on_core)]))
     return core, between
 
 

@@ -100,3 +100,32 @@ def test_a_foreground_keeps_the_facts_of_its_segmentation():
     points = facts.pixels.astype(float)
     assert facts_of(Foreground(points, mask=facts.mask, facts=facts)) is facts
     np.testing.assert_array_equal(facts_of(Foreground(points, mask=mask)).pixels, facts.pixels)
+
+
+@pytest.mark.parametrize("reach", [1, 4, 200])
+@pytest.mark.parametrize("seed", range(3))
+def test_cores_against_a_dilation(seed, reach):
+    mask = noisy_mask(seed)
+    facts = FrameFacts(mask)
+    pixels = np.random.default_rng(seed).integers((0, 0), mask.shape[::-1], (3000, 2))
+    distance = np.zeros(mask.shape, np.float32)
+    distance[facts.slices] = facts.distance
+    largest = cv2.dilate(distance, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    core = (distance > 0) & (distance >= np.minimum(np.float32(0.7) * largest, largest - np.float32(1.5)))
+    np.testing.assert_array_equal(facts.core_pixels(pixels, reach, 0.7, 1.5), core[pixels[:, 1], pixels[:, 0]])
+
+
+@pytest.mark.parametrize("reach", [0, 1, 3])
+def test_holes_of_the_depth_against_dilations(reach):
+    mask = noisy_mask(3)
+    random = np.random.default_rng(reach)
+    blotches = cv2.GaussianBlur(random.normal(size=mask.shape), (0, 0), 3) > 0
+    depth = np.where(blotches & (random.random(mask.shape) < 0.9), 0.5, 0).astype(np.float32)
+    kept = mask & (depth > 0) & (random.random(mask.shape) < 0.9)
+    square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    empty = mask & (depth == 0)
+    far = empty & (cv2.dilate(kept.astype(np.uint8), square) == 0)
+    expected = np.argwhere(empty & (cv2.dilate(far.astype(np.uint8), square) > 0))[:, ::-1]
+    found = FrameFacts(mask, depth).depth_holes(np.ascontiguousarray(np.argwhere(kept)[:, ::-1]), reach)
+    assert len(expected) > 10
+    assert found.tolist() == expected.tolist()

@@ -44,6 +44,7 @@ CALLS = {
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
+    "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "nearest": (POINTS, POINTS, 0.1, False),
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),

@@ -130,3 +130,41 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     }
     return result;
 }
+
+// Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
+// far from all of them.
+std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
+    constexpr Byte KEPT = 1, FAR = 2;
+    const Box& box = facts.box();
+    reach = std::min(reach, std::max(facts.rows(), facts.columns()));
+    const Index pitch = facts.columns() + 2 * reach;
+    std::vector<Byte> image((facts.rows() + 2 * reach) * pitch);
+    const auto at = [&](Index column, Index row) { return (row - box.top + reach) * pitch + column - box.left + reach; };
+    for (Index k = 0; k < count; ++k) {
+        const Index u = kept[2 * k], v = kept[2 * k + 1];
+        if (u >= box.left && u < box.right && v >= box.top && v < box.bottom) image[at(u, v)] = KEPT;
+    }
+    const auto has_near = [&](Index center, Byte wanted) {
+        for (Index row = center - reach * pitch; row <= center + reach * pitch; row += pitch) {
+            for (Index i = row - reach; i <= row + reach; ++i) {
+                if (image[i] == wanted) return true;
+            }
+        }
+        return false;
+    };
+    std::vector<Index> empty, holes;
+    facts.for_each_pixel([&](Index row, Index column) {
+        const Index i = at(column, row);
+        if (!(depth[row * facts.width() + column] > 0) && image[i] != KEPT) empty.insert(empty.end(), {column, row, i});
+    });
+    std::vector<Index> far;
+    for (std::size_t k = 0; k < empty.size(); k += 3) {
+        if (!has_near(empty[k + 2], KEPT)) far.push_back(empty[k + 2]);
+    }
+    if (far.empty()) return holes;
+    for (const Index i : far) image[i] = FAR;
+    for (std::size_t k = 0; k < empty.size(); k += 3) {
+        if (has_near(empty[k + 2], FAR)) holes.insert(holes.end(), {empty[k], empty[k + 1]});
+    }
+    return holes;
+}

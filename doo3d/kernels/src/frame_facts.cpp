@@ -8,9 +8,6 @@
 
 namespace {
 
-// px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
-constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
-
 // px by which a neighbor of a pixel of the medial axis may be farther from the outside.
 constexpr float SLACK = 1e-3f;
 
@@ -256,4 +253,50 @@ std::vector<Index> FrameFacts::skeleton() {
     }
     std::inplace_merge(kept.begin(), kept.begin() + Index(alone), kept.end());
     return kept;
+}
+
+// Set the pixels of the box within `reach` columns of each run to the largest distance that near in their row.
+void FrameFacts::spread_rows(Index reach, std::vector<float>& spread) const {
+    const Index width = columns(), pitch = width + 2 * PADDING;
+    std::vector<float> row(width + 2 * reach);  // the distances of the row, with `reach` columns of outside on either side
+    for (std::size_t start = 0, stop = 0; start < runs_.size(); start = stop) {
+        const Index v = runs_[start].row - box_.top;
+        const float* inside = distance_.data() + (v + PADDING) * pitch + PADDING;
+        std::copy(inside, inside + width, row.begin() + reach);
+        for (Index done = 0; stop < runs_.size() && runs_[stop].row == runs_[start].row; ++stop) {
+            const Index first = std::max(done, runs_[stop].start - box_.left - reach);
+            const Index count = std::min(width, runs_[stop].end - box_.left + reach) - first;
+            float* to = spread.data() + v * width + first;
+            for (Index shift = 0; shift <= 2 * reach; ++shift) {
+                const float* from = row.data() + first + shift;
+                for (Index i = 0; i < count; ++i) to[i] = most(to[i], from[i]);
+            }
+            done = std::max(done, first + count);
+        }
+    }
+}
+
+// The largest along the rows first, for all pixels near a run; then along the columns, for the pixels of the runs alone.
+std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index reach, float fraction, float margin) {
+    distance();
+    const Index width = columns(), pitch = width + 2 * PADDING;
+    reach = std::min(reach, std::max(rows(), width));
+    std::vector<float> spread(rows() * width), peak(rows() * width);
+    spread_rows(reach, spread);
+    for (const Run& run : runs_) {
+        const Index v = run.row - box_.top, length = run.end - run.start;
+        float* to = peak.data() + v * width + run.start - box_.left;
+        for (Index row = std::max<Index>(0, v - reach); row <= std::min(rows() - 1, v + reach); ++row) {
+            const float* from = spread.data() + row * width + run.start - box_.left;
+            for (Index i = 0; i < length; ++i) to[i] = most(to[i], from[i]);
+        }
+    }
+    std::vector<Byte> core(count);
+    for (Index k = 0; k < count; ++k) {
+        const Index u = pixels[2 * k] - box_.left, v = pixels[2 * k + 1] - box_.top;
+        if (u < 0 || v < 0 || u >= width || v >= rows()) continue;
+        const float own = distance_[(v + PADDING) * pitch + u + PADDING], largest = peak[v * width + u];
+        core[k] = own > 0 && own >= std::min(fraction * largest, largest - margin);
+    }
+    return core;
 }

@@ -7,6 +7,9 @@
 
 #include "arrays.h"
 
+// px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
+constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
+
 // The True pixels [start, end) of a row.
 struct Run {
     std::int32_t row, start, end;
@@ -54,8 +57,12 @@ public:
     const MedialAxis& axis();
     // The pixels left by Zhang-Suen thinning, as row-major indices in the box with one pixel around it, ascending.
     std::vector<Index> skeleton();
+    // Tell for each of `count` pixels (u, v) whether its distance is at least `fraction` of the largest within `reach` px of it in rows
+    // and columns, or at most `margin` less. Pixels outside of the mask are in no core.
+    std::vector<Byte> in_core(const Index* pixels, Index count, Index reach, float fraction, float margin);
 
 private:
+    void spread_rows(Index reach, std::vector<float>& spread) const;
     void read_runs(const Byte* mask);
     void remove_components(Index min_pixels);
     void fill_holes(Index min_pixels);

@@ -98,6 +98,19 @@ auto skeleton(FrameFacts& facts) {
     return to_numpy(std::move(found), count, 2);
 }
 
+auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
+    require(pixels.shape(1) == 2, "pixels are not (N, 2)");
+    require(reach >= 0, "reach is negative");
+    std::vector<Byte> core;
+    {
+        const Index count = pixels.shape(0);
+        const Index* data = pixels.data();
+        nb::gil_scoped_release released;
+        core = facts.in_core(data, count, reach, float(fraction), float(margin));
+    }
+    return to_numpy_bool(core);
+}
+
 auto depth_summary(const Facts& facts) {
     const float* depth = facts.readings();
     DepthSummary found;
@@ -119,6 +132,21 @@ auto agreeing(const Facts& facts, double low, double high, Index half_width, dou
     const std::size_t count = found.depth.size();
     return std::make_tuple(to_numpy(std::move(found.pixels), count, 2), to_numpy(std::move(found.depth)),
                            to_numpy(std::move(found.means)), found.dropped);
+}
+
+auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
+    const float* depth = facts.readings();
+    require(kept.shape(1) == 2, "kept is not (N, 2)");
+    require(reach >= 0, "reach is negative");
+    std::vector<Index> found;
+    {
+        const Index count = kept.shape(0);
+        const Index* pixels = kept.data();
+        nb::gil_scoped_release released;
+        found = depth_holes(facts, depth, pixels, count, reach);
+    }
+    const std::size_t count = found.size() / 2;
+    return to_numpy(std::move(found), count, 2);
 }
 
 // Pixels of an axis relative to the mask's first row and column are those of the image.
@@ -146,8 +174,10 @@ void bind_frame_facts(nb::module_& m) {
         .def("distance_image", [](Facts& facts) { return distance_image(facts); })
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
         .def("depth_summary", &depth_summary)
-        .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a);
+        .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)
+        .def("depth_holes", &holes, "kept"_a.noconvert(), "reach"_a);
     m.def("medial_axis", &medial_axis, "mask"_a.noconvert());
     m.def("bounding_box", &bounding_box, "mask"_a.noconvert());
     m.def("mask_pixels", &mask_pixels, "mask"_a.noconvert());
