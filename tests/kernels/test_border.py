@@ -59,6 +59,7 @@ CALLS = {
         np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False, 2,
     ),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
+    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
     "thin_pixels": (COORDS[:4, 1:].copy(),),

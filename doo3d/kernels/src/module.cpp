@@ -20,6 +20,7 @@ void bind_segment_fitting(nb::module_&);
 void bind_segment_lengths(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_ribbons(nb::module_&);
+void bind_strand_depth(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
@@ -44,6 +45,7 @@ NB_MODULE(_native, m) {
     bind_segment_lengths(m);
     bind_skeleton_graph(m);
     bind_ribbons(m);
+    bind_strand_depth(m);
     bind_thinning(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
