@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import nearest, neighborhood_spreads, occupied_cells, points_near_line, sample_bilinear
+from doo3d.kernels import nearest, neighborhood_spreads, occupied_cells, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -57,14 +57,6 @@ def test_neighborhoods_are_those_of_a_tree(reach):
     occupied = occupied_cells(points, centers, reach, means, axes.reshape(20, 6), 0.1)
     cells = [np.floor((each - mean) @ axis.T / 0.1) for each, mean, axis in zip(lists, means, axes, strict=True)]
     assert occupied.tolist() == [len(np.unique(each, axis=0)) for each in cells]
-
-
-def test_beside_a_line():
-    points = np.array([(1.0, 0.5, 0), (1.0, 2.0, 0), (9.0, 0, 0), (-2.0, 0, 0.5)])
-    kept, along, aside = points_near_line(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
-    assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]]
-    assert along.tolist() == [1, -2]
-    assert aside.tolist() == [0.5, 0.5]
 
 
 def test_bilinear_between_four_pixels():

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import RefineConfig
-from ...geometry.blocks import Blocks
 from ...geometry.depth_support import depth_is_filled
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
@@ -122,11 +121,11 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     """
     if samples is None:
         return []
-    points = Blocks(context.foreground.points)
+    ahead = surface_ahead(samples, context.foreground.points, context.point_gap)
     surface = thinned(context.grid.centroids)
     chains = []
     for p, path in enumerate(paths):
-        joints = _joints(samples, p, points, context)
+        joints = _joints(samples, p, ahead[p], context.segment_length)
         if len(joints) > 1:
             chain = _chain(joints, samples, p, surface, context, config)
             positions = samples.positions[samples.of_path(p)]
@@ -136,16 +135,14 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     return sorted((_directed(chain, context.foreground) for chain in kept), key=lambda chain: -chain.length)
 
 
-def _joints(samples: Samples, p: int, points: Blocks, context: FrameContext) -> Floats:
-    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment."""
-    part, length = samples.of_path(p), context.segment_length
+def _joints(samples: Samples, p: int, ahead: tuple[SurfaceAhead, SurfaceAhead] | None, length: float) -> Floats:
+    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment; ahead : None for a ring."""
+    part = samples.of_path(p)
     axis = samples.positions[part]
-    if samples.closed[p]:
+    if ahead is None:
         return equal_ring(axis, length)
     end_of = _strip_end if axis.shape[1] == 2 else _wall_end
-    radius = float(samples.radius[part.start])
-    first = end_of(surface_ahead(samples, part.start, 1, points, context.point_gap), radius)
-    last = end_of(surface_ahead(samples, part.stop - 1, -1, points, context.point_gap), radius)
+    first, last = (end_of(each, float(samples.radius[part.start])) for each in ahead)
     return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 

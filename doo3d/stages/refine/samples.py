@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ...geometry.blocks import Blocks
 from ...geometry.polyline import arc_length, resample, tangents
 from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Ints, Path
@@ -55,32 +54,14 @@ class Samples:
     window_half: int
     spacing: float
 
+    @cached_property
+    def bounds(self) -> Ints:
+        """The first sample of each of P paths, and the number of samples: (P + 1,)."""
+        return np.searchsorted(self.path, np.arange(len(self.closed) + 1))
+
     def of_path(self, number: int) -> slice:
         """Return the slice that selects the samples of path `number` (its index) in the arrays over all samples."""
-        return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
-
-    def position_inside(self, end: int, inwards: int, distance: float) -> Floats:
-        """Return the position of the sample at a given distance along a path from one of the path's ends: (3,) m, in 2-D (2,) px.
-
-        The sample is at least one sample away from the end; on a path shorter than `distance` it is the opposite end.
-
-        Parameters
-        ----------
-        end
-            index of the path's first or last sample.
-        inwards
-            direction into the path: 1 from its first sample, -1 from its last.
-        distance
-            m (px in 2-D), from the end along the path; rounded to whole samples.
-        """
-        path = self.of_path(int(self.path[end]))
-        index = end + inwards * max(1, round(distance / self.spacing))
-        return np.asarray(self.positions[min(max(index, path.start), path.stop - 1)])
-
-    @cached_property
-    def blocks(self) -> Blocks:
-        """The positions in blocks, to find those near a place."""
-        return Blocks(self.positions)
+        return slice(*self.bounds[number : number + 2].tolist())
 
     def tangents(self) -> Floats:
         """Return the unit tangent of the path at each of the S samples, (S, 3), in 2-D (S, 2), towards higher sample indices."""
