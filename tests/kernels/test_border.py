@@ -45,6 +45,7 @@ CALLS = {
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
+    "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "nearest": (POINTS, POINTS, 0.1, False),
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),

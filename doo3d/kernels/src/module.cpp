@@ -12,6 +12,7 @@ void bind_gap_path(nb::module_&);
 void bind_mask_pixels(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
+void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
 void bind_polyline(nb::module_&);
@@ -39,6 +40,7 @@ NB_MODULE(_native, m) {
     bind_mask_pixels(m);
     bind_matching(m);
     bind_medial_axis(m);
+    bind_near_cuboids(m);
     bind_nearest(m);
     bind_plane(m);
     bind_polyline(m);
