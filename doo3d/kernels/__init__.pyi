@@ -249,6 +249,47 @@ def depth_differences(depth: Array, mask: Bools) -> Array:
     depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (Q,) float32 m.
     """
 
+def depth_support(
+    joints: Floats,
+    bounds: Ints,
+    radius: Floats,
+    depth: Array,
+    mask: Bools,
+    camera: Floats,
+    positions: Floats,
+    lateral: Floats,
+    settings: Floats,
+    min_readings: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Compare the segments of chains with the depth readings in the mask beside them.
+
+    Parameters
+    ----------
+    joints
+        (J, 3) float64 m in the camera's optical frame, the joints of C chains, one chain after the other
+    bounds
+        (C + 1,) int64; the joints of chain c are joints[bounds[c]:bounds[c + 1]], the last entry is J
+    radius
+        (C,) float64 m, radius of each chain
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    positions, lateral
+        (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
+    settings
+        (4,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
+        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two
+    min_readings
+        readings of a segment that make a median
+
+    Returns
+    -------
+    supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
+        and by less than the chain's readings may; 0 for a segment behind the camera
+    residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
+    """
+
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
     """Return the outward tangent and the curvature vector at both ends of every chain.
 
@@ -496,6 +537,23 @@ def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tup
     k-d tree on the pixels of masks.
     """
 
+def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds: Ints, reach: float) -> Ints:
+    """Return the index of the target nearest to each point, of the targets of the same path; of equally near ones the first.
+
+    Parameters
+    ----------
+    points, targets
+        (N, D) and (S, D) float64, points and targets of P paths, one path after the other
+    bounds, target_bounds
+        (P + 1,) int64; path p has points[bounds[p]:bounds[p + 1]], the last entry is N, and so for the targets
+    reach
+        distance within which most targets are found; it only sets the time taken
+
+    Returns
+    -------
+    (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
+    """
+
 def neighbor_table(coords: Ints) -> Ints:
     """Return the indices of the 26 neighbors of each voxel.
 
@@ -540,6 +598,13 @@ def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Float
     Returns
     -------
     (S,) int64
+    """
+
+def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
+    """Return the length of each of C polylines, (C,) float64.
+
+    points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
+    points[bounds[c]:bounds[c + 1]], the last entry is P.
     """
 
 def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> None:
@@ -645,6 +710,26 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
     """
 
+def sample_polylines(points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools) -> tuple[Floats, Ints]:
+    """Return evenly spaced samples along polylines, from the first point of each.
+
+    Parameters
+    ----------
+    points, bounds
+        the points of C polylines, as for `polyline_lengths`
+    spacing
+        (C,) float64, arc length between neighboring samples of each polyline
+    counts
+        (C,) int64, number of samples on each
+    to_end
+        (C,) bool, True if the last of two samples or more is the last point of the polyline exactly
+
+    Returns
+    -------
+    samples : (S, D) float64, of all polylines, one after the other; the last point for samples beyond it
+    segment : (S,) int64, the segment of its polyline on which each sample lies
+    """
+
 def second_best_rise(
     cost: Floats,
     partner: Ints,
@@ -743,6 +828,43 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     closed.
 
     7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
+    """
+
+def strands_beside(
+    view: Floats,
+    bounds: Ints,
+    reach: Floats,
+    along: Floats,
+    around: Floats,
+    reaches: float,
+    apart: float,
+    min_cosine: float,
+    max_pairs: float,
+) -> Bools:
+    """Tell which samples of chains have another strand beside them in the view, nearly parallel.
+
+    Parameters
+    ----------
+    view
+        (S, 2) float64, position in the view of S samples, of C chains one after the other
+    bounds
+        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
+    reach, along
+        (S,) float64, radius of the strand in the view, and position along the chain
+    around
+        (C,) float64, length of a closed chain, in the unit of `along`; infinite for an open one
+    reaches
+        two strands are beside each other if they are nearer than this many of the larger `reach`
+    apart
+        difference of `along` from which on two samples of one chain are of two strands
+    min_cosine
+        cosine of the angle between the two strands at least
+    max_pairs
+        pairs of samples that are compared at most, or one of two samples, of four and so on is taken for its neighbors
+
+    Returns
+    -------
+    (S,) bool
     """
 
 def surface_ahead(
@@ -850,6 +972,13 @@ def traverse_contour(points: Floats, length: float, min_cosine: float) -> tuple[
     joints : (J, D) float64, the J joints of all C chains, one chain after the other
     bounds : (C + 1,) int64; chain c is joints[bounds[c]:bounds[c + 1]], the last entry is J. Each chain has at least two joints;
         C is 0 if the points do not reach over one segment
+    """
+
+def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:
+    """Return the cosine of the sharpest turn of each of C polylines in the plane, (C,) float64; 1 for one that is too short.
+
+    points : (P, 2) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. apart : number of points over which the steps
+    before and after a turn are taken.
     """
 
 def unit(vector: Floats) -> Floats:

@@ -143,15 +143,10 @@ class Cuboids:
     @cached_property
     def _boxes(self) -> tuple[list[float], Floats, Floats]:
         level = ((0, 0), (0, 3 - self.starts.shape[1]))
-        return _boxes(np.pad(self.starts, level), np.pad(self.ends, level))
+        return _boxes_of(np.pad(self.starts, level), np.pad(self.ends, level))
 
 
-def _boxes(self) -> tuple[list[float], Floats, Floats]:
-    level = ((0, 0), (0, 3 - self.starts.shape[1]))
-    return _boxes(np.pad(self.starts, level), np.pad(self.ends, level))
-
-
-def _boxes(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
+def _boxes_of(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
     """Return lengths, rotations (S, 3, 3) whose first columns are the segments' directions, and middles (S, 3)."""
     offset = ends - starts
     length = np.linalg.norm(offset, axis=1)

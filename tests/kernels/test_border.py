@@ -40,6 +40,17 @@ CALLS = {
     "lay_equal_chords": (POINTS, 0.01),
     "mask_parts": (np.ones((3, 3), bool), 4),
     "mask_pixels": (np.ones((3, 3), bool),),
+    "nearest_of_own": (POINTS, np.array([0, 6]), POINTS, np.array([0, 6]), 0.1),
+    "polyline_lengths": (POINTS, np.array([0, 2, 6])),
+    "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
+    "strands_beside": (
+        POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 100.0,
+    ),
+    "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
+    "depth_support": (
+        POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2),
+        np.ones(2), np.ones(4), 1,
+    ),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
     "match_by_blossoms": (np.zeros((2, 2)),),

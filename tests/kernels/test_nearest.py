@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import nearest, neighborhood_spreads, occupied_cells, sample_bilinear
+from doo3d.kernels import nearest, nearest_of_own, neighborhood_spreads, occupied_cells, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -37,6 +37,15 @@ def test_of_places_equally_near_the_first_is_taken():
 def test_nothing_is_near_where_there_is_nothing():
     assert np.isinf(nearest(np.zeros((2, 3)), np.zeros((0, 3)), 1.0, False)[0]).all()
     assert len(nearest(np.zeros((0, 3)), np.zeros((4, 3)), 1.0, False)[0]) == 0
+
+
+def test_of_own_targets_the_nearest_is_found():
+    rng = np.random.default_rng(0)
+    bounds, target_bounds = np.array([0, 20, 20, 50]), np.array([0, 30, 40, 45])
+    points, targets = rng.normal(size=(50, 3)), rng.normal(size=(45, 3))
+    found = nearest_of_own(points, bounds, targets, target_bounds, 0.3)
+    assert found[:20].tolist() == cKDTree(targets[:30]).query(points[:20])[1].tolist()
+    assert found[20:].tolist() == (40 + cKDTree(targets[40:]).query(points[20:])[1]).tolist()
 
 
 @pytest.mark.parametrize("reach", [0.05, 0.4, 9.0])

@@ -77,18 +77,6 @@ public:
         });
     }
 
-    Index size = 0;                    // number of sorted points; those that are not finite are left out
-    std::vector<std::int32_t> order;   // the index of each
-    std::vector<double> square;        // least squared distance from a target so far
-    std::vector<Index> owner;          // whose it is
-
-private:
-    bool finite(const double* p) const {
-        double sum = 0.0;
-        for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
-        return sum == 0.0;
-    }
-
     // Call `visit` with the first and one more than the last point of each row of cells within `reach` of a position.
     template <class Visit>
     void for_each_run(const double* position, double reach, Visit visit) const {
@@ -102,6 +90,18 @@ private:
         for (Index row = first[0]; row < last[0]; ++row) {
             visit(start_[row * shape_[1] + first[1]], start_[row * shape_[1] + last[1]]);
         }
+    }
+
+    Index size = 0;                    // number of sorted points; those that are not finite are left out
+    std::vector<std::int32_t> order;   // the index of each
+    std::vector<double> square;        // least squared distance from a target so far
+    std::vector<Index> owner;          // whose it is
+
+private:
+    bool finite(const double* p) const {
+        double sum = 0.0;
+        for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
+        return sum == 0.0;
     }
 
     template <int D>

@@ -3,40 +3,72 @@
 
 namespace {
 
-// Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
-// the points of a cell lie one behind the other in memory. A point without a target within reach is compared with all targets,
-// unless the search is limited.
-auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
-    const Index count = points.shape(0), size = targets.shape(0), dim = points.shape(1);
+void check_targets(const Matrix<double>& points, const Matrix<double>& targets, double reach) {
+    const Index dim = points.shape(1);
     require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
     require(Index(targets.shape(1)) == dim, "points and targets have different numbers of coordinates");
     require(reach > 0 && std::isfinite(reach), "reach is not positive and finite");
-    for (Index k = 0; k < size * dim; ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
-    std::vector<double> distance(count, INFINITY);
-    std::vector<Index> index(count);
-    if (size > 0 && count > 0) {
-        Cells cells(points.data(), count, dim, reach / CELLS_PER_REACH);
-        for (Index s = 0; s < size && cells.size > 0; ++s) cells.offer(targets.data() + s * dim, s, reach);
-        for (Index k = 0; k < cells.size; ++k) {
-            const Index n = cells.order[k];
-            double best = cells.square[k];
-            Index owner = cells.owner[k];
-            if (!(best <= reach * reach)) {
-                if (limited) continue;
-                best = INFINITY;
-                for (Index s = 0; s < size; ++s) {
-                    const double between = squared_distance(points.data() + n * dim, targets.data() + s * dim, dim);
-                    if (between < best) {
-                        best = between;
-                        owner = s;
-                    }
+    for (std::size_t k = 0; k < targets.size(); ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
+}
+
+// Fill in the distance and the index of the target nearest to each point.
+//
+// Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
+// the points of a cell lie one behind the other in memory. A point without a target within reach is compared with all targets,
+// unless the search is limited.
+void find_nearest(const double* points, Index count, const double* targets, Index size, Index dim, double reach, bool limited,
+                  double* distance, Index* index) {
+    if (size == 0 || count == 0) return;
+    Cells cells(points, count, dim, reach / CELLS_PER_REACH);
+    for (Index s = 0; s < size && cells.size > 0; ++s) cells.offer(targets + s * dim, s, reach);
+    for (Index k = 0; k < cells.size; ++k) {
+        const Index n = cells.order[k];
+        double best = cells.square[k];
+        Index owner = cells.owner[k];
+        if (!(best <= reach * reach)) {
+            if (limited) continue;
+            best = INFINITY;
+            for (Index s = 0; s < size; ++s) {
+                const double between = squared_distance(points + n * dim, targets + s * dim, dim);
+                if (between < best) {
+                    best = between;
+                    owner = s;
                 }
             }
-            distance[n] = std::sqrt(best);
-            index[n] = owner;
         }
+        distance[n] = std::sqrt(best);
+        index[n] = owner;
+    }
+}
+
+auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
+    check_targets(points, targets, reach);
+    const Index count = points.shape(0), dim = points.shape(1);
+    std::vector<double> distance(count, INFINITY);
+    std::vector<Index> index(count);
+    {
+        nb::gil_scoped_release released;
+        find_nearest(points.data(), count, targets.data(), targets.shape(0), dim, reach, limited, distance.data(), index.data());
     }
     return std::make_tuple(to_numpy(std::move(distance)), to_numpy(std::move(index)));
+}
+
+auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> targets, Vector<Index> target_bounds, double reach) {
+    check_targets(points, targets, reach);
+    check_bounds(bounds, points.shape(0));
+    check_bounds(target_bounds, targets.shape(0));
+    require(bounds.shape(0) == target_bounds.shape(0), "points and targets are of different numbers of paths");
+    const Index dim = points.shape(1), paths = Index(bounds.shape(0)) - 1;
+    std::vector<double> distance(points.shape(0));
+    std::vector<Index> index(points.shape(0));
+    for (Index p = 0; p < paths; ++p) {
+        const Index first = bounds(p), target = target_bounds(p), size = target_bounds(p + 1) - target;
+        require(size > 0 || bounds(p + 1) == first, "a path has points but no targets");
+        find_nearest(points.data() + first * dim, bounds(p + 1) - first, targets.data() + target * dim, size, dim, reach, false,
+                     distance.data() + first, index.data() + first);
+        for (Index n = first; n < bounds(p + 1); ++n) index[n] += target;
+    }
+    return to_numpy(std::move(index));
 }
 
 void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& centers, double reach) {
@@ -138,6 +170,8 @@ auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> 
 
 void bind_nearest(nb::module_& m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a, "limited"_a);
+    m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
+          "target_bounds"_a.noconvert(), "reach"_a);
     m.def("lateral_sums", &lateral_sums, "points"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
           "samples"_a.noconvert(), "normals"_a.noconvert(), "reach"_a.noconvert());
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);

@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...geometry.polyline import arc_length, resample, tangents
+from ...geometry.polyline import tangents
 from ...geometry.radii import STEP_RADII
+from ...kernels import polyline_lengths, sample_polylines
 from ...types import Bools, Floats, Ints, Path
 
 WINDOW_RADII = 1.0
@@ -85,24 +86,24 @@ def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) ->
     The samples of all paths, at least four per path. Both ends of an open path are samples.
     """
     spacing = min(STEP_RADII * radius, segment_length / 2)
-    positions, numbers, filled = [], [], []
-    for p, path in enumerate(paths):
-        points = np.concatenate((path.points, path.points[:1])) if path.closed else path.points
-        along = arc_length(points)
-        count = max(MIN_SAMPLES, round(along[-1] / spacing) + 1)
-        at = np.linspace(0, along[-1], count, endpoint=not path.closed)
-        positions.append(resample(points, at))
-        step = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(along) - 2)
-        filled.append(path.filled[step] if path.filled is not None else np.zeros(count, dtype=bool))
-        numbers.append(np.full(count, p))
-    size = sum(len(part) for part in positions)
+    closed = np.array([path.closed for path in paths])
+    lines = [np.concatenate((path.points, path.points[:1])) if path.closed else path.points for path in paths]
+    points, bounds = np.concatenate(lines), np.cumsum([0, *map(len, lines)])
+    length = polyline_lengths(points, bounds)
+    counts = np.maximum(MIN_SAMPLES, np.rint(length / spacing).astype(int) + 1)
+    positions, segment = sample_polylines(points, bounds, length / (counts - ~closed), counts, ~closed)
+    number = np.repeat(np.arange(len(paths)), counts)
+    filled = [
+        np.zeros(len(line) - 1, dtype=bool) if path.filled is None else path.filled
+        for path, line in zip(paths, lines, strict=True)
+    ]
     return Samples(
-        np.concatenate(positions),
-        np.concatenate(numbers),
-        np.concatenate(filled),
+        positions,
+        number,
+        np.concatenate(filled)[(bounds[:-1] - np.arange(len(paths)))[number] + segment],
         tuple(path.closed for path in paths),
-        np.full(size, radius),
-        np.full(size, radius),
+        np.full(len(positions), radius),
+        np.full(len(positions), radius),
         round(WINDOW_RADII * radius / spacing),
         spacing,
     )
