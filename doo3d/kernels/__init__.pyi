@@ -136,6 +136,34 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
+def classify_positions(
+    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, classes: Ints
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64 m in the camera's optical frame
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool, the object
+    margin
+        m by which a reading is behind a position to show that it is free, or in front of it to hide it
+    own_counts
+        True if a reading in the mask also shows that a position in front of it is free
+    classes
+        (6,) int64, the numbers for: outside the image; no reading outside the mask; no reading in the mask; surface of the
+        object; hidden; free
+
+    Returns
+    -------
+    class : (N,) int64, the number of each position
+    behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
+    pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
+    """
+
 def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
 
@@ -600,11 +628,35 @@ def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Float
     (S,) int64
     """
 
+def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:
+    """Return the medians of parts of an array, without values that are not finite.
+
+    Parameters
+    ----------
+    values
+        (N,) float64
+    first, last
+        (K,) int64; part k is values[first[k]:last[k]]
+
+    Returns
+    -------
+    median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
+        values
+    count : (K,) int64, number of finite values
+    """
+
 def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
     """Return the length of each of C polylines, (C,) float64.
 
     points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
     points[bounds[c]:bounds[c + 1]], the last entry is P.
+    """
+
+def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> Floats:
+    """Return the unit tangents of C polylines at their points by central differences, pointing onwards: (P, D) float64.
+
+    points : (P, D) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. closed : (C,) bool, True if the last point is
+    followed by the first; the ends of others have one-sided differences. A single point has the tangent 0.
     """
 
 def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> None:
@@ -832,6 +884,7 @@ def steps(points: Floats, closed: bool = False) -> Floats:
 
 def strands_beside(
     view: Floats,
+    tangents: Floats,
     bounds: Ints,
     reach: Floats,
     along: Floats,
@@ -845,8 +898,8 @@ def strands_beside(
 
     Parameters
     ----------
-    view
-        (S, 2) float64, position in the view of S samples, of C chains one after the other
+    view, tangents
+        (S, 2) float64, position in the view of S samples, of C chains one after the other, and the unit tangent there
     bounds
         (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
     reach, along

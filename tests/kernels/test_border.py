@@ -44,8 +44,13 @@ CALLS = {
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "strands_beside": (
-        POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 100.0,
+        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 100.0,
     ),
+    "classify_positions": (
+        POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
+    ),
+    "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
+    "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "depth_support": (
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2),

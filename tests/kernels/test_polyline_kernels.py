@@ -53,6 +53,20 @@ def test_samples_of_polylines_are_those_of_interpolation(dim):
     np.testing.assert_array_equal(segment, np.concatenate(steps))
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_tangents_of_polylines_are_central_differences(dim):
+    rng = np.random.default_rng(dim)
+    parts = [rng.normal(size=(size, dim)) for size in (12, 2, 30, 5)]
+    closed = np.array([False, False, True, False])
+    found = lines.polyline_tangents(np.concatenate(parts), np.cumsum([0, *map(len, parts)]), closed)
+    expected = [
+        np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0) if ring else np.gradient(part, axis=0)
+        for part, ring in zip(parts, closed, strict=True)
+    ]
+    np.testing.assert_array_equal(found, lines.unit_rows(np.concatenate(expected)))
+    assert lines.polyline_tangents(np.ones((1, dim)), np.array([0, 1]), np.array([False])).tolist() == [[0.0] * dim]
+
+
 def test_the_sharpest_turn_is_the_least_cosine():
     rng = np.random.default_rng(0)
     parts = [np.cumsum(rng.normal(1, 0.5, (size, 2)), axis=0) for size in (30, 8, 12)]

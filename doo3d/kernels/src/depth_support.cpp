@@ -1,16 +1,8 @@
 // How well the depth readings of a frame support the segments of chains.
 #include "arrays.h"
-
-#include <algorithm>
+#include "medians.h"
 
 namespace {
-
-// Of an even number of values the mean of the middle two, as NumPy takes it; the values are reordered. They are at least one.
-double median_of(std::vector<double>& values) {
-    const auto middle = values.begin() + values.size() / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
 
 struct Frame {
     const Matrix<float>& depth;
@@ -73,7 +65,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
         }
         first.push_back(errors.size());
         for (const double error : errors) residuals.push_back(std::fabs(error));
-        const double deviation = residuals.empty() ? 0.0 : median_of(residuals);
+        const double deviation = residuals.empty() ? 0.0 : median(residuals);
         const double limit = std::min(std::max(deviations * deviation, least * radius(c)), most * radius(c));
         for (std::size_t j = 0; j + 1 < first.size(); ++j) {
             std::vector<double> own(errors.begin() + first[j], errors.begin() + first[j + 1]);
@@ -84,7 +76,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
             }
             supported.push_back(double(near) / samples);
             agreeing.push_back(double(agree) / samples);
-            residual.push_back(Index(own.size()) >= std::max<Index>(min_readings, 1) ? std::fabs(median_of(own)) / radius(c) : NAN);
+            residual.push_back(Index(own.size()) >= std::max<Index>(min_readings, 1) ? std::fabs(median(own)) / radius(c) : NAN);
         }
     }
     return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)));

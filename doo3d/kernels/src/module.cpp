@@ -13,6 +13,7 @@ void bind_gap_path(nb::module_&);
 void bind_mask_pixels(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
+void bind_medians(nb::module_&);
 void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
@@ -27,6 +28,7 @@ void bind_small_regions(nb::module_&);
 void bind_strands_beside(nb::module_&);
 void bind_surface_ahead(nb::module_&);
 void bind_thinning(nb::module_&);
+void bind_visibility(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
@@ -43,6 +45,7 @@ NB_MODULE(_native, m) {
     bind_mask_pixels(m);
     bind_matching(m);
     bind_medial_axis(m);
+    bind_medians(m);
     bind_near_cuboids(m);
     bind_nearest(m);
     bind_plane(m);
@@ -57,6 +60,7 @@ NB_MODULE(_native, m) {
     bind_strands_beside(m);
     bind_surface_ahead(m);
     bind_thinning(m);
+    bind_visibility(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
 }

@@ -118,6 +118,29 @@ auto sample_polylines(Matrix<double> points, Vector<Index> bounds, Vector<double
     return std::make_tuple(to_numpy(std::move(positions), size, dim), to_numpy(std::move(segment)));
 }
 
+// By central differences; at the ends of an open polyline by one-sided ones.
+auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed) {
+    check_bounds(bounds, points.shape(0));
+    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
+    const Index dim = points.shape(1);
+    std::vector<double> tangents(points.size());
+    for (std::size_t c = 0; c < closed.shape(0); ++c) {
+        const Index first = bounds(c), last = bounds(c + 1) - 1;
+        for (Index i = first; i <= last; ++i) {
+            const Index before = i > first ? i - 1 : (closed(c) ? last : first), after = i < last ? i + 1 : (closed(c) ? first : last);
+            double square = 0.0;
+            for (Index d = 0; d < dim; ++d) {
+                const double step = points(after, d) - points(before, d);
+                tangents[i * dim + d] = step;
+                square += step * step;
+            }
+            const double norm = square > 0 ? std::sqrt(square) : 1.0;
+            for (Index d = 0; d < dim; ++d) tangents[i * dim + d] /= norm;
+        }
+    }
+    return to_numpy(std::move(tangents), points.shape(0), dim);
+}
+
 // The steps before and after a point are each over `apart` points.
 auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
     check_bounds(bounds, points.shape(0));
@@ -148,6 +171,7 @@ void bind_polyline(nb::module_& m) {
     m.def("polyline_lengths", &polyline_lengths, "points"_a.noconvert(), "bounds"_a.noconvert());
     m.def("sample_polylines", &sample_polylines, "points"_a.noconvert(), "bounds"_a.noconvert(), "spacing"_a.noconvert(),
           "counts"_a.noconvert(), "to_end"_a.noconvert());
+    m.def("polyline_tangents", &polyline_tangents, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
     m.def("turn_cosines", &turn_cosines, "points"_a.noconvert(), "bounds"_a.noconvert(), "apart"_a);
     m.def("moving_mean", &moving_mean, "points"_a.noconvert(), "half_width"_a);
     m.def("unit_rows", &unit_rows, "vectors"_a.noconvert());

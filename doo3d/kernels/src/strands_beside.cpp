@@ -3,24 +3,6 @@
 
 namespace {
 
-// The samples of a chain, its tangents in the view by central differences.
-std::vector<double> tangents_of(const Matrix<double>& view, const Vector<Index>& bounds) {
-    std::vector<double> tangents(view.size());
-    for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) {
-        const Index first = bounds(c), last = bounds(c + 1) - 1;
-        for (Index i = first; i <= last && first < last; ++i) {
-            const Index before = std::max(i - 1, first), after = std::min(i + 1, last);
-            double square = 0.0, step[2];
-            for (Index d = 0; d < 2; ++d) {
-                step[d] = (view(after, d) - view(before, d)) / double(after - before);
-                square += step[d] * step[d];
-            }
-            for (Index d = 0; d < 2 && square > 0; ++d) tangents[2 * i + d] = step[d] / std::sqrt(square);
-        }
-    }
-    return tangents;
-}
-
 // Share of the samples that is compared, one of so many, so that no more pairs are visited than allowed.
 Index stride_of(const std::vector<double>& places, double reach, double max_pairs) {
     const Index count = Index(places.size()) / 2;
@@ -34,10 +16,10 @@ Index stride_of(const std::vector<double>& places, double reach, double max_pair
 }
 
 // A sample is compared with the samples in the cells around it, each until one is found beside it.
-auto strands_beside(Matrix<double> view, Vector<Index> bounds, Vector<double> reach, Vector<double> along, Vector<double> around,
-                    double reaches, double apart, double min_cosine, double max_pairs) {
+auto strands_beside(Matrix<double> view, Matrix<double> tangents, Vector<Index> bounds, Vector<double> reach, Vector<double> along,
+                    Vector<double> around, double reaches, double apart, double min_cosine, double max_pairs) {
     const Index count = view.shape(0);
-    require(view.shape(1) == 2, "view is not (S, 2)");
+    require(view.shape(1) == 2 && tangents.shape(1) == 2 && Index(tangents.shape(0)) == count, "view and tangents are not (S, 2)");
     check_bounds(bounds, count);
     require(Index(reach.shape(0)) == count && Index(along.shape(0)) == count, "reach and along are not one per sample");
     require(around.shape(0) + 1 == bounds.shape(0), "around is not one per chain");
@@ -59,7 +41,6 @@ auto strands_beside(Matrix<double> view, Vector<Index> bounds, Vector<double> re
             taken.push_back(i);
             places.insert(places.end(), {view(i, 0), view(i, 1)});
         }
-        const std::vector<double> tangents = tangents_of(view, bounds);
         const Cells cells(places.data(), Index(taken.size()), 2, most / CELLS_PER_REACH);
         const auto is_beside = [&](Index i, Index j) {
             if (chain[i] == chain[j]) {
@@ -68,7 +49,7 @@ auto strands_beside(Matrix<double> view, Vector<Index> bounds, Vector<double> re
             }
             const double du = view(i, 0) - view(j, 0), dv = view(i, 1) - view(j, 1);
             if (!(std::sqrt(du * du + dv * dv) < reaches * std::max(reach(i), reach(j)))) return false;
-            return std::fabs(tangents[2 * i] * tangents[2 * j] + tangents[2 * i + 1] * tangents[2 * j + 1]) > min_cosine;
+            return std::fabs(tangents(i, 0) * tangents(j, 0) + tangents(i, 1) * tangents(j, 1)) > min_cosine;
         };
         for (const Index i : taken) {
             const double at[2] = {view(i, 0), view(i, 1)};
@@ -82,6 +63,6 @@ auto strands_beside(Matrix<double> view, Vector<Index> bounds, Vector<double> re
 }  // namespace
 
 void bind_strands_beside(nb::module_& m) {
-    m.def("strands_beside", &strands_beside, "view"_a.noconvert(), "bounds"_a.noconvert(), "reach"_a.noconvert(), "along"_a.noconvert(),
+    m.def("strands_beside", &strands_beside, "view"_a.noconvert(), "tangents"_a.noconvert(), "bounds"_a.noconvert(), "reach"_a.noconvert(), "along"_a.noconvert(),
           "around"_a.noconvert(), "reaches"_a, "apart"_a, "min_cosine"_a, "max_pairs"_a);
 }

@@ -22,7 +22,7 @@ from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
 from ...geometry.radii import STEP_RADII
-from ...kernels import polyline_lengths, sample_polylines, strands_beside, turn_cosines
+from ...kernels import polyline_lengths, polyline_tangents, sample_polylines, strands_beside, turn_cosines
 from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
 from .looks import Looks, looks_of
@@ -326,17 +326,9 @@ def _depth_doubts(chains: Sequence[Chain], foreground: Foreground) -> list[tuple
 def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
     """Return for each chain the share of its samples that have another strand beside them in the view, nearly parallel."""
     around = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
-    flags = strands_beside(
-        samples.view,
-        samples.bounds,
-        samples.reach,
-        samples.along,
-        around,
-        BESIDE_RADII,
-        APART_RADII,
-        math.cos(BESIDE_ANGLE),
-        MAX_CELLS,
-    )
+    tangents = polyline_tangents(samples.view, samples.bounds, np.zeros(len(chains), dtype=bool))
+    alike = BESIDE_RADII, APART_RADII, math.cos(BESIDE_ANGLE), MAX_CELLS
+    flags = strands_beside(samples.view, tangents, samples.bounds, samples.reach, samples.along, around, *alike)
     total = np.append(0, np.cumsum(flags))[samples.bounds]
     return [float(share) for share in np.diff(total) / np.maximum(np.diff(samples.bounds), 1)]
 

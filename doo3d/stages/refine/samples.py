@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...geometry.polyline import tangents
 from ...geometry.radii import STEP_RADII
-from ...kernels import polyline_lengths, sample_polylines
+from ...kernels import polyline_lengths, polyline_tangents, sample_polylines
 from ...types import Bools, Floats, Ints, Path
 
 WINDOW_RADII = 1.0
@@ -66,7 +65,7 @@ class Samples:
 
     def tangents(self) -> Floats:
         """Return the unit tangent of the path at each of the S samples, (S, 3), in 2-D (S, 2), towards higher sample indices."""
-        return np.concatenate([tangents(self.positions[self.of_path(p)], closed) for p, closed in enumerate(self.closed)])
+        return polyline_tangents(self.positions, self.bounds, np.array(self.closed))
 
 
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
