@@ -230,6 +230,34 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
+def classify_positions(
+    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, classes: Ints
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64 m in the camera's optical frame
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool, the object
+    margin
+        m by which a reading is behind a position to show that it is free, or in front of it to hide it
+    own_counts
+        True if a reading in the mask also shows that a position in front of it is free
+    classes
+        (6,) int64, the numbers for: outside the image; no reading outside the mask; no reading in the mask; surface of the
+        object; hidden; free
+
+    Returns
+    -------
+    class : (N,) int64, the number of each position
+    behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
+    pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
+    """
+
 def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
 
@@ -335,6 +363,47 @@ def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     Returns
     -------
     (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
+    """
+
+def depth_support(
+    joints: Floats,
+    bounds: Ints,
+    radius: Floats,
+    depth: Array,
+    mask: Bools,
+    camera: Floats,
+    positions: Floats,
+    lateral: Floats,
+    settings: Floats,
+    min_readings: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Compare the segments of chains with the depth readings in the mask beside them.
+
+    Parameters
+    ----------
+    joints
+        (J, 3) float64 m in the camera's optical frame, the joints of C chains, one chain after the other
+    bounds
+        (C + 1,) int64; the joints of chain c are joints[bounds[c]:bounds[c + 1]], the last entry is J
+    radius
+        (C,) float64 m, radius of each chain
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    positions, lateral
+        (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
+    settings
+        (4,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
+        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two
+    min_readings
+        readings of a segment that make a median
+
+    Returns
+    -------
+    supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
+        and by less than the chain's readings may; 0 for a segment behind the camera
+    residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     """
 
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
@@ -535,6 +604,30 @@ def moving_mean(points: Floats, half_width: int) -> Floats:
     By running sums: 10 times as fast as the same sums by np.cumsum on 79 points (1.5 us against 15.6 us).
     """
 
+def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> Ints:
+    """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
+
+    A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
+    which share a joint, are left out too. In 2-D the cuboids lie in the plane z = 0.
+
+    Parameters
+    ----------
+    starts, ends
+        (S, D) float64, the two joints of each of S segments, D = 2 or 3
+    chain
+        (S,) int64, number of the chain of each segment
+    width
+        edge of the cross-section, in the unit of the joints
+
+    Returns
+    -------
+    (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
+
+    Notes
+    -----
+    One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
+    """
+
 def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
     """Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.
 
@@ -577,6 +670,23 @@ def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tup
     -----
     The points are sorted into cells, and each target competes for the points in the cells around it. Twenty times as fast as a
     k-d tree on the pixels of masks.
+    """
+
+def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds: Ints, reach: float) -> Ints:
+    """Return the index of the target nearest to each point, of the targets of the same path; of equally near ones the first.
+
+    Parameters
+    ----------
+    points, targets
+        (N, D) and (S, D) float64, points and targets of P paths, one path after the other
+    bounds, target_bounds
+        (P + 1,) int64; path p has points[bounds[p]:bounds[p + 1]], the last entry is N, and so for the targets
+    reach
+        distance within which most targets are found; it only sets the time taken
+
+    Returns
+    -------
+    (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
     """
 
 def neighbor_table(coords: Ints) -> Ints:
@@ -625,27 +735,35 @@ def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Float
     (S,) int64
     """
 
-def points_near_line(
-    points: Floats, origin: Floats, direction: Floats, half_edge: float, max_offset: float
-) -> tuple[Floats, Floats, Floats]:
-    """Select the points in a box that lie near a straight line through the center of the box.
+def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:
+    """Return the medians of parts of an array, without values that are not finite.
 
     Parameters
     ----------
-    points
-        (N, D) float64, N points
-    origin, direction
-        (D,) float64, the center of the box, and the unit direction of the line
-    half_edge
-        half the edge of the box, whose edges are along the axes of the coordinates
-    max_offset
-        points at this distance from the line or farther are left out
+    values
+        (N,) float64
+    first, last
+        (K,) int64; part k is values[first[k]:last[k]]
 
     Returns
     -------
-    kept : (K, D) float64, the K selected points, in the order given
-    along : (K,) float64, their positions along the line, 0 at the origin, positive in the direction
-    offset : (K,) float64, their distances from the line
+    median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
+        values
+    count : (K,) int64, number of finite values
+    """
+
+def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
+    """Return the length of each of C polylines, (C,) float64.
+
+    points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
+    points[bounds[c]:bounds[c + 1]], the last entry is P.
+    """
+
+def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> Floats:
+    """Return the unit tangents of C polylines at their points by central differences, pointing onwards: (P, D) float64.
+
+    points : (P, D) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. closed : (C,) bool, True if the last point is
+    followed by the first; the ends of others have one-sided differences. A single point has the tangent 0.
     """
 
 def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> None:
@@ -745,6 +863,26 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
     """
 
+def sample_polylines(points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools) -> tuple[Floats, Ints]:
+    """Return evenly spaced samples along polylines, from the first point of each.
+
+    Parameters
+    ----------
+    points, bounds
+        the points of C polylines, as for `polyline_lengths`
+    spacing
+        (C,) float64, arc length between neighboring samples of each polyline
+    counts
+        (C,) int64, number of samples on each
+    to_end
+        (C,) bool, True if the last of two samples or more is the last point of the polyline exactly
+
+    Returns
+    -------
+    samples : (S, D) float64, of all polylines, one after the other; the last point for samples beyond it
+    segment : (S,) int64, the segment of its polyline on which each sample lies
+    """
+
 def second_best_rise(
     cost: Floats,
     partner: Ints,
@@ -814,28 +952,6 @@ def section_offsets(
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
     """
 
-def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
-    """Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
-
-    Parameters
-    ----------
-    ends
-        (4, D) float64, rows: first end, its outward direction, second end, its outward direction
-    radius
-        radius of the arcs, in the unit of the ends, if the end lines do not meet ahead of both ends; 0 chooses the largest, up
-        to half the gap, that keeps `max_deviation`. If the lines meet, the radius is that of `corner_radius`. A radius without a
-        path is made smaller until there is one
-    max_deviation
-        rad, greatest angle between the straight line and the direct connection of the ends; applies only if the radius is chosen
-    inside
-        applies if both ends point away from each other: True leads the path through the inside of the gap, False around it
-
-    Returns
-    -------
-    touch : True if the ends are at the same position
-    arcs : (2, 3 D + 2) float64, columns as for `arc_line_arc`; (0, 3 D + 2) if the ends touch or no path was found
-    """
-
 def smooth_strand_depth(
     inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
 ) -> tuple[Floats, float, float, float]:
@@ -869,6 +985,28 @@ def smooth_strand_depth(
     ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     """
 
+def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
+    """Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
+
+    Parameters
+    ----------
+    ends
+        (4, D) float64, rows: first end, its outward direction, second end, its outward direction
+    radius
+        radius of the arcs, in the unit of the ends, if the end lines do not meet ahead of both ends; 0 chooses the largest, up
+        to half the gap, that keeps `max_deviation`. If the lines meet, the radius is that of `corner_radius`. A radius without a
+        path is made smaller until there is one
+    max_deviation
+        rad, greatest angle between the straight line and the direct connection of the ends; applies only if the radius is chosen
+    inside
+        applies if both ends point away from each other: True leads the path through the inside of the gap, False around it
+
+    Returns
+    -------
+    touch : True if the ends are at the same position
+    arcs : (2, 3 D + 2) float64, columns as for `arc_line_arc`; (0, 3 D + 2) if the ends touch or no path was found
+    """
+
 def steps(points: Floats, closed: bool = False) -> Floats:
     """Return the distances between consecutive points of a polyline.
 
@@ -876,6 +1014,90 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     closed.
 
     7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
+    """
+
+def strands_beside(
+    view: Floats,
+    tangents: Floats,
+    bounds: Ints,
+    reach: Floats,
+    along: Floats,
+    around: Floats,
+    reaches: float,
+    apart: float,
+    min_cosine: float,
+    max_pairs: float,
+) -> Bools:
+    """Tell which samples of chains have another strand beside them in the view, nearly parallel.
+
+    Parameters
+    ----------
+    view, tangents
+        (S, 2) float64, position in the view of S samples, of C chains one after the other, and the unit tangent there
+    bounds
+        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
+    reach, along
+        (S,) float64, radius of the strand in the view, and position along the chain
+    around
+        (C,) float64, length of a closed chain, in the unit of `along`; infinite for an open one
+    reaches
+        two strands are beside each other if they are nearer than this many of the larger `reach`
+    apart
+        difference of `along` from which on two samples of one chain are of two strands
+    min_cosine
+        cosine of the angle between the two strands at least
+    max_pairs
+        pairs of samples that are compared at most, or one of two samples, of four and so on is taken for its neighbors
+
+    Returns
+    -------
+    (S,) bool
+    """
+
+def surface_ahead(
+    points: Floats,
+    samples: Floats,
+    ends: Ints,
+    tangents: Floats,
+    reach: Floats,
+    max_offset: Floats,
+    max_gap: Floats,
+    window: int,
+) -> tuple[Floats, Floats, Ints]:
+    """Find the surface points ahead of free ends of paths and beside them, up to the first stretch ahead without points.
+
+    A point belongs to an end if it lies in a box around the end and near the tangent line there, and if the sample nearest to it
+    is at most `window` samples from the end.
+
+    Parameters
+    ----------
+    points
+        (N, D) float64, N surface points, D = 2 or 3; those that are not finite are left out
+    samples
+        (S, D) float64, samples along all paths
+    ends
+        (E,) int64, the sample at each of E free ends
+    tangents
+        (E, D) float64 unit, tangent at each end, pointing out of its path
+    reach
+        (E,) float64, half the edge of the box around each end, whose edges are along the axes of the coordinates
+    max_offset
+        (E,) float64; points at this distance from the tangent line or farther are left out
+    max_gap
+        (E,) float64; a stretch along the tangent without points that is longer than this ends the points ahead
+    window
+        number of samples, those of other paths too, by which the index of the nearest sample may differ from that of the end
+
+    Returns
+    -------
+    axial : (K,) float64, position of each point along the tangent, ascending for each end: 0 at the end, positive outside
+    lateral : (K,) float64, distance of each point from the tangent line
+    bounds : (E + 1,) int64; the points of end e are [bounds[e]:bounds[e + 1]], the last entry is K
+
+    Notes
+    -----
+    The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
+    not with that of ends.
     """
 
 def thin_pixels(coords: Ints) -> Bools:
@@ -937,6 +1159,13 @@ def traverse_contour(points: Floats, length: float, min_cosine: float) -> tuple[
     joints : (J, D) float64, the J joints of all C chains, one chain after the other
     bounds : (C + 1,) int64; chain c is joints[bounds[c]:bounds[c + 1]], the last entry is J. Each chain has at least two joints;
         C is 0 if the points do not reach over one segment
+    """
+
+def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:
+    """Return the cosine of the sharpest turn of each of C polylines in the plane, (C,) float64; 1 for one that is too short.
+
+    points : (P, 2) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. apart : number of points over which the steps
+    before and after a turn are taken.
     """
 
 def unit(vector: Floats) -> Floats:

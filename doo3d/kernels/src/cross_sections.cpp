@@ -1,16 +1,8 @@
 // Surface points in the cross-sections of samples along center lines, and what is pooled from them.
 #include "arrays.h"
-
-#include <algorithm>
+#include "medians.h"
 
 namespace {
-
-// Of an even number of values the mean of the middle two, as NumPy takes it; the values are reordered.
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + values.size() / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
 
 std::vector<double> pooled(const double* values, const Vector<Index>& path, Index half) {
     const Index size = path.shape(0);

@@ -10,7 +10,7 @@ from ...geometry.mask import mask_pixels
 from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import steps, whittaker_smooth
 from ...geometry.radii import TOUCHING_RADII
-from ...kernels import nearest, window_sum
+from ...kernels import nearest, part_medians, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     MIN_POINTS,
@@ -304,12 +304,8 @@ def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Sam
 
 def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
     """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
-    radius = samples.radius.copy()
-    for p in range(len(samples.closed)):
-        part = samples.of_path(p)
-        if usable[part].any():
-            radius[part] = float(np.median(measured[part][usable[part]]))
-    return radius
+    median = part_medians(np.where(usable, measured, np.nan), samples.bounds[:-1], samples.bounds[1:])[0][samples.path]
+    return np.where(np.isnan(median), samples.radius, median)
 
 
 def _along_paths(measured: Floats, good: Bools, samples: Samples) -> Floats:
