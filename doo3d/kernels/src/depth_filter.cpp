@@ -55,6 +55,7 @@ auto agreeing_readings(Matrix<float> depth, Matrix<bool> mask, double low, doubl
     std::vector<Index> rows, columns;
     std::vector<double> means;
     Index dropped = 0;
+    Visits visits;
     for_each_set(mask, [&](Index offset) {
         const float center = z[offset];
         if (!(center >= float(low) && center <= float(high))) return;
@@ -62,6 +63,7 @@ auto agreeing_readings(Matrix<float> depth, Matrix<bool> mask, double low, doubl
         double total = center;
         Index support = 0, neighbors = 0;
         const Window window(center_row, center_column, half_width, height, width);
+        visits.count += (window.bottom - window.top) * (window.right - window.left);
         for (Index row = window.top; row < window.bottom; ++row) {
             for (Index column = window.left; column < window.right; ++column) {
                 const Index other = row * width + column;

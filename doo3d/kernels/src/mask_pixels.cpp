@@ -21,6 +21,7 @@ Index last_set(const Byte* bytes, Index begin, Index end) {
 Box box_of(const Matrix<bool>& mask) {
     const Index height = mask.shape(0), width = mask.shape(1);
     const Byte* bytes = bytes_of(mask);
+    count_bytes(height * width);
     const Index first = first_set(bytes, 0, height * width), stop = last_set(bytes, first, height * width);
     if (first == stop) return Box();
     Box box{first / width, (stop - 1) / width + 1, width, 0};

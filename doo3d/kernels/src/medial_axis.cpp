@@ -36,6 +36,7 @@ auto medial_axis(Matrix<bool> mask) {
         }
         starts[v + 1] = Index(columns.size());
     }
+    count_visits(height * width + 2 * Index(columns.size()));
     std::fill(rows.begin(), rows.end(), 0.0f);
     std::vector<Index> axis_rows, axis_columns;
     std::vector<float> distances;

@@ -23,6 +23,7 @@ void bind_skeleton_graph(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_small_regions(nb::module_&);
 void bind_thinning(nb::module_&);
+void bind_visits(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
@@ -49,6 +50,7 @@ NB_MODULE(_native, m) {
     bind_ribbons(m);
     bind_small_regions(m);
     bind_thinning(m);
+    bind_visits(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
 }

@@ -13,6 +13,7 @@ constexpr double CELLS_PER_REACH = 3.0;
 class Cells {
 public:
     Cells(const double* points, Index count, Index dim, double edge) : dim_(dim) {
+        visits_.count = 2 * count;
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
         bool any = false;
         for (Index n = 0; n < count; ++n) {
@@ -100,7 +101,9 @@ private:
         }
         if (last[1] <= first[1]) return;
         for (Index row = first[0]; row < last[0]; ++row) {
-            visit(start_[row * shape_[1] + first[1]], start_[row * shape_[1] + last[1]]);
+            const Index begin = start_[row * shape_[1] + first[1]], end = start_[row * shape_[1] + last[1]];
+            visits_.count += end - begin;
+            visit(begin, end);
         }
     }
 
@@ -129,6 +132,7 @@ private:
     Index shape_[2] = {1, 1};
     std::vector<Index> start_;       // of each cell, the first of its points
     std::vector<double> position_;  // axis by axis
+    mutable Visits visits_;
 };
 
 // Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
@@ -151,6 +155,7 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool l
             Index owner = cells.owner[k];
             if (!(best <= reach * reach)) {
                 if (limited) continue;
+                count_visits(size);
                 best = INFINITY;
                 for (Index s = 0; s < size; ++s) {
                     const double between = squared_distance(points.data() + n * dim, targets.data() + s * dim, dim);
@@ -227,6 +232,7 @@ auto occupied_cells(Matrix<double> points, Matrix<double> centers, double reach,
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
     for (Index s = 0; s < size; ++s) {
         table.assign(slots, EMPTY);
+        count_visits(Index(slots));
         const double *origin = origins.data() + 3 * s, *axis = axes.data() + 6 * s;
         for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
             Index key = 0;
@@ -250,6 +256,7 @@ auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> 
     require(points.shape(1) == 2 && samples.shape(1) == 2 && normals.shape(1) == 2, "points, samples and normals are not (., 2)");
     require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
     require(Index(normals.shape(0)) == size && Index(reach.shape(0)) == size, "normals and reach are not one per sample");
+    count_visits(count);
     std::vector<double> counts(size), totals(size);
     for (Index n = 0; n < count; ++n) {
         const Index s = index(n);
@@ -271,6 +278,7 @@ auto points_near_line(Matrix<double> points, Vector<double> origin, Vector<doubl
         start[d] = origin(d);
         heading[d] = direction(d);
     }
+    count_visits(count);
     std::vector<double> kept, along, offsets;
     for (Index n = 0; n < count; ++n) {
         const double* point = points.data() + n * dim;

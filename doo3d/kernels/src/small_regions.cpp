@@ -37,6 +37,7 @@ Index filled_size(const std::vector<Index>& component, Index width) {
         right = std::max(right, pixel % width);
     }
     std::vector<Byte> taken((bottom - top + 3) * (right - left + 3));
+    count_visits(Index(component.size() + taken.size()));
     Image box{taken.data(), bottom - top + 3, right - left + 3};
     for (const Index pixel : component) taken[(pixel / width - top + 1) * box.width + pixel % width - left + 1] = 1;
     std::vector<Index> stack{0};
@@ -58,6 +59,7 @@ Index filled_size(const std::vector<Index>& component, Index width) {
 // Remove the 8-connected components that are small with their holes filled; return the number of their pixels.
 Index remove_components(const Matrix<bool>& mask, const Image& result, Index min_pixels) {
     std::vector<Byte> seen(result.height * result.width);
+    count_bytes(Index(seen.size()));
     std::vector<Index> component;
     Index removed = 0;
     for_each_set(mask, [&](Index start) {
@@ -71,6 +73,7 @@ Index remove_components(const Matrix<bool>& mask, const Image& result, Index min
                 component.push_back(pixel);
             });
         }
+        count_visits(Index(component.size()));
         if (Index(component.size()) >= min_pixels || filled_size(component, result.width) >= min_pixels) return;
         for (const Index pixel : component) result.pixels[pixel] = 0;
         removed += component.size();
@@ -83,6 +86,7 @@ Index remove_components(const Matrix<bool>& mask, const Image& result, Index min
 Index fill_holes(const Image& image, Index min_pixels) {
     const Index size = image.height * image.width;
     std::vector<Byte> background(size);
+    Visits visits{2 * size / 8};
     std::vector<Index> hole;
     Index filled = 0;
     const auto search = [&](Index start) {
@@ -105,6 +109,7 @@ Index fill_holes(const Image& image, Index min_pixels) {
             });
             small = small && Index(hole.size()) < min_pixels;
         }
+        visits.count += Index(hole.size());
         for (const Index pixel : hole) {
             if (small) image.pixels[pixel] = 1;
             background[pixel] = 2;
@@ -112,6 +117,7 @@ Index fill_holes(const Image& image, Index min_pixels) {
         filled += small ? Index(hole.size()) : 0;
     };
     for (Index i = first_set(image.pixels, 0, size); i < size; i = first_set(image.pixels, i + 1, size)) {
+        ++visits.count;
         for_each_neighbor(image, i, false, search);
     }
     return filled;
@@ -122,6 +128,7 @@ auto without_small_regions(Matrix<bool> mask, Index min_pixels) {
     auto* result = new bool[std::max<Index>(height * width, 1)]();
     nb::capsule owner(result, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
     Index selected = 0;
+    count_bytes(height * width);
     for_each_set(mask, [&](Index i) {
         result[i] = true;
         ++selected;

@@ -59,6 +59,8 @@ auto thin_pixels(StridedMatrix<Index> coords) {
     for (int k = 0; k < 8; ++k) offsets[k] = RING_ROWS[k] * width + RING_COLUMNS[k];
     std::vector<Index> pixels(count);
     std::vector<std::uint8_t> codes(height * width);
+    count_bytes(height * width);
+    Visits visits{3 * count};
     for (Index i = 0; i < count; ++i) {
         pixels[i] = coords(i, 0) * width + coords(i, 1);
         require(i == 0 || pixels[i - 1] < pixels[i], "coords are not in lexicographic order");
@@ -89,6 +91,7 @@ auto thin_pixels(StridedMatrix<Index> coords) {
                 if (code) active[left++] = pixel;
                 if (deletable[code]) chosen.push_back(pixel);
             }
+            visits.count += Index(active.size() + chosen.size());
             active.resize(left);
             changed |= remove(chosen);
         }
