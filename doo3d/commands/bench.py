@@ -43,8 +43,8 @@ def bench(
     """Print the time of each stage of the detection, in one process and one thread: median and 95th percentile in ms.
 
     To compare machines, each median is also given in yardsticks; a yardstick is the time that this machine needs to convert
-    1280x720 pixels to HSV and test their ranges. Without INPUT, whole detections in frames that this project renders and draws are
-    timed: scenes with and without a mask, a stereo camera's frame with a ragged mask, images as busy as a photograph with the presets
+    1280x720 pixels to HSV and test their ranges. Without INPUT, whole detections in frames that this project renders are timed:
+    scenes with and without a mask, a stereo camera's frame with a ragged mask, images as busy as a photograph with the presets
     image and paper_2d, and a cloud. No file is written, except with --plot.
 
     \b
@@ -57,12 +57,9 @@ def bench(
     from ..inspection.benchmark import bench as time_captures
     from ..runs.threads import single_thread
 
-    if captures and (stages or large or only):
-        raise InputError(
-            "--stages, --large and --only are for the rendered frames: give no INPUT with them", code="options-conflict"
-        )
-    if scale and (stages or large or only):
-        raise InputError("--stages, --large and --only cannot be given with --scale", code="options-conflict")
+    if (captures or scale) and (stages or large or only):
+        sentence = "--stages, --large and --only are for the rendered frames: give neither INPUT nor --scale with them"
+        raise InputError(sentence, code="options-conflict")
     if scale and captures:
         raise InputError("--scale times frames that it draws itself: give no INPUT with it", code="options-conflict")
     if plot and not scale:
