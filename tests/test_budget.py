@@ -16,7 +16,7 @@ Rules
   hardly a visit.
 
 In another environment, with another Python, NumPy or processor, a last bit or a version moves some counts; there the rows are
-compared with an allowance of 5 %.
+compared with an allowance of 2 %: with Python 3.12 and NumPy 2.5 for 3.11 and 2.4 the visits stay, and calls change by 0.4 %.
 """
 
 from __future__ import annotations
@@ -34,19 +34,16 @@ from typing import Any
 
 import pytest
 from builders.frames import doubled, padded
-from builders.work import NAMES, environment, work_of
+from builders.work import NAMES, SURROUNDINGS, environment, work_of
 
-from doo3d.runs.threads import ONE_THREAD, single_thread
-
-SURROUNDINGS = os.environ | ONE_THREAD | {"PYTHONHASHSEED": "0"}
-"""Of the process that counts: sets have their order from the hash seed."""
+from doo3d.runs.threads import single_thread
 
 FILE = Path(__file__).with_name("budget.json")
 CHANGELOG = Path(__file__).parents[1] / "CHANGELOG.md"
 WITHOUT_MASK = "crossing"
 """The frame in which the object has to be found: its work follows the frame, too."""
 
-ELSEWHERE = 1.05
+ELSEWHERE = 1.02
 """Times the recorded row that is allowed in another environment."""
 
 MOST_OF_TWICE = 2.2
@@ -124,8 +121,8 @@ def test_twice_as_many_cables_are_about_twice_the_work(found, name):
 
 def test_rows_above_are_named():
     recorded = {"a": {"calls": 100, "large": 1}, "b": {"calls": 10}}
-    found = {"a": {"calls": 104, "large": 2}, "b": {"calls": 9}}
-    assert list(above(found, recorded, True)) == ["a: 104 calls, and 100 are recorded", "a: 2 large, and 1 are recorded"]
+    found = {"a": {"calls": 102, "large": 2}, "b": {"calls": 9}}
+    assert list(above(found, recorded, True)) == ["a: 102 calls, and 100 are recorded", "a: 2 large, and 1 are recorded"]
     assert list(above(found, recorded, False)) == []
 
 
@@ -156,7 +153,8 @@ def main(arguments: list[str] | None = None) -> int:
     recorded = recorded_rows() if FILE.exists() else {"environment": ""}
     same = recorded.pop("environment") == environment()
     sentences = list(above({name: row for name, row in found.items() if name in recorded}, recorded, same))
-    print("\n".join(sentences))  # noqa: T201
+    for sentence in sentences:
+        print(sentence)  # noqa: T201
     if sentences and not (chosen.changelog and chosen.changelog in CHANGELOG.read_text(encoding="utf-8")):
         print("rows rise: give words of their line in CHANGELOG.md by --changelog; nothing is recorded")  # noqa: T201
         return 1

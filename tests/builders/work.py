@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import platform
 import sys
 from collections.abc import Callable, Iterator
@@ -21,6 +22,7 @@ import numpy as np
 
 import doo3d
 from doo3d import kernels
+from doo3d.runs.threads import ONE_THREAD
 
 NAMES = (
     "crossing, mask given",
@@ -30,6 +32,9 @@ NAMES = (
     "cloud, 9,000 points",
 )
 """The frames, as `doo3d bench` names them."""
+
+SURROUNDINGS = os.environ | ONE_THREAD | {"PYTHONHASHSEED": "0"}
+"""Environment of a process that counts: one thread, and sets have their order from the hash seed."""
 
 LARGE = 400_000
 """Bytes from which on an array is large."""
@@ -64,15 +69,20 @@ class Work:
     large: int
 
 
-def environment() -> str:
-    """Return what counts depend on: the versions, and the instructions of the processor that NumPy uses."""
+def versions() -> str:
+    """Return the versions that counts depend on."""
     import cv2
     import scipy
 
-    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     python = ".".join(platform.python_version_tuple()[:2])
-    versions = f"Python {python}, NumPy {np.__version__}, SciPy {scipy.__version__}, OpenCV {cv2.__version__}"
-    return f"{versions}, {platform.system()} {platform.machine()}, {' '.join(found)}"
+    packages = f"NumPy {np.__version__}, SciPy {scipy.__version__}, OpenCV {cv2.__version__}"
+    return f"Python {python}, {packages}, {platform.system()} {platform.machine()}"
+
+
+def environment() -> str:
+    """Return what counts depend on: the versions, and the instructions of the processor that NumPy uses."""
+    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+    return f"{versions()}, {' '.join(found)}"
 
 
 def work_of(function: Callable[[], Any]) -> Work:
