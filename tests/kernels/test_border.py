@@ -86,9 +86,12 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
+CONSTANT = {"arc_towards", "corner_radius", "is_simple", "unit", "visits"}
+"""Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 
 
@@ -99,6 +102,16 @@ def test_every_kernel_is_called():
 @pytest.mark.parametrize("name", CALLS)
 def test_the_call_works(name):
     getattr(kernels, name)(*CALLS[name])
+
+
+@pytest.mark.parametrize("name", sorted(set(CALLS) - CONSTANT))
+def test_every_kernel_counts_the_elements_that_it_looks_at(name):
+    counts = []
+    for _ in range(2):
+        kernels.visits()
+        getattr(kernels, name)(*CALLS[name])
+        counts.append(kernels.visits())
+    assert counts[0] == counts[1] > 0
 
 
 @pytest.mark.parametrize(("name", "index"), ARRAYS)

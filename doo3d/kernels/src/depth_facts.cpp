@@ -74,6 +74,8 @@ struct MaskedDepth {
 
     MaskedDepth(const FrameFacts& facts, const float* depth, Index padding)
         : pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
+        count_bytes(4 * Index(image.size()));
+        count_visits(facts.count());
         for (const Run& run : facts.runs()) {
             const float* from = depth + run.row * facts.width();
             std::copy(from + run.start, from + run.end, image.begin() + offset(facts, run.row, run.start));
@@ -89,6 +91,7 @@ struct MaskedDepth {
 
 DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
     std::vector<float> readings, steps;
+    count_visits(3 * facts.count());
     readings.reserve(facts.count());
     steps.reserve(facts.count());
     for (const Run& run : facts.runs()) {
@@ -111,6 +114,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     std::vector<float> limits(half_width + 1);
     for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
     Votes votes;
+    count_visits(facts.count());
     for (const Run& run : facts.runs()) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
@@ -153,6 +157,8 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
         return false;
     };
     std::vector<Index> empty, holes;
+    count_bytes(Index(image.size()));
+    count_visits(count + facts.count());
     facts.for_each_pixel([&](Index row, Index column) {
         const Index i = at(column, row);
         if (!(depth[row * facts.width() + column] > 0) && image[i] != KEPT) empty.insert(empty.end(), {column, row, i});

@@ -22,6 +22,7 @@ auto near_mask(Matrix<bool> mask, double reach, bool inclusive) {
     {
         nb::gil_scoped_release released;
         const FrameFacts facts(bytes, height, width, 0);
+        count_bytes(height * width);
         const auto is_near = [&](Index dx, Index dy) {
             const double length = chamfer_length(dx, dy);
             return inclusive ? length <= reach : length < reach;
@@ -30,6 +31,7 @@ auto near_mask(Matrix<bool> mask, double reach, bool inclusive) {
         for (Index dy = 0; dy <= most_rows && is_near(0, dy); ++dy) {
             Index dx = 0;
             while (dx < width && is_near(dx + 1, dy)) ++dx;
+            count_visits(2 * Index(facts.runs().size()));
             for (const Run& run : facts.runs()) {
                 const Index start = std::max<Index>(0, run.start - dx), end = std::min(width, run.end + dx);
                 for (const Index row : {run.row - dy, run.row + dy}) {

@@ -109,11 +109,13 @@ void step_from_rows(float* pixels, Index count, Index step, bool known) {
 
 FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height_(height), width_(width) {
     read_runs(mask);
+    count_bytes(height * width);
     if (min_pixels > 1) {
         remove_components(min_pixels);
         fill_holes(min_pixels);
     }
     box_ = box_of(runs_);
+    count_visits(4 * Index(runs_.size()) + selected_);
     for (const Run& run : runs_) count_ += run.end - run.start;
 }
 
@@ -185,6 +187,8 @@ void FrameFacts::fill_holes(Index min_pixels) {
 const std::vector<float>& FrameFacts::distance() {
     if (!distance_.empty() || runs_.empty()) return distance_;
     const Index pitch = columns() + 2 * PADDING;
+    count_bytes(4 * (rows() + 2 * PADDING) * pitch);
+    count_visits(2 * count_);
     distance_.assign((rows() + 2 * PADDING) * pitch, 0.0f);
     const auto at = [&](const Run& run, Index column) {
         return distance_.data() + (run.row - box_.top + PADDING) * pitch + column - box_.left + PADDING;
@@ -208,6 +212,7 @@ const MedialAxis& FrameFacts::axis() {
     if (has_axis_ || runs_.empty()) return axis_;
     has_axis_ = true;
     distance();
+    count_visits(count_);
     const Index pitch = columns() + 2 * PADDING;
     for (std::size_t stop = runs_.size(), start = stop; stop; stop = start) {  // row by row from below, each from the left
         while (start && runs_[start - 1].row == runs_[stop - 1].row) --start;
@@ -231,6 +236,8 @@ std::vector<Index> FrameFacts::skeleton() {
     const std::vector<float>& inside = distance();
     const Index width = columns() + 2, pitch = columns() + 2 * PADDING;
     std::vector<Byte> codes((rows() + 2) * width);
+    count_bytes(2 * Index(codes.size()));
+    count_visits(count_);
     std::vector<std::int32_t> pixels;
     std::vector<Index> kept;
     pixels.reserve(count_);
@@ -282,6 +289,8 @@ std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index re
     const Index width = columns(), pitch = width + 2 * PADDING;
     reach = std::min(reach, std::max(rows(), width));
     std::vector<float> spread(rows() * width), peak(rows() * width);
+    count_bytes(8 * rows() * width);
+    count_visits(count + (4 * reach + 2) * (count_ + reach * Index(runs_.size())));
     spread_rows(reach, spread);
     for (const Run& run : runs_) {
         const Index v = run.row - box_.top, length = run.end - run.start;

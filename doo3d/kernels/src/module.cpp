@@ -28,6 +28,7 @@ void bind_strands_beside(nb::module_&);
 void bind_surface_ahead(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_visibility(nb::module_&);
+void bind_visits(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
@@ -59,6 +60,7 @@ NB_MODULE(_native, m) {
     bind_surface_ahead(m);
     bind_thinning(m);
     bind_visibility(m);
+    bind_visits(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
 }

@@ -17,12 +17,14 @@ double step_length(const Points& points, Index from, Index to) {
 
 auto steps(Points points, bool closed) {
     const Index count = points.shape(0);
+    count_visits(count);
     std::vector<double> lengths(closed ? count : (count > 0 ? count - 1 : 0));
     for (Index i = 0; i < Index(lengths.size()); ++i) lengths[i] = step_length(points, i, i + 1 < count ? i + 1 : 0);
     return to_numpy(std::move(lengths));
 }
 
 auto arc_length(Points points) {
+    count_visits(Index(points.shape(0)));
     std::vector<double> along(points.shape(0));
     for (Index i = 1; i < Index(along.size()); ++i) along[i] = along[i - 1] + step_length(points, i - 1, i);
     return to_numpy(std::move(along));
@@ -30,6 +32,7 @@ auto arc_length(Points points) {
 
 auto moving_mean(Points points, Index half_width) {
     const Index count = points.shape(0), dim = points.shape(1);
+    count_visits(count);
     std::vector<double> total((count + 1) * dim), means(count * dim);
     for (Index i = 0; i < count; ++i) {
         for (Index d = 0; d < dim; ++d) total[(i + 1) * dim + d] = total[i * dim + d] + points(i, d);
@@ -45,6 +48,7 @@ auto moving_mean(Points points, Index half_width) {
 
 auto unit_rows(Points vectors) {
     const Index count = vectors.shape(0), dim = vectors.shape(1);
+    count_visits(count);
     std::vector<double> units(count * dim);
     for (Index n = 0; n < count; ++n) {
         double square = 0.0;
@@ -94,6 +98,7 @@ auto sample_polylines(Matrix<double> points, Vector<Index> bounds, Vector<double
         require(spacing(c) >= 0, "a spacing is negative or no number");
         size += counts(c);
     }
+    count_visits(size + Index(points.shape(0)));
     std::vector<double> positions(size * dim), along;
     std::vector<Index> segment(size);
     for (Index c = 0, s = 0; c < lines; ++c) {

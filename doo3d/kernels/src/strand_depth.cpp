@@ -117,6 +117,7 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
         if (measured[i]) known.push_back(i);
     }
     require(known.size() > 0, "nothing is measured");
+    count_visits((settings.smoothings + 2) * count);
     require(count >= 4, "there are fewer than four samples");
     const auto at_known = [&](const Values& values) {
         Values some;

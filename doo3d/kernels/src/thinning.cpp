@@ -87,6 +87,7 @@ public:
             }
         }
         label_subgrids();
+        count_visits(2 * table.size());
     }
 
     // Go once through the six directions; tell whether a voxel was deleted.
@@ -94,6 +95,7 @@ public:
         bool changed = false;
         for (const int face : TABLES.directions) {
             collect(face);
+            count_visits(table_.size() + 8 * Index(chosen_.size()));
             if (remove()) changed = true;
         }
         return changed;
@@ -185,6 +187,7 @@ auto neighbor_table(StridedMatrix<Index> coords) {
         require(i == 0 || keys[i - 1] < keys[i], "coords are not in lexicographic order");
     }
     std::vector<std::int32_t> table(count * NEIGHBORS, -1);
+    count_visits(count * NEIGHBORS);
     for (int n = 13; n < NEIGHBORS; ++n) {
         const Offset step = offset_of(n);
         const Index stride = (step.x * shape[1] + step.y) * shape[2] + step.z;

@@ -11,6 +11,7 @@ std::vector<double> whittaker(const double* values, const double* weights, Index
     std::vector<double> difference(order + 1, 1.0);  // binomial coefficients with alternating signs
     for (Index k = 1; k <= order; ++k) difference[k] = -difference[k - 1] * double(order - k + 1) / double(k);
     std::vector<double> band(size * stride);
+    count_visits(size * stride);
     for (Index first = 0; first + order < count; ++first) {
         for (Index a = 0; a <= order; ++a) {
             for (Index b = 0; b <= a; ++b) {

@@ -47,6 +47,7 @@ void thin_codes(std::vector<Byte>& codes, Index width, std::vector<std::int32_t>
     std::int32_t offsets[8];
     for (int k = 0; k < 8; ++k) offsets[k] = std::int32_t(RING_ROWS[k] * width + RING_COLUMNS[k]);
     std::vector<std::int32_t> chosen(active.size());
+    Visits visits;
     const auto remove_simple = [&](const std::vector<std::int32_t>& pixels, std::size_t count) {
         bool changed = false;
         for (std::size_t i = 0; i < count; ++i) {
@@ -68,6 +69,7 @@ void thin_codes(std::vector<Byte>& codes, Index width, std::vector<std::int32_t>
                 left += code != 0;
                 count += deletable[code];
             }
+            visits.count += Index(active.size() + count);
             active.resize(left);
             changed |= remove_simple(chosen, count);
         }
@@ -89,6 +91,8 @@ auto thin_pixels(StridedMatrix<Index> coords) {
     require(double(height) * double(width) < 2e9, "the box of the pixels is too large");
     std::vector<std::int32_t> pixels(count);
     std::vector<Byte> object(height * width), kept(count);
+    count_bytes(2 * height * width);
+    count_visits(3 * count);
     for (Index i = 0; i < count; ++i) {
         pixels[i] = std::int32_t(coords(i, 0) * width + coords(i, 1));
         require(i == 0 || pixels[i - 1] < pixels[i], "coords are not in lexicographic order");
