@@ -114,7 +114,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     std::vector<float> limits(half_width + 1);
     for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
     Votes votes;
-    count_visits(facts.count());
+    count_visits(facts.count() * (2 * half_width + 1) * (2 * half_width + 1));
     for (const Run& run : facts.runs()) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);

@@ -28,6 +28,7 @@ void find_nearest(const double* points, Index count, const double* targets, Inde
         if (!(best <= reach * reach)) {
             if (limited) continue;
             best = INFINITY;
+            count_visits(size);
             for (Index s = 0; s < size; ++s) {
                 const double between = squared_distance(points + n * dim, targets + s * dim, dim);
                 if (between < best) {
@@ -154,6 +155,7 @@ auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> 
     require(points.shape(1) == 2 && samples.shape(1) == 2 && normals.shape(1) == 2, "points, samples and normals are not (., 2)");
     require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
     require(Index(normals.shape(0)) == size && Index(reach.shape(0)) == size, "normals and reach are not one per sample");
+    count_visits(count);
     std::vector<double> counts(size), totals(size);
     for (Index n = 0; n < count; ++n) {
         const Index s = index(n);

@@ -77,6 +77,7 @@ auto polyline_lengths(Matrix<double> points, Vector<Index> bounds) {
     check_bounds(bounds, points.shape(0));
     std::vector<double> lengths(bounds.shape(0) - 1);
     const Index dim = points.shape(1);
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < lengths.size(); ++c) {
         for (Index i = bounds(c) + 1; i < bounds(c + 1); ++i) {
             lengths[c] += std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim));
@@ -129,6 +130,7 @@ auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool>
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     const Index dim = points.shape(1);
     std::vector<double> tangents(points.size());
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < closed.shape(0); ++c) {
         const Index first = bounds(c), last = bounds(c + 1) - 1;
         for (Index i = first; i <= last; ++i) {
@@ -151,6 +153,7 @@ auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
     check_bounds(bounds, points.shape(0));
     require(points.shape(1) == 2 && apart > 0, "points are not (N, 2), or apart is not positive");
     std::vector<double> least(bounds.shape(0) - 1, 1.0);
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < least.size(); ++c) {
         for (Index i = bounds(c) + apart; i + apart < bounds(c + 1); ++i) {
             double before[2], after[2];
