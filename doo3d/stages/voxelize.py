@@ -9,8 +9,8 @@ import numpy as np
 
 from ..config import VoxelizeConfig
 from ..errors import InputError
+from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..geometry.closing import close_cells
-from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.limits import AT_ONCE, MAX_CELLS
 from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
@@ -242,14 +242,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         raise _too_large(cells, KEY_LIMIT, size)
     if len(cells.keys) > MAX_CELLS:
         raise _too_large(len(cells.keys), MAX_CELLS, size)
-    sampling = foreground.sampling
-    if (
-        sampling is not None
-        and sampling.strands is not None
-        and sampling.gap is not None
-        and sampling.gap < MAX_CLOSED_GAP * size
-    ):
-        part = strand_of_points(points, sampling.strands)
+    if foreground.facts is not None and foreground.facts.strands_nearer(MAX_CLOSED_GAP * size):
+        part = foreground.facts.strand_of(points)
         closed = [
             close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
             for number in range(int(part.max()) + 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from .arrays import Array, Bools, Floats, Ints, set_sealed
 from .data import Camera, CameraView
@@ -19,20 +20,10 @@ class CloudSampling:
     scatter
         m, root mean square distance of sparse points from the line along their strand, which is the radius of the strand or the
         noise of the scanner; None if there are so many points that they show surfaces.
-    gap
-        m, least distance between strands that do not touch; None if all touch, and where points are sparse.
-    strands
-        (S,) number, from 0, of the strand of every k-th point, where strands that touch are one; -1 in a small part. None where
-        `gap` is None.
     """
 
     spacing: float
     scatter: float | None = None
-    gap: float | None = None
-    strands: Ints | None = None
-
-    def __post_init__(self) -> None:
-        set_sealed(self, strands=self.strands)
 
     @property
     def is_sparse(self) -> bool:
@@ -75,6 +66,8 @@ class Foreground:
         such strands.
     sampling
         how the points of a cloud lie on its strands; None for a frame or an image, and for a cloud that was not measured.
+    facts
+        `kernels.CloudFacts` of the points of a cloud; None for a frame or an image, and where points are sparse.
     notes
         messages of the segmentation to the user, one sentence each.
     views
@@ -96,6 +89,7 @@ class Foreground:
     mask_radius: float | None = None
     side_by_side: Bools | None = None
     sampling: CloudSampling | None = None
+    facts: Any = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
     is_told: bool = True

@@ -17,6 +17,7 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
+    "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),
     "agreeing_readings": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, 10.0, 1, 0.01, 3),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
@@ -46,6 +47,7 @@ CALLS = {
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
     "nearest": (POINTS, POINTS, 0.1, False),
+    "nearest_points": (POINTS, POINTS[:2], 3),
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
@@ -61,6 +63,7 @@ CALLS = {
     ),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
+    "sort_into_cells": (POINTS, np.zeros(3), 0.01, 1, 1e18),
     "steps": (POINTS, False),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
@@ -68,6 +71,7 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "values_at_ranks": (POINTS, np.array([0, 5])),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
     "without_small_regions": (np.ones((3, 3), bool), 4),

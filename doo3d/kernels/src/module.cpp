@@ -3,6 +3,7 @@
 
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
+void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
 void bind_depth_filter(nb::module_&);
@@ -14,6 +15,7 @@ void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
+void bind_point_cells(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_sampling(nb::module_&);
 void bind_second_best(nb::module_&);
@@ -29,6 +31,7 @@ void bind_zhang_suen(nb::module_&);
 NB_MODULE(_native, m) {
     bind_clearance(m);
     bind_closing(m);
+    bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
     bind_depth_filter(m);
@@ -40,6 +43,7 @@ NB_MODULE(_native, m) {
     bind_medial_axis(m);
     bind_nearest(m);
     bind_plane(m);
+    bind_point_cells(m);
     bind_polyline(m);
     bind_sampling(m);
     bind_second_best(m);

@@ -191,13 +191,18 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
     for (Index s = 0; s < size; ++s) {
         double *mean = means.data() + 3 * s, *covariance = covariances.data() + 9 * s;
+        Index count = 0;
+        double sum[3] = {0, 0, 0}, square[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};  // in registers
         for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
-            ++counts[s];
+            ++count;
             for (Index i = 0; i < 3; ++i) {
-                mean[i] += offset[i];
-                for (Index j = i; j < 3; ++j) covariance[3 * i + j] += offset[i] * offset[j];
+                sum[i] += offset[i];
+                for (Index j = i; j < 3; ++j) square[3 * i + j] += offset[i] * offset[j];
             }
         });
+        counts[s] = count;
+        std::copy(sum, sum + 3, mean);
+        std::copy(square, square + 9, covariance);
         const double number = double(std::max<Index>(counts[s], 1));
         for (Index i = 0; i < 3; ++i) mean[i] /= number;
         for (Index i = 0; i < 3; ++i) {
