@@ -360,6 +360,27 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     (J, D) float64, m.
     """
 
+def fill_cells(points: Floats, centers: Floats, reach: float, origins: Floats, axes: Floats, edge: float, cells: float) -> Bools:
+    """Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
+
+    Parameters
+    ----------
+    points, centers, reach
+        as for `neighborhood_spreads`
+    origins
+        (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
+    axes
+        (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
+    edge
+        edge of a cell, in the unit of the points, over 0
+    cells
+        number of cells
+
+    Returns
+    -------
+    (S,) bool
+    """
+
 def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
     """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
 
@@ -382,6 +403,103 @@ def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, cleara
     Returns
     -------
     (L,) int64, index within each line; that of the last point looked through if none is clear.
+    """
+
+def fit_circles(
+    sample: Ints, lateral: Floats, depth: Floats, path: Ints, radius: Floats, half: int, steps: int, min_points: float
+) -> tuple[Floats, Floats, Floats]:
+    """Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
+
+    Parameters
+    ----------
+    sample
+        (N,) int64, index of the sample in whose cross-section each of N points lies
+    lateral, depth
+        (N,) float64 m, offsets of each point from its sample
+    path
+        (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    radius
+        (S,) float64 m, fixes the radius of the circles; (0,) fits the radius too
+    half
+        number of samples on either side, on the same path, whose points are pooled
+    steps
+        iterations of Gauss-Newton, 0 to 1000
+    min_points
+        points that a circle is fitted to at least
+
+    Returns
+    -------
+    center : (S, 2) float64 m, lateral and depth offset of the circle's center; meaningless where the radius is NaN
+    radius : (S,) float64 m; NaN where there are too few points
+    count : (S,) float64, number of points, after pooling
+    """
+
+def fit_lines(
+    points: Floats,
+    at: Floats,
+    distance: Floats,
+    index: Ints,
+    scales: Floats,
+    widths: Floats,
+    min_points: Floats,
+    candidates: int,
+    max_spread_ratio: float,
+) -> tuple[Bools, Floats, Floats, Floats, Floats, Floats, Ints]:
+    """Fit a straight line to the neighborhood of each of several points, at the least scale at which there is one.
+
+    Lines towards some of the neighbors are tried; the best is fitted three times to the neighbors near it. There is a line if it
+    has enough points, they spread little across it, and the point itself lies near it.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64 m
+    at
+        (S, 3) float64 m, points of these
+    distance, index
+        (S, K), K >= 2 nearest points of each, by ascending distance
+    scales
+        (L,) float64 m, ascending; half lengths of a line
+    widths
+        (L,) float64 m, distance from a line within which points belong to it, for each scale
+    min_points
+        (L,) float64, points that a line has at least, for each scale
+    candidates
+        neighbors towards which a line is tried
+    max_spread_ratio
+        variance across a line at most, as a fraction of that along it
+
+    Returns
+    -------
+    found : (S,) bool
+    center : (S, 3) float64 m, mean of the points of the line; the point itself without a line
+    direction : (S, 3) float64 unit; 0 without a line, as all that follow
+    across : (S,) float64 m, root mean square distance of the points from the line
+    spacing : (S,) float64 m, mean distance of the points along the line
+    scale : (S,) float64 m
+    count : (S,) int64, number of points of the line
+    """
+
+def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Measure how the points of each cross-section spread across the line of sight.
+
+    Parameters
+    ----------
+    sample
+        (N,) int64, index of the sample in whose cross-section each of N points lies
+    lateral
+        (N,) float64 m, lateral offset of each point from its sample
+    path
+        (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    half
+        number of samples on either side, on the same path, whose points are pooled
+
+    Returns
+    -------
+    middle : (S,) float64 m, mean offset
+    variance : (S,) float64 m^2
+    count : (S,) float64, number of points, after pooling
+    relative : (N,) float64, offset of each point from the middle in standard deviations
     """
 
 def is_simple(bits: int) -> bool:
@@ -582,25 +700,6 @@ def neighborhood_spreads(points: Floats, centers: Floats, reach: float) -> tuple
     covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
     """
 
-def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Floats, axes: Floats, edge: float) -> Ints:
-    """Count the square cells of a plane that the points within `reach` of each center occupy, projected to the plane.
-
-    Parameters
-    ----------
-    points, centers, reach
-        as for `neighborhood_spreads`
-    origins
-        (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
-    axes
-        (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
-    edge
-        edge of a cell, in the unit of the points, over 0
-
-    Returns
-    -------
-    (S,) int64
-    """
-
 def points_near_line(
     points: Floats, origin: Floats, direction: Floats, half_edge: float, max_offset: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -772,6 +871,24 @@ def second_best_rise(
     -----
     A lower bound of the rise is computed for each pair of ends to which a and b may be connected; the exchanges are tried in
     order of their bounds until the bound exceeds the best rise so far.
+    """
+
+def section_axes(positions: Floats, tangents: Floats, viewpoint: Floats) -> tuple[Floats, Floats]:
+    """Return two unit axes across the object at each sample: across the line of sight, and away from the sensor.
+
+    Parameters
+    ----------
+    positions
+        (S, 3) float64 m
+    tangents
+        (S, 3) float64 unit, along the object
+    viewpoint
+        (3,) float64 m, position of the sensor; (0,) if unknown: the axes then turn as little as they can from sample to sample
+
+    Returns
+    -------
+    lateral : (S, 3) float64; arbitrary where the object points at the sensor
+    depth : (S, 3) float64, tangent x lateral
     """
 
 def section_offsets(

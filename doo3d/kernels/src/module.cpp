@@ -11,6 +11,7 @@ void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_mask_pixels(nb::module_&);
+void bind_line_fitting(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
 void bind_nearest(nb::module_&);
@@ -39,6 +40,7 @@ NB_MODULE(_native, m) {
     bind_equal_chords(m);
     bind_gap_path(m);
     bind_mask_pixels(m);
+    bind_line_fitting(m);
     bind_matching(m);
     bind_medial_axis(m);
     bind_nearest(m);

@@ -126,9 +126,9 @@ void PointSlabs::collect(Index first, Index last, const double* at, std::vector<
 // which all k lie.
 void PointSlabs::nearest(const double* at, Index k, std::vector<Near>& found) const {
     const Index own = slab_of(at[axis_]);
-    for (Index wide = 1;; wide *= 2) {
+    for (Index wide = 4;; wide *= 2) {  // many more than k, so that some of them are near
         const Index first = std::max<Index>(own - wide, 0), last = std::min(own + wide, slabs_ - 1);
-        if (start_[last + 1] - start_[first] >= k || (first == 0 && last == slabs_ - 1)) {
+        if (start_[last + 1] - start_[first] >= 8 * k || (first == 0 && last == slabs_ - 1)) {
             collect(first, last, at, found);
             break;
         }
