@@ -12,7 +12,12 @@ inline constexpr double CELLS_PER_REACH = 3.0;
 // squared distance so far and whose it is. The edge of the cells is doubled until their number is in proportion to the points.
 class Cells {
 public:
-    Cells(const double* points, Index count, Index dim, double edge) : dim_(dim) {
+    Cells(const double* points, Index count, Index dim, double edge)
+        : Cells(points, count, dim, edge, [](const double*) { return true; }) {}
+
+    // The same cells, without the points of which `is_wanted` is false.
+    template <class IsWanted>
+    Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted) : dim_(dim) {
         visits_.count = 2 * count;
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
         bool any = false;
@@ -41,7 +46,7 @@ public:
         std::vector<std::int32_t> cell(count, -1);
         for (Index n = 0; n < count; ++n) {
             const double* p = points + n * dim;
-            if (!finite(p)) continue;
+            if (!finite(p) || !is_wanted(p)) continue;
             cell[n] = std::int32_t(Index((p[axis_[0]] - low_[0]) * per_unit_) * shape_[1] + Index((p[axis_[1]] - low_[1]) * per_unit_));
             ++start_[cell[n] + 2];
         }
@@ -93,6 +98,11 @@ public:
             visits_.count += end - begin;
             visit(begin, end);
         }
+    }
+
+    // Write the offset from a position in space to a sorted point.
+    void offset(Index k, const double* from, double* result) const {
+        for (Index d = 0; d < 3; ++d) result[d] = position_[d * size + k] - from[d];
     }
 
     Index size = 0;                    // number of sorted points; those that are not finite are left out

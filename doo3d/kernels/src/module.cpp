@@ -3,6 +3,7 @@
 
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
+void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
 void bind_depth_support(nb::module_&);
@@ -11,11 +12,13 @@ void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
+void bind_line_fitting(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medians(nb::module_&);
 void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
+void bind_point_cells(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_sampling(nb::module_&);
@@ -35,6 +38,7 @@ void bind_zhang_suen(nb::module_&);
 NB_MODULE(_native, m) {
     bind_clearance(m);
     bind_closing(m);
+    bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
     bind_depth_support(m);
@@ -43,11 +47,13 @@ NB_MODULE(_native, m) {
     bind_equal_chords(m);
     bind_frame_facts(m);
     bind_gap_path(m);
+    bind_line_fitting(m);
     bind_matching(m);
     bind_medians(m);
     bind_near_cuboids(m);
     bind_nearest(m);
     bind_plane(m);
+    bind_point_cells(m);
     bind_polyline(m);
     bind_ribbons(m);
     bind_sampling(m);
