@@ -135,6 +135,7 @@ auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<doub
     require(positions.shape(1) == 3 && tangents.shape(1) == 3, "positions and tangents are not (S, 3)");
     require(Index(tangents.shape(0)) == size, "tangents are not one per position");
     require(viewpoint.shape(0) == 0 || viewpoint.shape(0) == 3, "viewpoint is neither (3,) nor (0,)");
+    count_visits(size);
     std::vector<double> lateral(3 * size), depth(3 * size);
     double side[3];
     for (Index s = 0; s < size; ++s) {

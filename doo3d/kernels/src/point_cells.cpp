@@ -68,6 +68,7 @@ PointCells::PointCells(const double* points, Index count, Index dim, const doubl
 template <class Key>
 void PointCells::number(const double* points, Index count, Index dim, const double* origin, double size) {
     std::vector<Tagged<Key>> tagged(count);
+    count_visits(4 * count);  // for the bounds, the keys, the order and the cells
     for (Index n = 0; n < count; ++n) {
         Index key = 0;
         for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((points[n * dim + d] - origin[d]) / size);
@@ -117,6 +118,7 @@ Index PointSlabs::slab_of(double value) const {
 
 void PointSlabs::collect(Index first, Index last, const double* at, std::vector<Near>& found) const {
     found.clear();
+    count_visits(start_[last + 1] - start_[first]);
     for (std::int32_t k = start_[first]; k < start_[last + 1]; ++k) {
         found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
     }
@@ -160,6 +162,7 @@ std::vector<double> ranked(const double* points, Index count, Index dim, const s
     constexpr Index BINS = 4096;
     std::vector<double> low(dim), high(dim), result(ranks.size() * dim);
     bounds(points, count, dim, low.data(), high.data());
+    count_visits(2 * dim * count);
     for (Index d = 0; d < dim; ++d) {
         const double scale = double(BINS) / (high[d] - low[d]);
         const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), BINS - 1) : 0; };
