@@ -417,6 +417,12 @@ def lateral_sums(
     total : (S,) float64, sum of their offsets from the sample along its normal, positive on the side to which the normal points
     """
 
+def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
+    """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
+
+    mask : (H, W) bool. step, slope : the pixels with u + slope v divisible by step are returned. Returns (K, 2) float64.
+    """
+
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     """Lay chords of exactly `length` along a polyline, the first from its first point.
 

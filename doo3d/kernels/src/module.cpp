@@ -10,6 +10,7 @@ void bind_depth_support(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_gap_path(nb::module_&);
+void bind_lattice_pixels(nb::module_&);
 void bind_mask_pixels(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medial_axis(nb::module_&);
@@ -42,6 +43,7 @@ NB_MODULE(_native, m) {
     bind_end_tangents(m);
     bind_equal_chords(m);
     bind_gap_path(m);
+    bind_lattice_pixels(m);
     bind_mask_pixels(m);
     bind_matching(m);
     bind_medial_axis(m);
