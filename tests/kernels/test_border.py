@@ -36,7 +36,9 @@ CALLS = {
     "depth_differences": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "is_simple": (3,),
-    "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
+    "silhouette": (
+        POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
+    ),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
     "mask_parts": (np.ones((3, 3), bool), 4),

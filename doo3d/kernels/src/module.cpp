@@ -25,6 +25,7 @@ void bind_segment_fitting(nb::module_&);
 void bind_segment_lengths(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_ribbons(nb::module_&);
+void bind_silhouette(nb::module_&);
 void bind_small_regions(nb::module_&);
 void bind_strands_beside(nb::module_&);
 void bind_surface_ahead(nb::module_&);
@@ -58,6 +59,7 @@ NB_MODULE(_native, m) {
     bind_segment_lengths(m);
     bind_skeleton_graph(m);
     bind_ribbons(m);
+    bind_silhouette(m);
     bind_small_regions(m);
     bind_strands_beside(m);
     bind_surface_ahead(m);

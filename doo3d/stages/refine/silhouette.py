@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.constants import golden
 
+from ... import kernels
 from ...geometry.noise import SURFACE_SAMPLES
-from ...geometry.polyline import unit
-from ...kernels import lateral_sums, lattice_pixels, nearest, window_sum
 from ...types import Bools, Camera, Floats, Ints
 from .cross_sections import SectionAxes
 
@@ -64,7 +63,7 @@ class MaskSample(NamedTuple):
         count = int(np.count_nonzero(mask))
         step = max(1, -(-count // SURFACE_SAMPLES))
         slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden), default=0)
-        pixels = lattice_pixels(mask, step, slope)
+        pixels = kernels.lattice_pixels(mask, step, slope)
         return MaskSample(pixels, count / max(1, len(pixels)))
 
 
@@ -103,34 +102,9 @@ def measure_silhouette(
     -------
     Offset of the middle and half-width at each sample, m (px in 2-D).
     """
-    pixels, across, scale = _project_axes(positions, axes, camera)
-    reach = reach * np.abs(scale)
-    distance, near = nearest(mask.pixels, pixels, float(reach.max()), True)
-    sums = lateral_sums(mask.pixels, distance, near, pixels, across, reach)
-    count, total = (window_sum(mask.share * each, path, window_half) for each in sums)
-    length = np.maximum(window_sum(_image_lengths(pixels, path), path, window_half), 1e-9)
-    return Silhouette(total / np.maximum(count, 1e-9) / scale, count / length / np.abs(scale) / 2)
-
-
-def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
-    """Project samples and their lateral axes.
-
-    Returns
-    -------
-    pixels : (S, 2) px. across : (S, 2) unit, across the path in the image.
-    scale : (S,) px across the path per unit along the lateral axis, signed: it depends on the place in the image and on depth.
-    """
-    if camera is None:
-        return positions, axes.lateral, np.ones(len(positions))
-    pixels = camera.project(positions)
-    along = unit(camera.project(positions + PROJECTION_STEP * axes.tangent) - pixels)
-    across = np.column_stack((-along[:, 1], along[:, 0]))
-    moved = camera.project(positions + PROJECTION_STEP * axes.lateral) - pixels
-    scale = np.einsum("ij,ij->i", moved, across) / PROJECTION_STEP
-    return pixels, across, np.where(np.abs(scale) > MIN_SCALE, scale, MIN_SCALE)
-
-
-def _image_lengths(pixels: Floats, path: Ints) -> Floats:
-    """Return the length of image, px, that each sample stands for: half way to either neighbor on its path."""
-    step = np.linalg.norm(np.diff(pixels, axis=0), axis=1) * (np.diff(path) == 0)
-    return np.asarray((np.concatenate(([0.0], step)) + np.concatenate((step, [0.0]))) / 2)
+    intrinsics = np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy))
+    return Silhouette(
+        *kernels.silhouette(
+            positions, axes.tangent, axes.lateral, path, *mask, intrinsics, reach, window_half, PROJECTION_STEP, MIN_SCALE
+        )
+    )
