@@ -16,35 +16,129 @@ from collections.abc import Callable
 
 from ..types import Array, Bools, Floats, Ints
 
-def agreeing_readings(
-    depth: Array, mask: Bools, low: float, high: float, half_width: int, slope: float, min_agreeing: int
-) -> tuple[Ints, Ints, Floats, int]:
-    """Find the depth readings of a mask with which enough of their neighbors agree, and average each with those.
+class FrameFacts:
+    """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
 
-    A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the differences
-    in row and column.
+    Components are 8-connected, and the pixels of their holes count for their size too; holes are 4-connected, and the background
+    that reaches the border of the image is none.
 
     Parameters
     ----------
-    depth
-        (H, W) float32 m, 0 = no reading
     mask
-        (H, W) bool, the pixels that are tested and that count as neighbors
-    low, high
-        m, the range of the readings that are tested; neighbors may lie outside
-    half_width
-        px; the window of neighbors has 2 half_width + 1 rows and columns
-    slope
-        m per pixel of distance
-    min_agreeing
-        neighbors that must agree, or half of those in the mask with a reading if that is less
+        (H, W) bool
+    depth
+        (H, W) float32 m, 0 = no reading; None without depth
+    min_pixels
+        components and holes of fewer pixels are small
 
-    Returns
-    -------
-    rows, columns : (K,) int64, the K readings that are left, in row-major order
-    mean : (K,) float64 m, mean of the reading itself and the neighbors that agree
-    dropped : number of readings with too few neighbors that agree
+    Attributes
+    ----------
+    selected
+        number of pixels before these steps
+    removed, filled
+        numbers of pixels of small components and of small holes
+    count
+        number N of pixels after them
+    box
+        first row, row after the last, first column and column after the last that hold pixels; else four 0
     """
+
+    selected: int
+    removed: int
+    filled: int
+    count: int
+    box: tuple[int, int, int, int]
+
+    def __init__(self, mask: Bools, depth: Array | None = None, min_pixels: int = 0) -> None: ...
+    def image(self) -> Bools:
+        """Return the mask (H, W) bool as a new array."""
+
+    def pixel_list(self) -> Ints:
+        """Return the pixels (N, 2) int64 (u, v), sorted by u and then v."""
+
+    def distance_image(self) -> Array:
+        """Return the chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask, 0 outside."""
+
+    def medial_axis(self) -> tuple[Ints, Ints, Array]:
+        """Return the pixels as far from the outside as their farthest neighbor; see the function `medial_axis`."""
+
+    def skeleton_pixels(self) -> Ints:
+        """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
+
+    def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
+        """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
+
+        Parameters
+        ----------
+        pixels
+            (K, 2) int64, pixels (u, v)
+        reach
+            px, half-width of the square in which the largest distance is taken
+        fraction, margin
+            a pixel is in the core if its distance is at least `fraction` of the largest, or at most `margin` px less
+
+        Returns
+        -------
+        (K,) bool, False for a pixel outside the mask
+        """
+
+    def depth_summary(self) -> tuple[int, float, float]:
+        """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
+
+        Raises
+        ------
+        ValueError : there is no depth.
+        """
+
+    def agreeing_readings(
+        self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
+    ) -> tuple[Ints, Floats, Floats, int]:
+        """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
+
+        A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
+        differences in row and column.
+
+        Parameters
+        ----------
+        low, high
+            m, the range of the readings that are tested; neighbors may lie outside
+        half_width
+            px; the window of neighbors has 2 half_width + 1 rows and columns
+        slope
+            m per pixel of distance
+        min_agreeing
+            neighbors that must agree, or half of those with a reading if that is less
+
+        Returns
+        -------
+        pixels : (K, 2) int64 (u, v) of the K readings kept, in row-major order
+        depth : (K,) m
+        mean : (K,) m, of the reading and its neighbors that agree
+        dropped : number of readings between `low` and `high` that were not kept
+
+        Raises
+        ------
+        ValueError : there is no depth, or `half_width` is negative.
+        """
+
+    def depth_holes(self, kept: Ints, reach: int) -> Ints:
+        """Return the pixels in holes of the depth: farther than `reach` px from every kept reading, or as near to such.
+
+        Parameters
+        ----------
+        kept
+            (K, 2) int64, the pixels (u, v) whose readings were kept
+        reach
+            px, in rows or columns
+
+        Returns
+        -------
+        (Q, 2) int64 (u, v), in row-major order; all are pixels of the mask without a reading
+
+        Raises
+        ------
+        ValueError : there is no depth, or `reach` is negative.
+        """
 
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
@@ -269,12 +363,6 @@ def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     Returns
     -------
     (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
-    """
-
-def depth_differences(depth: Array, mask: Bools) -> Array:
-    """Return the absolute differences of horizontally neighboring depth readings in a mask, in row-major order.
-
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (Q,) float32 m.
     """
 
 def depth_support(
@@ -524,6 +612,25 @@ def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> Int
     One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
     """
 
+def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
+    """Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.
+
+    The distance is a chamfer distance by steps on a 5 x 5 neighborhood, as that of `medial_axis`.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    reach
+        px
+    inclusive
+        whether a pixel at the distance `reach` is near
+
+    Returns
+    -------
+    (H, W) bool; the pixels of the mask are near themselves
+    """
+
 def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tuple[Floats, Ints]:
     """Find the nearest target of each point; of several equally near, the one with the lowest index.
 
@@ -679,12 +786,6 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     Returns
     -------
     (H, W) bool
-    """
-
-def readings_in_mask(depth: Array, mask: Bools) -> Array:
-    """Return the depth readings (over 0) at the pixels of a mask, in row-major order.
-
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (K,) float32 m.
     """
 
 def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: float, min_length: int) -> tuple[Array, Array]:
@@ -875,6 +976,39 @@ def silhouette(
     -------
     offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
     radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
+    """
+
+def smooth_strand_depth(
+    inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
+) -> tuple[Floats, float, float, float]:
+    """Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
+
+    Parameters
+    ----------
+    inverse
+        (S,) 1/m, inverse depth at each of S >= 4 samples one pixel apart
+    measured
+        (S,) bool, at least one; elsewhere the inverse depth is interpolated
+    radius
+        m, radius of the strand
+    focal
+        px
+    numbers
+        (7,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
+        curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
+        reading; standard deviation per median absolute deviation
+    smoothings
+        times the curve is smoothed, each time without what the last curve says are outliers
+
+    Returns
+    -------
+    depth : (S,) m, of the curve
+    waves : m, standard deviation of the readings behind the curve, averaged over a radius on either side
+    in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind
+
+    Raises
+    ------
+    ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     """
 
 def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
@@ -1072,6 +1206,13 @@ def unit_rows(vectors: Floats) -> Floats:
     4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
     """
 
+def visits() -> int:
+    """Return how many elements the kernels looked at in this thread since the last call, and start again at 0.
+
+    Elements are pixels, points, voxels, cells, or pairs of them, with their fixed neighborhoods; bytes that are only cleared or
+    searched for the first that is not 0 count eight as one. Equal arguments give equal counts.
+    """
+
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int) -> Floats:
     """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), in time linear in the points.
 
@@ -1107,23 +1248,4 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     Returns
     -------
     (S,) float64. The sums are differences of one running total, so they carry its rounding.
-    """
-
-def without_small_regions(mask: Bools, min_pixels: int) -> tuple[Bools, int, int, int]:
-    """Remove the small connected components of a mask, then fill its small holes.
-
-    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected, and the background that reaches
-    the border of the image is none.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool
-    min_pixels
-        components and holes of fewer pixels are small
-
-    Returns
-    -------
-    result : (H, W) bool, a new array
-    selected, removed, filled : number of pixels in the mask, in its small components, and in the small holes
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .arrays import Array, Bools, Floats, Ints, set_sealed
 from .data import Camera, CameraView
@@ -82,6 +82,8 @@ class Foreground:
     is_told
         whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
         it. False if strands were looked for by their shape alone.
+    facts
+        what follows from the mask and the depth in it, made once (`facts.facts_of`); None for a cloud.
     """
 
     points: Floats
@@ -99,6 +101,7 @@ class Foreground:
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
     is_told: bool = True
+    facts: object = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):

@@ -17,7 +17,7 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
-    "agreeing_readings": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, 10.0, 1, 0.01, 3),
+    "FrameFacts": (np.ones((3, 3), bool),),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
@@ -33,7 +33,6 @@ CALLS = {
     "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
-    "depth_differences": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "is_simple": (3,),
     "silhouette": (
@@ -48,6 +47,8 @@ CALLS = {
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "strands_beside": (
         POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
+        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5,
+        100.0,
     ),
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
@@ -64,6 +65,7 @@ CALLS = {
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
+    "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "nearest": (POINTS, POINTS, 0.1, False),
     "neighbor_table": (COORDS,),
@@ -71,7 +73,6 @@ CALLS = {
     "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "readings_in_mask": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
@@ -79,6 +80,7 @@ CALLS = {
         np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False, 2,
     ),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
+    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
@@ -88,10 +90,12 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
-    "without_small_regions": (np.ones((3, 3), bool), 4),
 }  # fmt: skip
+CONSTANT = {"arc_towards", "corner_radius", "is_simple", "unit", "visits"}
+"""Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 
 
@@ -102,6 +106,16 @@ def test_every_kernel_is_called():
 @pytest.mark.parametrize("name", CALLS)
 def test_the_call_works(name):
     getattr(kernels, name)(*CALLS[name])
+
+
+@pytest.mark.parametrize("name", sorted(set(CALLS) - CONSTANT))
+def test_every_kernel_counts_the_elements_that_it_looks_at(name):
+    counts = []
+    for _ in range(2):
+        kernels.visits()
+        getattr(kernels, name)(*CALLS[name])
+        counts.append(kernels.visits())
+    assert counts[0] == counts[1] > 0
 
 
 @pytest.mark.parametrize(("name", "index"), ARRAYS)

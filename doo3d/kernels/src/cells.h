@@ -13,6 +13,7 @@ inline constexpr double CELLS_PER_REACH = 3.0;
 class Cells {
 public:
     Cells(const double* points, Index count, Index dim, double edge) : dim_(dim) {
+        visits_.count = 2 * count;
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
         bool any = false;
         for (Index n = 0; n < count; ++n) {
@@ -88,7 +89,9 @@ public:
         }
         if (last[1] <= first[1]) return;
         for (Index row = first[0]; row < last[0]; ++row) {
-            visit(start_[row * shape_[1] + first[1]], start_[row * shape_[1] + last[1]]);
+            const Index begin = start_[row * shape_[1] + first[1]], end = start_[row * shape_[1] + last[1]];
+            visits_.count += end - begin;
+            visit(begin, end);
         }
     }
 
@@ -129,4 +132,5 @@ private:
     Index shape_[2] = {1, 1};
     std::vector<Index> start_;       // of each cell, the first of its points
     std::vector<double> position_;  // axis by axis
+    mutable Visits visits_;
 };

@@ -21,6 +21,7 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
     require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
     require(Index(lateral.shape(0)) == size && Index(depth.shape(0)) == size && Index(reach.shape(0)) == size,
             "lateral, depth and reach are not one per position");
+    count_visits(count);
     std::vector<Index> sample;
     std::vector<double> across, behind;
     for (Index n = 0; n < count; ++n) {
@@ -47,6 +48,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     require(Index(lateral.shape(0)) == count && Index(depth.shape(0)) == count, "lateral and depth are not one per point");
     require(Index(radius.shape(0)) == size, "radius is not one per sample");
     require(half >= 0, "half is negative");
+    count_visits(count);
     std::vector<Index> kept;
     std::vector<double> behind;
     for (Index k = 0; k < count; ++k) {
@@ -58,6 +60,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     }
     std::vector<double> counts, means;
     for (const bool last : {false, true}) {
+        count_visits(Index(kept.size()));
         std::vector<double> number(size), total(size);
         for (std::size_t k = 0; k < kept.size(); ++k) {
             number[kept[k]] += 1;

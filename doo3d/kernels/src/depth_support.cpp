@@ -55,6 +55,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
     const Frame frame{depth, mask, camera(0), camera(1), camera(2), camera(3)};
     const double surface = settings(0), least = settings(1), most = settings(2), deviations = settings(3);
     const double samples = double(positions.shape(0) * lateral.shape(0));
+    count_visits(Index(samples) * Index(joints.shape(0)));
     std::vector<double> supported, agreeing, residual;
     for (std::size_t c = 0; c < radius.shape(0); ++c) {
         std::vector<double> errors, residuals;

@@ -51,6 +51,7 @@ inline void find_nearest(const NearestSearch& search, const double* points, Inde
     rows = find_within(search, left.data(), rows, reach);
     for (std::size_t k = 0; k < rows.size() && !limited; ++k) {
         const Index n = rows[k];
+        count_visits(search.size);
         double best = INFINITY;
         for (Index s = 0; s < search.size; ++s) {
             const double between = squared_distance(points + n * dim, search.targets + s * dim, dim);

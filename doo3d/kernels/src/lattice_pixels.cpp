@@ -20,6 +20,7 @@ auto lattice_pixels(Matrix<bool> mask, Index step, Index slope) {
             }
         }
     };
+    count_visits(height * width / 8);
     std::vector<double> found;
     {
         nb::gil_scoped_release released;

@@ -12,6 +12,7 @@ auto part_medians(Vector<double> values, Vector<Index> first, Vector<Index> last
     std::vector<Index> counts(count);
     for (Index k = 0; k < count; ++k) {
         require(first(k) >= 0 && last(k) <= size, "a part lies outside the values");
+        count_visits(last(k) - first(k));
         part.clear();
         for (Index i = first(k); i < last(k); ++i) {
             if (std::isfinite(values(i))) part.push_back(values(i));

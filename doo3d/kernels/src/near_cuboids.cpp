@@ -67,6 +67,7 @@ auto near_cuboids(Matrix<double> starts, Matrix<double> ends, Vector<Index> chai
         }
         const double reach = longest + 2 * width;
         const Cells cells(middles.data(), count, dim, reach / CELLS_PER_REACH);
+        count_visits(2 * count);
         std::vector<Index> others;
         for (Index i = 0; i < count; ++i) {
             others.clear();

@@ -17,12 +17,14 @@ double step_length(const Points& points, Index from, Index to) {
 
 auto steps(Points points, bool closed) {
     const Index count = points.shape(0);
+    count_visits(count);
     std::vector<double> lengths(closed ? count : (count > 0 ? count - 1 : 0));
     for (Index i = 0; i < Index(lengths.size()); ++i) lengths[i] = step_length(points, i, i + 1 < count ? i + 1 : 0);
     return to_numpy(std::move(lengths));
 }
 
 auto arc_length(Points points) {
+    count_visits(Index(points.shape(0)));
     std::vector<double> along(points.shape(0));
     for (Index i = 1; i < Index(along.size()); ++i) along[i] = along[i - 1] + step_length(points, i - 1, i);
     return to_numpy(std::move(along));
@@ -30,6 +32,7 @@ auto arc_length(Points points) {
 
 auto moving_mean(Points points, Index half_width) {
     const Index count = points.shape(0), dim = points.shape(1);
+    count_visits(count);
     std::vector<double> total((count + 1) * dim), means(count * dim);
     for (Index i = 0; i < count; ++i) {
         for (Index d = 0; d < dim; ++d) total[(i + 1) * dim + d] = total[i * dim + d] + points(i, d);
@@ -45,6 +48,7 @@ auto moving_mean(Points points, Index half_width) {
 
 auto unit_rows(Points vectors) {
     const Index count = vectors.shape(0), dim = vectors.shape(1);
+    count_visits(count);
     std::vector<double> units(count * dim);
     for (Index n = 0; n < count; ++n) {
         double square = 0.0;
@@ -73,6 +77,7 @@ auto polyline_lengths(Matrix<double> points, Vector<Index> bounds) {
     check_bounds(bounds, points.shape(0));
     std::vector<double> lengths(bounds.shape(0) - 1);
     const Index dim = points.shape(1);
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < lengths.size(); ++c) {
         for (Index i = bounds(c) + 1; i < bounds(c + 1); ++i) {
             lengths[c] += std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim));
@@ -94,6 +99,7 @@ auto sample_polylines(Matrix<double> points, Vector<Index> bounds, Vector<double
         require(spacing(c) >= 0, "a spacing is negative or no number");
         size += counts(c);
     }
+    count_visits(size + Index(points.shape(0)));
     std::vector<double> positions(size * dim), along;
     std::vector<Index> segment(size);
     for (Index c = 0, s = 0; c < lines; ++c) {
@@ -124,6 +130,7 @@ auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool>
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     const Index dim = points.shape(1);
     std::vector<double> tangents(points.size());
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < closed.shape(0); ++c) {
         const Index first = bounds(c), last = bounds(c + 1) - 1;
         for (Index i = first; i <= last; ++i) {
@@ -146,6 +153,7 @@ auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
     check_bounds(bounds, points.shape(0));
     require(points.shape(1) == 2 && apart > 0, "points are not (N, 2), or apart is not positive");
     std::vector<double> least(bounds.shape(0) - 1, 1.0);
+    count_visits(points.shape(0));
     for (std::size_t c = 0; c < least.size(); ++c) {
         for (Index i = bounds(c) + apart; i + apart < bounds(c + 1); ++i) {
             double before[2], after[2];

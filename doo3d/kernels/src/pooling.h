@@ -9,6 +9,7 @@
 inline std::vector<double> pooled(const double* values, const Vector<Index>& path, Index half) {
     const Index size = path.shape(0);
     half = std::min(half, size);
+    count_visits(size);
     std::vector<double> total(size + 1), sums(size);
     for (Index s = 0; s < size; ++s) total[s + 1] = total[s] + values[s];
     for (Index start = 0; start < size;) {

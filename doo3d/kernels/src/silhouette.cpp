@@ -66,6 +66,7 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
     require(lateral.shape(0) == positions.shape(0) && Index(lateral.shape(1)) == dim, "lateral are not as positions");
     require(Index(path.shape(0)) == count && Index(reach.shape(0)) == count, "path and reach are not one per position");
     require(pixels.shape(1) == 2 && half >= 0 && step > 0, "pixels are not (N, 2), or half or step are out of bounds");
+    count_visits(count + Index(pixels.shape(0)));
     std::vector<double> offset(count), radius(count);
     {
         nb::gil_scoped_release released;

@@ -13,6 +13,7 @@ constexpr Index FREE = -1, LOOP = -2;
 std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted) {
     std::vector<Index> label(table.size(), -1), stack;
     Index components = 0;
+    count_visits(table.size());
     for (Index seed = 0; seed < table.size(); ++seed) {
         if (!wanted[seed] || label[seed] >= 0) continue;
         label[seed] = components;
@@ -49,6 +50,7 @@ auto connected_components(Matrix<std::int32_t> table) {
 class Branches {
 public:
     explicit Branches(const NeighborTable& table) : bounds{0}, table_(table), degree_(table.size()), visited_(table.size()) {
+        count_visits(4 * table.size());  // degrees, starts of three kinds
         std::vector<std::uint8_t> crowded(table.size());
         for (Index i = 0; i < table.size(); ++i) {
             for (int n = 0; n < NEIGHBORS; ++n) degree_[i] += table.row(i)[n] >= 0;
@@ -142,6 +144,7 @@ public:
 
     void check(const Vector<Index>& rows, const Vector<Index>& columns) const {
         require(rows.shape(0) == columns.shape(0), "rows and columns have different lengths");
+        count_visits(Index(rows.shape(0)) + 2 * (height_ + width_));
         for (std::size_t k = 0; k < rows.shape(0); ++k) {
             require(rows(k) > 0 && rows(k) < height_ - 1 && columns(k) > 0 && columns(k) < width_ - 1,
                     "a pixel lies in the outermost rows or columns of the image");
@@ -211,6 +214,7 @@ std::pair<double, bool> walk_from_tip(LineImage& image, Index pixel, double limi
         meets = image.crossing_number(pixel) > 2;
         image.set(before, false);
     }
+    count_visits(Index(trail.size()));
     for (const Index walked : trail) image.set(walked, true);
     return {length, meets};
 }
@@ -223,6 +227,7 @@ class Spurs {
 public:
     Spurs(LineImage& lines, std::vector<Index>&& pixels, double min_length)
         : lines_(lines), pixels_(std::move(pixels)), min_length_(min_length), version_(pixels_.size()), first_walk_(pixels_.size(), -1) {
+        count_visits(2 * Index(pixels_.size()));
         for (Index start = 0; start < Index(pixels_.size()); ++start) starts_.push_back({pixels_[start], start});
         std::sort(starts_.begin(), starts_.end());
         for (Index start = 0; start < Index(pixels_.size()); ++start) {
@@ -299,6 +304,7 @@ private:
             }
             first_walk_[at] = -1;
         };
+        count_visits(Index(spur.size()));
         for (const Index pixel : spur) {
             visit(pixel);
             for (int k = 0; k < 8; ++k) visit(lines_.neighbor(pixel, k));

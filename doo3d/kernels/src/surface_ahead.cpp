@@ -119,8 +119,10 @@ std::vector<std::vector<Ahead>> near_lines(const Search& search) {
     std::vector<std::vector<Ahead>> near(count);
     const BoxesOfEnds boxes(search.samples, search.ends, search.reach, number);
     Ahead ahead;
+    Visits visits{number};
     for (ahead.point = 0; ahead.point < number; ++ahead.point) {
         const double* point = search.points.data() + ahead.point * dim;
+        visits.count += Index(boxes.around(point).size());
         for (const Index e : boxes.around(point)) {
             const double *tip = search.samples.data() + search.ends(e) * dim, *tangent = search.tangents.data() + e * dim;
             if (is_near_line(point, tip, tangent, dim, search.reach(e), search.max_offset(e), ahead)) near[e].push_back(ahead);

@@ -13,6 +13,7 @@ auto classify_positions(StridedMatrix<double> points, Vector<double> camera, Mat
     const double height = double(mask.shape(0)), width = double(mask.shape(1));
     std::vector<Index> result(count, outside), behind, pixels;
     std::vector<double> readings;
+    count_visits(count);
     for (Index n = 0; n < count; ++n) {
         const double z = points(n, 2);
         const double u = camera(0) * points(n, 0) / z + camera(2), v = camera(1) * points(n, 1) / z + camera(3);
