@@ -666,26 +666,10 @@ def is_simple(bits: int) -> bool:
     -1) to (1, 1, 1) in lexicographic order, without (0, 0, 0).
     """
 
-def lateral_sums(
-    points: Floats, distance: Floats, index: Ints, samples: Floats, normals: Floats, reach: Floats
-) -> tuple[Floats, Floats]:
-    """Count the points near each sample of a 2-D path, and sum their signed distances to the left or right of the path.
+def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
+    """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
-    Parameters
-    ----------
-    points
-        (N, 2) float64, N points
-    distance, index
-        (N,) float64 and (N,) int64, distance and index of each point's nearest sample, as `nearest` returns them
-    samples, normals
-        (S, 2) float64, S samples along the path, and the unit normal to the path at each
-    reach
-        (S,) float64; a point counts for its nearest sample only if it is nearer than this
-
-    Returns
-    -------
-    count : (S,) float64, number of points that count for each sample
-    total : (S,) float64, sum of their offsets from the sample along its normal, positive on the side to which the normal points
+    mask : (H, W) bool. step, slope : the pixels with u + slope v divisible by step are returned. Returns (K, 2) float64.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
@@ -1150,6 +1134,48 @@ def section_offsets(
     -------
     sample : (K,) int64, the sample of each of the K points that are left
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
+    """
+
+def silhouette(
+    positions: Floats,
+    tangents: Floats,
+    lateral: Floats,
+    path: Ints,
+    pixels: Floats,
+    share: float,
+    camera: Floats,
+    reach: Floats,
+    half: int,
+    step: float,
+    min_scale: float,
+) -> tuple[Floats, Floats]:
+    """Measure the middle and half the width of a mask at samples along paths, across the paths.
+
+    Every pixel belongs to the sample that is nearest in the image. The number of pixels of a sample and of its neighbors over
+    their length in the image is the width; the mean of the pixels' lateral offsets is the middle.
+
+    Parameters
+    ----------
+    positions, tangents, lateral
+        (S, 3) float64, S samples m in the camera's optical frame, and two unit axes at each: along the path, and across it;
+        (S, 2) px without a camera
+    path
+        (S,) int64, number of the path of each sample; the samples of a path are consecutive
+    pixels, share
+        (N, 2) float64 px (u, v), and the number of pixels of the mask that each stands for
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px; (0,) if positions are px
+    reach
+        (S,) float64 m (px without a camera); pixels that are not nearer than this to their sample are left out
+    half
+        number of samples on either side, on the same path, whose pixels are pooled with those of a sample
+    step, min_scale
+        m along an axis whose projection tells the axis's direction and scale in the image; px per m of an axis at least
+
+    Returns
+    -------
+    offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
+    radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
     """
 
 def smooth_strand_depth(

@@ -41,7 +41,10 @@ CALLS = {
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "is_simple": (3,),
-    "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
+    "silhouette": (
+        POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
+    ),
+    "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
     "mask_parts": (np.ones((3, 3), bool), 4),
     "mask_pixels": (np.ones((3, 3), bool),),
@@ -49,8 +52,7 @@ CALLS = {
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "strands_beside": (
-        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5,
-        100.0,
+        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
     ),
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),

@@ -1,23 +1,9 @@
 // Surface points in the cross-sections of samples along center lines, and what is pooled from them.
 #include "arrays.h"
 #include "medians.h"
+#include "pooling.h"
 
 namespace {
-
-std::vector<double> pooled(const double* values, const Vector<Index>& path, Index half) {
-    const Index size = path.shape(0);
-    half = std::min(half, size);
-    count_visits(size);
-    std::vector<double> total(size + 1), sums(size);
-    for (Index s = 0; s < size; ++s) total[s + 1] = total[s] + values[s];
-    for (Index start = 0; start < size;) {
-        Index end = start + 1;
-        while (end < size && path(end) == path(start)) ++end;
-        for (Index s = start; s < end; ++s) sums[s] = total[std::min(s + half + 1, end)] - total[std::max(s - half, start)];
-        start = end;
-    }
-    return sums;
-}
 
 auto window_sum(Vector<double> values, Vector<Index> path, Index half) {
     require(values.shape(0) == path.shape(0), "values and path have different lengths");

@@ -1,5 +1,5 @@
 // Nearest targets of many points that lie near them, and sums over the points of each target.
-#include "cells.h"
+#include "find_nearest.h"
 
 namespace {
 
@@ -14,37 +14,6 @@ void check_targets(const Matrix<double>& points, const Matrix<double>& targets, 
     for (std::size_t k = 0; k < targets.size(); ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
 }
 
-// Fill in the distance and the index of the target nearest to each point.
-//
-// Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
-// the points of a cell lie one behind the other in memory. A point without a target within reach is compared with all targets,
-// unless the search is limited.
-void find_nearest(const double* points, Index count, const double* targets, Index size, Index dim, double reach, bool limited,
-                  double* distance, Index* index) {
-    if (size == 0 || count == 0) return;
-    Cells cells(points, count, dim, reach / CELLS_PER_REACH);
-    for (Index s = 0; s < size && cells.size > 0; ++s) cells.offer(targets + s * dim, s, reach);
-    for (Index k = 0; k < cells.size; ++k) {
-        const Index n = cells.order[k];
-        double best = cells.square[k];
-        Index owner = cells.owner[k];
-        if (!(best <= reach * reach)) {
-            if (limited) continue;
-            best = INFINITY;
-            count_visits(size);
-            for (Index s = 0; s < size; ++s) {
-                const double between = squared_distance(points + n * dim, targets + s * dim, dim);
-                if (between < best) {
-                    best = between;
-                    owner = s;
-                }
-            }
-        }
-        distance[n] = std::sqrt(best);
-        index[n] = owner;
-    }
-}
-
 auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
     check_targets(points, targets, reach);
     const Index count = points.shape(0), dim = points.shape(1);
@@ -52,7 +21,8 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool l
     std::vector<Index> index(count);
     {
         nb::gil_scoped_release released;
-        find_nearest(points.data(), count, targets.data(), targets.shape(0), dim, reach, limited, distance.data(), index.data());
+        const NearestSearch search{targets.data(), Index(targets.shape(0)), dim, distance.data(), index.data()};
+        find_nearest(search, points.data(), count, reach, limited);
     }
     return std::make_tuple(to_numpy(std::move(distance)), to_numpy(std::move(index)));
 }
@@ -68,8 +38,8 @@ auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> 
     for (Index p = 0; p < paths; ++p) {
         const Index first = bounds(p), target = target_bounds(p), size = target_bounds(p + 1) - target;
         require(size > 0 || bounds(p + 1) == first, "a path has points but no targets");
-        find_nearest(points.data() + first * dim, bounds(p + 1) - first, targets.data() + target * dim, size, dim, reach, false,
-                     distance.data() + first, index.data() + first);
+        const NearestSearch search{targets.data() + target * dim, size, dim, distance.data() + first, index.data() + first};
+        find_nearest(search, points.data() + first * dim, bounds(p + 1) - first, reach, false);
         for (Index n = first; n < bounds(p + 1); ++n) index[n] += target;
     }
     return to_numpy(std::move(index));
@@ -171,33 +141,12 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Mat
     return to_numpy_bool(is_filled);
 }
 
-auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> samples, Matrix<double> normals,
-                  Vector<double> reach) {
-    const Index count = points.shape(0), size = samples.shape(0);
-    require(points.shape(1) == 2 && samples.shape(1) == 2 && normals.shape(1) == 2, "points, samples and normals are not (., 2)");
-    require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
-    require(Index(normals.shape(0)) == size && Index(reach.shape(0)) == size, "normals and reach are not one per sample");
-    count_visits(count);
-    std::vector<double> counts(size), totals(size);
-    for (Index n = 0; n < count; ++n) {
-        const Index s = index(n);
-        require(s >= 0 && s < std::max<Index>(size, 1), "an index lies outside the samples");
-        if (size > 0 && distance(n) < reach(s)) {
-            counts[s] += 1;
-            totals[s] += (points(n, 0) - samples(s, 0)) * normals(s, 0) + (points(n, 1) - samples(s, 1)) * normals(s, 1);
-        }
-    }
-    return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(totals)));
-}
-
 }  // namespace
 
 void bind_nearest(nb::module_& m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a, "limited"_a);
     m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
           "target_bounds"_a.noconvert(), "reach"_a);
-    m.def("lateral_sums", &lateral_sums, "points"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
-          "samples"_a.noconvert(), "normals"_a.noconvert(), "reach"_a.noconvert());
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
     m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "origins"_a.noconvert(),
           "axes"_a.noconvert(), "edge"_a, "cells"_a);
