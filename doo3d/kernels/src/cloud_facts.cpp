@@ -310,6 +310,8 @@ private:
                 }
             }
         }
+        // those of the cell itself and around it come first, as they are near
+        std::rotate(near_.begin(), near_.begin() + near_.size() / 2, near_.end());
         for (const std::int32_t n : near_) is_one_ = is_one_ && strand_[n] == strand_[near_[0]];
     }
 
