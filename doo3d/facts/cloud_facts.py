@@ -83,7 +83,7 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     since together they are wider than each; `number` is that of the strand of each sampled point, empty if all touch.
     """
     sample = sampled(points)
-    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    extent = float(np.linalg.norm([np.ptp(column) for column in points.T]))
     radii: list[float] = []
     sample_apart = apart * math.sqrt(len(points) / len(sample))
     strands = [(sample, seeds_of(sample))]

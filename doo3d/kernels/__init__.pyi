@@ -517,13 +517,24 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     (J, D) float64, m.
     """
 
-def fill_cells(points: Floats, centers: Floats, reach: float, origins: Floats, axes: Floats, edge: float, cells: float) -> Bools:
+def fill_cells(
+    points: Floats,
+    centers: Floats,
+    reach: float,
+    counts: Ints,
+    origins: Floats,
+    axes: Floats,
+    edge: float,
+    cells: float,
+) -> Bools:
     """Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
 
     Parameters
     ----------
     points, centers, reach
         as for `neighborhood_spreads`
+    counts
+        (S,) int64, number of points within reach of each center
     origins
         (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
     axes
@@ -531,7 +542,7 @@ def fill_cells(points: Floats, centers: Floats, reach: float, origins: Floats, a
     edge
         edge of a cell, in the unit of the points, over 0
     cells
-        number of cells
+        number of cells, not negative
 
     Returns
     -------

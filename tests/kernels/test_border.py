@@ -65,7 +65,7 @@ CALLS = {
         np.ones(2), np.ones(4), 1,
     ),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
-    "fill_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
+    "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
     "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),

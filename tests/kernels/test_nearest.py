@@ -66,8 +66,8 @@ def test_neighborhoods_are_those_of_a_tree(reach):
     cells = [np.floor((each - mean) @ axis.T / 0.1) for each, mean, axis in zip(lists, means, axes, strict=True)]
     for k, each in enumerate(cells):
         occupied = len(np.unique(each, axis=0))
-        at = (centers[k : k + 1], reach, means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
-        assert fill_cells(points, *at, occupied - 0.5).all()
+        at = (centers[k : k + 1], reach, counts[k : k + 1], means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
+        assert not occupied or fill_cells(points, *at, occupied - 0.5).all()
         assert not fill_cells(points, *at, occupied).any()
 
 

@@ -8,9 +8,6 @@
 
 namespace {
 
-constexpr double PI = 3.14159265358979323846;
-constexpr double KEY_LIMIT = 4.0e18;  // cells of a box at most; wider clouds have no cells of the size asked for
-
 // Return the sum of the middle two of sorted values over 2, as NumPy takes the median.
 double median(std::vector<double>& values) {
     std::sort(values.begin(), values.end());
@@ -30,10 +27,10 @@ struct Grouped {
 
     Grouped(const std::vector<double>& points, double edge, Index layers)
         : origin(lowest(points, double(layers) * edge)),
-          cells(points.data(), Index(points.size()) / 3, 3, origin.data(), edge, layers, KEY_LIMIT) {
+          cells(points.data(), Index(points.size()) / 3, 3, origin.data(), edge, layers) {
         if (!is_too_wide()) cells.group(start, order);
     }
-    bool is_too_wide() const { return !(cells.total <= KEY_LIMIT); }
+    bool is_too_wide() const { return cells.is_too_wide; }
 
     static std::vector<double> lowest(const std::vector<double>& points, double below) {
         std::vector<double> low(3, points.empty() ? 0.0 : INFINITY);
@@ -96,14 +93,14 @@ private:
 void CloudFacts::measure_spacing(Index sample_seeds) {
     const Index nearest = std::min<Index>(8, size_ - 1);
     if (nearest < 1) return;
-    const PointSlabs slabs(sample_.data(), size_);
-    std::vector<PointSlabs::Near> found;
+    const PointColumns columns(sample_.data(), size_);
+    std::vector<PointColumns::Near> found;
     std::vector<double> distance;
     for (Index n = 0; n < size_; n += std::max<Index>(1, size_ / sample_seeds)) {
-        slabs.nearest(sample_.data() + 3 * n, nearest + 1, found);
+        columns.nearest(sample_.data() + 3 * n, nearest + 1, found);
         distance.push_back(std::sqrt(found[nearest].square));
     }
-    spacing = std::max(median(distance) * std::sqrt(PI / double(nearest)) * std::sqrt(double(size_) / double(count_)), 1e-6);
+    spacing = std::max(median(distance) * std::sqrt(std::acos(-1.0) / double(nearest)) * std::sqrt(double(size_) / double(count_)), 1e-6);
 }
 
 // Return the part of each sampled point, by the first of its points: parts are farther than `apart_` from each other. Points of one
@@ -206,8 +203,8 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
         double origin[3] = {INFINITY, INFINITY, INFINITY};
         for (Index k = 0; k < 3 * count_; ++k) origin[k % 3] = std::min(origin[k % 3], points[k]);
         for (double& value : origin) value = count_ ? value - edge : 0.0;
-        const PointCells cells(points, count_, 3, origin, edge, 1, KEY_LIMIT);
-        if (count_ && cells.total <= KEY_LIMIT) {
+        const PointCells cells(points, count_, 3, origin, edge, 1);
+        if (count_ && !cells.is_too_wide) {
             std::vector<Sum> own(cells.keys.size() + 3);
             for (Index n = 0; n < count_; ++n) {
                 Sum& sum = own[cells.cell[n]];
@@ -272,7 +269,7 @@ bool CloudFacts::strands_nearer(double distance) const {
 class StrandLookup {
 public:
     StrandLookup(const std::vector<double>& points, std::vector<Index> strand, double edge)
-        : points_(points), strand_(std::move(strand)), edge_(edge), grid_(points, edge, 1), slabs_(points.data(), points.size() / 3) {}
+        : points_(points), strand_(std::move(strand)), edge_(edge), grid_(points, edge, 1), columns_(points.data(), points.size() / 3) {}
 
     // Write the strand of each of N points.
     void look_up(const double* points, Index count, Index* result) {
@@ -282,8 +279,8 @@ public:
             shift[d] = std::floor((origin[d] - grid_.origin[d]) / edge_) - 1;
             origin[d] = grid_.origin[d] + shift[d] * edge_;
         }
-        const PointCells cells(points, count, 3, origin, edge_, 0, KEY_LIMIT);
-        if (grid_.is_too_wide() || !(cells.total <= KEY_LIMIT)) {
+        const PointCells cells(points, count, 3, origin, edge_, 0);
+        if (grid_.is_too_wide() || cells.is_too_wide) {
             for (Index n = 0; n < count; ++n) result[n] = nearest(points + 3 * n);
             return;
         }
@@ -316,6 +313,8 @@ private:
                 }
             }
         }
+        // those of the cell itself and around it come first, as they are near
+        std::rotate(near_.begin(), near_.begin() + near_.size() / 2, near_.end());
         for (const std::int32_t n : near_) is_one_ = is_one_ && strand_[n] == strand_[near_[0]];
     }
 
@@ -334,8 +333,8 @@ private:
     }
 
     Index nearest(const double* point) const {
-        std::vector<PointSlabs::Near> found;
-        slabs_.nearest(point, 1, found);
+        std::vector<PointColumns::Near> found;
+        columns_.nearest(point, 1, found);
         return strand_[found[0].index];
     }
 
@@ -343,7 +342,7 @@ private:
     std::vector<Index> strand_;
     double edge_;
     Grouped grid_;
-    PointSlabs slabs_;
+    PointColumns columns_;
     std::vector<std::int32_t> near_;
     bool is_one_ = true;
 };

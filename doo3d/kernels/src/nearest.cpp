@@ -3,9 +3,6 @@
 
 namespace {
 
-// Centers at most of which only the points near them are sorted.
-constexpr Index FEW_CENTERS = 8;
-
 void check_targets(const Matrix<double>& points, const Matrix<double>& targets, double reach) {
     const Index dim = points.shape(1);
     require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
@@ -66,11 +63,13 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     const Index size = centers.shape(0);
     std::vector<Index> counts(size);
     std::vector<double> means(3 * size), covariances(9 * size);
-    const bool few = size <= FEW_CENTERS;
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (Index k = 0; k < 3 * size; ++k) {
+        low[k % 3] = std::min(low[k % 3], centers.data()[k] - 1.01 * reach);
+        high[k % 3] = std::max(high[k % 3], centers.data()[k] + 1.01 * reach);
+    }
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH, [&](const double* p) {
-        bool is_near = !few;
-        for (Index s = 0; few && s < size; ++s) is_near |= squared_distance(p, centers.data() + 3 * s, 3) <= 1.01 * reach * reach;
-        return is_near;
+        return p[0] >= low[0] && p[0] <= high[0] && p[1] >= low[1] && p[1] <= high[1] && p[2] >= low[2] && p[2] <= high[2];
     });
     for (Index s = 0; s < size; ++s) {
         double *mean = means.data() + 3 * s, *covariance = covariances.data() + 9 * s;
@@ -99,10 +98,13 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
 }
 
 // The cells that are occupied are kept in a hash table with open addressing, until it is decided whether they are more than wanted.
-auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Matrix<double> origins, Matrix<double> axes,
-                    double edge, double wanted) {
+auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vector<Index> counts, Matrix<double> origins,
+                Matrix<double> axes, double edge, double wanted) {
     check_neighborhoods(points, centers, reach);
     const Index size = centers.shape(0);
+    require(Index(counts.shape(0)) == size, "counts are not (S,)");
+    for (Index s = 0; s < size; ++s) require(counts(s) <= Index(points.shape(0)), "a count is larger than the number of points");
+    require(wanted >= 0, "cells are negative");
     require(Index(origins.shape(0)) == size && origins.shape(1) == 3, "origins are not (S, 3)");
     require(Index(axes.shape(0)) == size && axes.shape(1) == 6, "axes are not (S, 6)");
     require(edge > 0 && reach / edge < 1e9, "edge is not positive, or too small for the reach");
@@ -111,22 +113,21 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Mat
     std::vector<Index> table;
     std::vector<Byte> is_filled(size);
     constexpr Index EMPTY = INT64_MIN;
-    std::vector<double> near;
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
     for (Index s = 0; s < size; ++s) {
         const double *origin = origins.data() + 3 * s, *axis = axes.data() + 6 * s;
-        near.clear();
-        for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) { near.insert(near.end(), offset, offset + 3); });
+        double occupied = 0.0, left = double(counts(s));
+        if (!(left > wanted)) continue;
         std::size_t slots = 16;
         int shift = 60;
-        for (; slots < near.size(); --shift) slots *= 2;
+        for (; double(slots) < 2 * left; --shift) slots *= 2;
         table.assign(slots, EMPTY);
-        double occupied = 0.0, left = double(near.size() / 3);
-        for (std::size_t n = 0; occupied <= wanted && occupied + left > wanted; n += 3) {
+        for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) {
+            if (occupied > wanted || !(occupied + left > wanted)) return;
             Index key = 0;
             for (Index k = 0; k < 2; ++k) {
                 double along = 0.0;
-                for (Index d = 0; d < 3; ++d) along += (near[n + d] - origin[d]) * axis[3 * k + d];
+                for (Index d = 0; d < 3; ++d) along += (offset[d] - origin[d]) * axis[3 * k + d];
                 const Index cell = Index(along / edge);
                 key = key * (Index(1) << 31) + (cell - (along / edge < double(cell))) % (Index(1) << 30);
             }
@@ -135,7 +136,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Mat
             occupied += table[slot] == EMPTY;
             left -= 1;
             table[slot] = key;
-        }
+        });
         is_filled[s] = occupied > wanted;
     }
     return to_numpy_bool(is_filled);
@@ -148,6 +149,6 @@ void bind_nearest(nb::module_& m) {
     m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
           "target_bounds"_a.noconvert(), "reach"_a);
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
-    m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "origins"_a.noconvert(),
+    m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(), "origins"_a.noconvert(),
           "axes"_a.noconvert(), "edge"_a, "cells"_a);
 }

@@ -1,4 +1,4 @@
-// Points in the cells of a sparse grid, and along slabs; see point_cells.h.
+// Points in the cells of a sparse grid, and in columns; see point_cells.h.
 #include "point_cells.h"
 
 #include <algorithm>
@@ -57,7 +57,8 @@ PointCells::PointCells(const double* points, Index count, Index dim, const doubl
         total *= side;
         shape[d] = side < 9e18 ? Index(side) : 0;
     }
-    if (!(total <= limit)) return;
+    is_too_wide = !(total <= limit);
+    if (is_too_wide) return;
     if (total < 4294967296.0) {
         number<std::uint32_t>(points, count, dim, origin, size);
     } else {
@@ -91,53 +92,76 @@ void PointCells::group(std::vector<std::int32_t>& start, std::vector<std::int32_
     start.pop_back();
 }
 
-PointSlabs::PointSlabs(const double* points, Index count) : points_(points) {
+PointColumns::PointColumns(const double* points, Index count) : points_(points) {
     require(count > 0 && count < (Index(1) << 31), "there are no points, or more than 32 bits count");
-    double low[3], high[3];
+    double low[3], high[3], extent[3];
     bounds(points, count, 3, low, high);
-    for (Index d = 1; d < 3; ++d) {
-        if (high[d] - low[d] > high[axis_] - low[axis_]) axis_ = d;
+    for (Index d = 0; d < 3; ++d) extent[d] = high[d] - low[d];
+    const Index shortest = std::min_element(extent, extent + 3) - extent;
+    for (Index d = 0, k = 0; d < 3; ++d) {
+        if (d != shortest) axis_[k++] = d;
     }
-    slabs_ = std::max<Index>(1, count / 8);
-    low_ = low[axis_];
-    edge_ = (high[axis_] - low_) / double(slabs_);
-    if (!(edge_ > 0 && std::isfinite(edge_))) {
-        slabs_ = 1;
-        edge_ = 1.0;
+    const double rows = extent[axis_[0]], columns = extent[axis_[1]];
+    edge_ = std::max(rows, columns) / double(count);
+    if (!(edge_ > 0 && std::isfinite(edge_))) edge_ = 1.0;
+    while ((std::floor(rows / edge_) + 1) * (std::floor(columns / edge_) + 1) > double(count) / 2 + 64 && std::isfinite(edge_)) edge_ *= 1.5;
+    for (Index k = 0; k < 2; ++k) {
+        low_[k] = low[axis_[k]];
+        shape_[k] = std::isfinite(edge_) ? Index(extent[axis_[k]] / edge_) + 1 : 1;
     }
-    start_.assign(slabs_ + 2, 0);
+    if (!std::isfinite(edge_)) edge_ = 1.0;
+    start_.assign(shape_[0] * shape_[1] + 2, 0);
     order_.resize(count);
-    for (Index n = 0; n < count; ++n) ++start_[slab_of(points[3 * n + axis_]) + 2];
-    for (Index s = 2; s < slabs_ + 2; ++s) start_[s] += start_[s - 1];
-    for (Index n = 0; n < count; ++n) order_[start_[slab_of(points[3 * n + axis_]) + 1]++] = std::int32_t(n);
-}
-
-Index PointSlabs::slab_of(double value) const {
-    return Index(std::min(std::max((value - low_) / edge_, 0.0), double(slabs_ - 1)));
-}
-
-void PointSlabs::collect(Index first, Index last, const double* at, std::vector<Near>& found) const {
-    found.clear();
-    count_visits(start_[last + 1] - start_[first]);
-    for (std::int32_t k = start_[first]; k < start_[last + 1]; ++k) {
-        found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
+    std::vector<std::int32_t> cell(count);
+    for (Index n = 0; n < count; ++n) {
+        cell[n] = std::int32_t(column_of(points[3 * n + axis_[0]], 0) * shape_[1] + column_of(points[3 * n + axis_[1]], 1));
+        ++start_[cell[n] + 2];
     }
+    for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    for (Index n = 0; n < count; ++n) order_[start_[cell[n] + 1]++] = std::int32_t(n);
 }
 
-// The k-th nearest among those of some slabs around the position is no nearer than the true one: its distance bounds the slabs in
-// which all k lie.
-void PointSlabs::nearest(const double* at, Index k, std::vector<Near>& found) const {
-    const Index own = slab_of(at[axis_]);
-    for (Index wide = 4;; wide *= 2) {  // many more than k, so that some of them are near
-        const Index first = std::max<Index>(own - wide, 0), last = std::min(own + wide, slabs_ - 1);
-        if (start_[last + 1] - start_[first] >= 8 * k || (first == 0 && last == slabs_ - 1)) {
-            collect(first, last, at, found);
-            break;
+Index PointColumns::column_of(double value, Index k) const {
+    return Index(std::min(std::max((value - low_[k]) / edge_, 0.0), double(shape_[k] - 1)));
+}
+
+PointColumns::Window PointColumns::around(const double* at, double reach) const {
+    Window window;
+    for (Index k = 0; k < 2; ++k) {
+        window.first[k] = column_of(at[axis_[k]] - reach, k);
+        window.last[k] = column_of(at[axis_[k]] + reach, k);
+    }
+    return window;
+}
+
+Index PointColumns::points_in(const Window& window) const {
+    Index points = 0;
+    for (Index row = window.first[0] * shape_[1]; row <= window.last[0] * shape_[1]; row += shape_[1]) {
+        points += start_[row + window.last[1] + 1] - start_[row + window.first[1]];
+    }
+    return points;
+}
+
+void PointColumns::collect(const Window& window, const double* at, std::vector<Near>& found) const {
+    found.clear();
+    Visits visits;
+    for (Index row = window.first[0] * shape_[1]; row <= window.last[0] * shape_[1]; row += shape_[1]) {
+        visits.count += start_[row + window.last[1] + 1] - start_[row + window.first[1]];
+        for (std::int32_t k = start_[row + window.first[1]]; k < start_[row + window.last[1] + 1]; ++k) {
+            found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
         }
     }
+}
+
+// The k-th nearest among those of some columns around the position is no nearer than the true one: its distance bounds the columns in
+// which all k lie.
+void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) const {
+    Window window = around(at, edge_);
+    for (double reach = 2 * edge_; points_in(window) < std::min<Index>(2 * k, order_.size()); reach *= 2) window = around(at, reach);
+    collect(window, at, found);
     std::nth_element(found.begin(), found.begin() + (k - 1), found.end());
-    const double reach = std::sqrt(found[k - 1].square) * (1 + 1e-12) + std::fabs(at[axis_]) * 1e-15;
-    collect(slab_of(at[axis_] - reach), slab_of(at[axis_] + reach), at, found);
+    const double rounding = 1e-15 * (std::fabs(at[axis_[0]]) + std::fabs(at[axis_[1]]));
+    collect(around(at, std::sqrt(found[k - 1].square) * (1 + 1e-12) + rounding), at, found);
     std::nth_element(found.begin(), found.begin() + (k - 1), found.end());
     found.resize(k);
     std::sort(found.begin(), found.end());
@@ -211,10 +235,10 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
     const double *data = points.data(), *at = positions.data();
     {
         nb::gil_scoped_release released;
-        const PointSlabs slabs(data, count);
-        std::vector<PointSlabs::Near> found;
+        const PointColumns columns(data, count);
+        std::vector<PointColumns::Near> found;
         for (Index s = 0; s < size; ++s) {
-            slabs.nearest(at + 3 * s, k, found);
+            columns.nearest(at + 3 * s, k, found);
             for (Index j = 0; j < k; ++j) {
                 distance[s * k + j] = std::sqrt(found[j].square);
                 index[s * k + j] = found[j].index;

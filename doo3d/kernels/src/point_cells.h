@@ -1,4 +1,4 @@
-// Points in the cells of a sparse grid, and along slabs: the two orders in which the neighbors of points are found.
+// Points in the cells of a sparse grid, and in columns: the two orders in which the neighbors of points are found.
 #pragma once
 
 #include "arrays.h"
@@ -10,10 +10,12 @@ struct PointCells {
     std::vector<Index> keys;         // (M,) ascending
     std::vector<Index> shape;        // (D,) cells of the box along each axis
     std::vector<std::int32_t> cell;  // (N,) index in `keys` of the cell of each point
-    double total = 0.0;              // cells of the box; beyond the limit the other members but `shape` stay empty
+    double total = 0.0;              // cells of the box
+    bool is_too_wide = false;        // for the limit: `keys` and `cell` are empty then
 
-    // Sort points (N, D) into cells with the lower corner `origin`; the box ends `margin` cells beyond the last point.
-    PointCells(const double* points, Index count, Index dim, const double* origin, double size, Index margin, double limit);
+    // Sort points (N, D) into cells with the lower corner `origin`; the box ends `margin` cells beyond the last point. It has at most
+    // as many cells as the limit, by default about half of those that 64 bits count.
+    PointCells(const double* points, Index count, Index dim, const double* origin, double size, Index margin, double limit = 4e18);
 
     // Return where the points of each cell begin in `order`, (M + 1,), and the points cell by cell, in each in the order given.
     void group(std::vector<std::int32_t>& start, std::vector<std::int32_t>& order) const;
@@ -39,10 +41,10 @@ void for_each_near_pair(const PointCells& cells, Index reach, Visit visit) {
     }
 }
 
-// Points in slabs across their longest axis. Where the object is long and thin, as it is here, a slab holds few points.
-class PointSlabs {
+// Points in columns: square cells across the two axes along which they extend farthest, so that a column holds few points.
+class PointColumns {
 public:
-    PointSlabs(const double* points, Index count);
+    PointColumns(const double* points, Index count);
 
     struct Near {
         double square;
@@ -54,11 +56,17 @@ public:
     void nearest(const double* at, Index k, std::vector<Near>& found) const;
 
 private:
-    Index slab_of(double value) const;
-    void collect(Index first, Index last, const double* at, std::vector<Near>& found) const;
+    struct Window {
+        Index first[2], last[2];  // columns along both axes, both ends included
+    };
+
+    Index column_of(double value, Index k) const;
+    Window around(const double* at, double reach) const;
+    Index points_in(const Window& window) const;
+    void collect(const Window& window, const double* at, std::vector<Near>& found) const;
 
     const double* points_;
-    Index axis_ = 0, slabs_ = 1;
-    double low_ = 0.0, edge_ = 1.0;
+    Index axis_[2] = {0, 1}, shape_[2] = {1, 1};
+    double low_[2] = {0, 0}, edge_ = 1.0;
     std::vector<std::int32_t> start_, order_;
 };

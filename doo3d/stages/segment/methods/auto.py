@@ -58,7 +58,7 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         return False
     axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    is_filled = fill_cells(points, seeds, config.max_width, means, axes, size, filled)[some]
+    is_filled = fill_cells(points, seeds, config.max_width, counts, means, axes, size, filled)[some]
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
 
 
