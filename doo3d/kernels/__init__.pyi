@@ -140,6 +140,62 @@ class FrameFacts:
         ValueError : there is no depth, or `reach` is negative.
         """
 
+class MaskEdge:
+    """The edge of a mask that moves, within a band around the mask, to where the colors of an image say that it is.
+
+    Distances are chamfer distances of OpenCV (DIST_L2, 3 x 3). Work and memory follow the pixels of the bounding box of mask and
+    ring at 1 bit each, and the colors of the band. Ten times as fast as OpenCV on arrays of the box (2.5 ms against 30 ms
+    for three moves in a frame of 1280 x 720).
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool.
+    band_px, ring_px
+        px, distances from the mask; the edge moves up to the first, and the surround is sampled up to the second, but not farther
+        than this from the mask's bounding box along rows and columns.
+    """
+
+    def __init__(self, mask: Bools, band_px: float, ring_px: float) -> None: ...
+    def inside(self) -> Ints:
+        """Return the pixels within the edge whose eight neighbors are too; all pixels within the edge if there are none.
+
+        Returns (N,) int64, row-major indices in the whole image.
+        """
+
+    def around(self, most: int) -> Ints:
+        """Return pixels of the ring: at first those beyond the band, after a move all that do not touch the edge.
+
+        most : number of pixels; of twice, three times ... as many only every second, third ... is returned. Returns (N,) int64,
+        ascending row-major indices in the whole image.
+        """
+
+    def move(self, color: Array, log_odds: Floats, kernel: Floats) -> None:
+        """Move the edge to where the smoothed log-odds of the colors are 0: pixels of the band above 0 are within.
+
+        Parameters
+        ----------
+        color
+            (H, W, 3) uint8 RGB.
+        log_odds
+            (4096,) float32, of each cell of colors, as `color_log_odds` returns them.
+        kernel
+            (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
+            image they are mirrored.
+        """
+
+    def restore_parts(self, min_thickness: float, min_elongation: float) -> None:
+        """Restore the connected parts of the mask, now beyond the edge, that are as thick and long as a cable.
+
+        min_thickness : px, half-width that such a part exceeds. min_elongation : area that it exceeds, in squares of that.
+        """
+
+    def raggedness(self) -> float:
+        """Return the number of pixels that the edge moved by more than 1 px, per pixel of the mask's edge; 0 without an edge."""
+
+    def mask(self) -> Bools:
+        """Return the pixels (H, W) bool within the edge."""
+
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
 
@@ -303,6 +359,33 @@ def color_bands(
     -------
     band : (H, W) bool, the 8-connected bands without their faint edges.
     differs : (H, W) bool, the pixels that differ, False where nothing was evaluated.
+    """
+
+def color_log_odds(
+    color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
+) -> tuple[Floats, float]:
+    """Return the log-odds that a color is of an object and not of its surround, from two color histograms.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    object, surround
+        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+    shades
+        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
+    shade_share
+        the weight of a color in a shade; that of a color as seen is 1.
+    kernel
+        (R,) weights by which the histograms are smoothed along each axis: the middle one, and those to either side; the cells at
+        the border are repeated.
+    least
+        frequency added to that of each cell, so that none is 0.
+
+    Returns
+    -------
+    log_odds : (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last
+    separation : nat, median of the log-odds over the pixels of the object; 0 without any
     """
 
 def connected_components(table: Ints) -> Ints:
@@ -733,6 +816,27 @@ def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Float
     Returns
     -------
     (S,) int64
+    """
+
+def off_edge_share(mask: Bools, color: Array, reach: int) -> float:
+    """Return the share of the edge of a mask at which the largest step of color across it lies elsewhere.
+
+    Every (2 reach + 1)-th pixel of the edge is looked at, since nearer ones have the same colors across. The line across it leads
+    away from the mask's pixels in a window of (2 reach + 1)^2, and has steps between neighboring pixels up to `reach` px to
+    either side. The largest one lies elsewhere if it begins 2 px or more from the edge.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool.
+    color
+        (H, W, 3) uint8 RGB.
+    reach
+        px, 1 or more. Pixels nearer than twice this to the border of the image are left out.
+
+    Returns
+    -------
+    0 to 1; 0 if no pixel is looked at.
     """
 
 def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:

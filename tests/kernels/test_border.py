@@ -18,6 +18,7 @@ PIXELS = (np.array([1]), np.array([1]))
 # a call that works, by kernel
 CALLS = {
     "FrameFacts": (np.ones((3, 3), bool),),
+    "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
@@ -27,6 +28,9 @@ CALLS = {
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
+    ),
+    "color_log_odds": (
+        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
     ),
     "connected_components": (TABLE,),
     "corner_radius": (np.eye(4, 3),),
@@ -67,6 +71,8 @@ CALLS = {
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
+    "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
+    "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),

@@ -1,6 +1,7 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
+void bind_appearance(nb::module_&);
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
 void bind_color_bands(nb::module_&);
@@ -11,6 +12,7 @@ void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
+void bind_mask_edge(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medians(nb::module_&);
 void bind_near_cuboids(nb::module_&);
@@ -33,6 +35,7 @@ void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
+    bind_appearance(m);
     bind_clearance(m);
     bind_closing(m);
     bind_color_bands(m);
@@ -43,6 +46,7 @@ NB_MODULE(_native, m) {
     bind_equal_chords(m);
     bind_frame_facts(m);
     bind_gap_path(m);
+    bind_mask_edge(m);
     bind_matching(m);
     bind_medians(m);
     bind_near_cuboids(m);
