@@ -38,6 +38,10 @@ CALLS = {
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
+    "follow_strand": (
+        np.zeros((9, 9, 3), np.uint8), np.zeros((9, 9), bool), np.array([[1.0, 4.0], [5.0, 4.0]]), 2.0, 3.0,
+        (np.zeros(1), np.array([-2.0, 2.0]), np.ones(1), np.zeros(1)), 2, np.full(11, 0.5),
+    ),
     "is_simple": (3,),
     "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
     "lay_equal_chords": (POINTS, 0.01),
@@ -72,7 +76,6 @@ CALLS = {
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
     "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
-    "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),

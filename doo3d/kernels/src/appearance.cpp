@@ -20,6 +20,7 @@ double pairwise_sum(const double* values, Index size) {
 // Convolve a histogram along one axis with a symmetric kernel, half of which is given, the middle first; edge cells are repeated.
 Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half) {
     Histogram to(from.size());
+    count_visits(COLOR_CELLS * Index(half.shape(0)));
     for (Index start = 0; start < COLOR_CELLS; start += step * COLOR_LEVELS) {
         for (Index i = 0; i < COLOR_LEVELS; ++i) {
             double* out = &to[start + i * step];
@@ -73,6 +74,7 @@ struct Shades {
 // Count the colors of the surround: each as seen, and as a share of it in each shade.
 Histogram count_surround(const Byte* color, const Vector<std::int64_t>& pixels, const Shades& shades, double share) {
     Histogram seen(COLOR_CELLS, 0.0), shaded(COLOR_CELLS, 0.0);
+    count_visits(Index(pixels.shape(0)) * Index(1 + shades.dimmed.size()));
     for (std::size_t i = 0; i < pixels.shape(0); ++i) {
         const Byte* rgb = color + CHANNELS * pixels(i);
         ++seen[color_cell(rgb)];
@@ -102,6 +104,7 @@ auto color_log_odds(Volume<Byte> color, Vector<std::int64_t> object, Vector<std:
     {
         nb::gil_scoped_release release;
         Histogram counts(COLOR_CELLS, 0.0);
+        count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
         const Histogram ours = frequencies(counts, kernel, least);
         const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least);

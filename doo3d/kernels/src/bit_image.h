@@ -55,6 +55,7 @@ class BitImage {
     // Call `visit(row, start, end)` with each run of set pixels, in row-major order.
     template <class Visit>
     void for_each_run(Visit visit) const {
+        count_visits(height * words);
         for (Index y = 0; y < height; ++y) {
             for_each_run_of(y, [&](Index start, Index end) { visit(y, start, end); });
         }
@@ -86,6 +87,7 @@ class BitImage {
         for (Index y = 0; y < height; ++y) {
             std::copy(row(y), row(y) + words, wide.begin());
             if (std::none_of(wide.begin(), wide.end(), [](Word word) { return word != 0; })) continue;
+            count_visits(words * (half_widths.front() + 2 * Index(half_widths.size())));
             Index reached = 0;
             for (Index k = Index(half_widths.size()) - 1; k >= 0; --k) {
                 for (; reached < half_widths[k]; ++reached) widen(wide);

@@ -76,6 +76,7 @@ double off_edge_share(Matrix<bool> mask, Volume<Byte> color, Index reach) {
             if (!dv && !du) continue;
             const double size = std::sqrt(double(dv * dv + du * du));
             ++sampled;
+            count_visits((margin + 1) * (margin + 1));
             off += std::abs(largest_step(color, {v, u, dv / size, du / size}, reach)) > 1;
         }
         ahead -= end - start;
@@ -120,6 +121,7 @@ double thickness(const Part& part, const BitImage& image) {
     for (const Run& run : part.runs) left = std::min<Index>(left, run.start), right = std::max<Index>(right, run.end);
     const Index top = part.runs.front().row, height = part.runs.back().row + 1 - top, across = right - left + 2;
     std::vector<double> distance((height + 2) * across, 0.0);
+    count_visits(Index(distance.size()) + 2 * part.size);
     const double FAR = std::numeric_limits<double>::max() / 2;
     for (Index y = 0; y < height + 2; ++y) {
         for (Index x = 0; x < across; ++x) {
@@ -205,6 +207,7 @@ class MaskEdge {
         for (Index next = 0; next < found.height + reach; ++next) {
             if (next < found.height) {
                 rows.for_each_run_of(next, [&](Index start, Index end) {
+                    count_visits((end - start) * Index(kernel.shape(0)));
                     read_odds(color, log_odds, next, start - reach, end + reach, odds);
                     smooth_along(odds, kernel, &lines[next % lines.size()][start], end - start);
                 });
@@ -212,6 +215,7 @@ class MaskEdge {
             const Index row = next - reach;
             if (row < 0) continue;
             band.for_each_run_of(row, [&](Index start, Index end) {
+                count_visits((end - start) * Index(kernel.shape(0)));
                 smooth_across(lines, row, kernel, start, end, sums);
                 for (Index x = start; x < end; ++x) {
                     if (sums[x - start] > 0) likely.set(row, x);

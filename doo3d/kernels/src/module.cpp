@@ -10,6 +10,7 @@ void bind_depth_support(nb::module_&);
 void bind_dilation(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
+void bind_follow_strand(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_mask_edge(nb::module_&);
@@ -44,6 +45,7 @@ NB_MODULE(_native, m) {
     bind_dilation(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
+    bind_follow_strand(m);
     bind_frame_facts(m);
     bind_gap_path(m);
     bind_mask_edge(m);
