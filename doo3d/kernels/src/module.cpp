@@ -1,6 +1,7 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
+void bind_appearance(nb::module_&);
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
 void bind_cloud_facts(nb::module_&);
@@ -10,10 +11,12 @@ void bind_depth_support(nb::module_&);
 void bind_dilation(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
+void bind_follow_strand(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_lattice_pixels(nb::module_&);
 void bind_line_fitting(nb::module_&);
+void bind_mask_edge(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medians(nb::module_&);
 void bind_near_cuboids(nb::module_&);
@@ -38,6 +41,7 @@ void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
+    bind_appearance(m);
     bind_clearance(m);
     bind_closing(m);
     bind_cloud_facts(m);
@@ -47,10 +51,12 @@ NB_MODULE(_native, m) {
     bind_dilation(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
+    bind_follow_strand(m);
     bind_frame_facts(m);
     bind_gap_path(m);
     bind_lattice_pixels(m);
     bind_line_fitting(m);
+    bind_mask_edge(m);
     bind_matching(m);
     bind_medians(m);
     bind_near_cuboids(m);
