@@ -10,42 +10,49 @@ namespace {
 constexpr Index TILE = 8, REACH = 2, WIDE = TILE + 2 * REACH, CHANNELS = 3;  // px; the blur and the rule for edges reach so far
 constexpr Index ROOT_STEPS = 2048;
 
-// 8-bit sRGB to CIELAB in OpenCV's 8-bit scale of lightness, with the color axes around 128.
+// 8-bit sRGB to CIELAB in OpenCV's 8-bit scale of lightness, with the color axes around 128. Four numbers a pixel, for vector
+// instructions: X, Y, Z, and one that nothing reads.
 struct ToLab {
-    std::array<float, 256> linear;
-    std::array<float, ROOT_STEPS + 2> root;
+    struct Root {
+        float value, step;  // to the next one
+    };
+    std::array<std::array<std::array<float, 4>, 256>, CHANNELS> part;  // of X, Y and Z, by channel and its 8-bit value
+    std::array<Root, ROOT_STEPS + 1> root;
 
     ToLab() {
-        for (std::size_t i = 0; i < linear.size(); ++i) {
-            const double v = double(i) / (linear.size() - 1);
-            linear[i] = float(v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92);
+        const float shares[CHANNELS][4] = {
+            {0.412453f, 0.212671f, 0.019334f, 0}, {0.357580f, 0.715160f, 0.119193f, 0}, {0.180423f, 0.072169f, 0.950227f, 0}};
+        for (std::size_t i = 0; i < 256; ++i) {
+            const double v = double(i) / 255;
+            const float linear = float(v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92);
+            for (Index k = 0; k < CHANNELS; ++k) {
+                for (Index d = 0; d < 4; ++d) part[k][i][d] = shares[k][d] * linear;
+            }
         }
         for (std::size_t i = 0; i < root.size(); ++i) {
-            const double t = double(i) / ROOT_STEPS;
-            root[i] = float(t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116.0);
+            const float value = root_of(double(i) / ROOT_STEPS);
+            root[i] = {value, root_of(double(i + 1) / ROOT_STEPS) - value};
         }
     }
-    float cube_root(float t) const {
-        const float at = std::min(std::max(t, 0.0f), 1.0f) * ROOT_STEPS;
-        const int i = int(at);
-        return root[i] + (at - float(i)) * (root[i + 1] - root[i]);
-    }
+    static float root_of(double t) { return float(t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116.0); }
+
     // Convert the pixels of a row of a tile, channel by channel.
     void operator()(const Byte (&rgb)[WIDE * CHANNELS], float (&lab)[CHANNELS][WIDE]) const {
-        float r[CHANNELS][WIDE];
+        const float white[4] = {1 / 0.950456f, 1, 1 / 1.088754f, 1};
+        float at[4 * WIDE], f[4 * WIDE];
+        std::int32_t step[4 * WIDE];
         for (Index x = 0; x < WIDE; ++x) {
-            const float red = linear[rgb[3 * x]], green = linear[rgb[3 * x + 1]], blue = linear[rgb[3 * x + 2]];
-            r[0][x] = (0.412453f * red + 0.357580f * green + 0.180423f * blue) * (1 / 0.950456f);
-            r[1][x] = 0.212671f * red + 0.715160f * green + 0.072169f * blue;
-            r[2][x] = (0.019334f * red + 0.119193f * green + 0.950227f * blue) * (1 / 1.088754f);
+            const float *red = part[0][rgb[3 * x]].data(), *green = part[1][rgb[3 * x + 1]].data(), *blue = part[2][rgb[3 * x + 2]].data();
+            for (Index k = 0; k < 4; ++k) at[4 * x + k] = (red[k] + green[k] + blue[k]) * white[k];
         }
-        for (Index k = 0; k < CHANNELS; ++k) {
-            for (Index x = 0; x < WIDE; ++x) r[k][x] = cube_root(r[k][x]);
-        }
+        for (Index i = 0; i < 4 * WIDE; ++i) at[i] = (at[i] < 1.0f ? at[i] : 1.0f) * ROOT_STEPS;
+        for (Index i = 0; i < 4 * WIDE; ++i) step[i] = std::int32_t(at[i]);
+        for (Index i = 0; i < 4 * WIDE; ++i) at[i] -= float(step[i]);
+        for (Index i = 0; i < 4 * WIDE; ++i) f[i] = root[step[i]].value + at[i] * root[step[i]].step;
         for (Index x = 0; x < WIDE; ++x) {
-            lab[0][x] = 2.55f * (116.0f * r[1][x] - 16.0f);
-            lab[1][x] = 500.0f * (r[0][x] - r[1][x]) + 128.0f;
-            lab[2][x] = 200.0f * (r[1][x] - r[2][x]) + 128.0f;
+            lab[0][x] = 2.55f * (116.0f * f[4 * x + 1] - 16.0f);
+            lab[1][x] = 500.0f * (f[4 * x] - f[4 * x + 1]) + 128.0f;
+            lab[2][x] = 200.0f * (f[4 * x + 1] - f[4 * x + 2]) + 128.0f;
         }
     }
 };

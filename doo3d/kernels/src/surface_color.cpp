@@ -1,6 +1,7 @@
 // The color of the surface around strands, and the places that differ from it, on images scaled down by 4 and by 8.
 #include "between_pixels.h"
 #include "lab.h"
+#include "mask_runs.h"
 
 #include <limits>
 
@@ -16,43 +17,36 @@ Index reflected(Index at, Index size) {
 }
 
 // Return which of the CELL x CELL pixels at a place, each row a bit per pixel, are set or within 2 px of one that is.
-bool widened(const Matrix<bool>& mask, Index top, Index left, Byte (&rows)[CELL]) {
+void widened(const Matrix<bool>& mask, Index top, Index left, Byte (&rows)[CELL]) {
     const Index height = mask.shape(0), width = mask.shape(1), from = std::max<Index>(left - 2, 0), to = std::min(left + CELL + 2, width);
     unsigned bits[CELL + 4] = {};
-    bool any = false;
     for (Index i = 0; i < CELL + 4; ++i) {
         const Index y = top - 2 + i;
         if (y < 0 || y >= height) continue;
         const Byte* row = bytes_of(mask) + y * width;
         for (Index x = first_set(row, from, to); x < to; x = first_set(row, x + 1, to)) bits[i] |= 1u << (x - left + 2);
-        any |= bits[i] != 0;
     }
-    for (Index i = 0; any && i < CELL; ++i) {
+    for (Index i = 0; i < CELL; ++i) {
         const unsigned all = bits[i] | bits[i + 1] | bits[i + 2] | bits[i + 3] | bits[i + 4];
         rows[i] = Byte(all | all >> 1 | all >> 2 | all >> 3 | all >> 4);
     }
-    return any;
 }
 
 // Tell for each pixel of the smaller image whether half of its cell is within 2 px of the mask; the cell is halved three times,
 // with the rounding of an image of bytes.
 std::vector<Byte> covered_cells(const Matrix<bool>& mask, Index rows, Index columns) {
-    const Index height = mask.shape(0), width = mask.shape(1);
-    std::vector<Byte> covered(rows * columns, 0), busy(columns);
-    for (Index row = 0; row < rows; ++row) {
-        const Index top = row * height / rows, end = std::min(top + CELL + 2, height);
-        const Index begin = std::max<Index>(top - 2, 0) * width;
-        for (Index i = begin; (i = first_set(bytes_of(mask), i, end * width)) < end * width;) {
-            const Index x = i % width;  // the cells that the next pixels may reach
-            const Index first = std::max<Index>(x * columns / width - 1, 0), last = std::min((x + CELL) * columns / width + 1, columns - 1);
-            std::fill(busy.begin() + first, busy.begin() + last + 1, Byte(1));
-            i += std::min(CELL, width - x);
+    std::vector<Byte> covered(rows * columns, 0);
+    for (const Run& run : runs_of(mask)) {
+        for (Index row = std::max<Index>(run.row - 2, 0) / CELL; row <= std::min((run.row + 2) / CELL, rows - 1); ++row) {
+            const Index first = std::max<Index>(run.first - 2, 0) / CELL, last = std::min((run.last + 1) / CELL, columns - 1);
+            for (Index column = first; column <= last; ++column) covered[row * columns + column] = 1;  // perhaps
         }
+    }
+    for (Index row = 0; row < rows; ++row) {
         for (Index column = 0; column < columns; ++column) {
             Byte bits[CELL];
-            if (!busy[column]) continue;
-            busy[column] = 0;
-            if (!widened(mask, top, column * width / columns, bits)) continue;
+            if (!covered[row * columns + column]) continue;
+            widened(mask, row * CELL, column * CELL, bits);
             int quarter[2][2] = {};
             for (Index v = 0; v < CELL / 2; ++v) {
                 for (Index u = 0; u < CELL / 2; ++u) {
@@ -70,26 +64,36 @@ std::vector<Byte> covered_cells(const Matrix<bool>& mask, Index rows, Index colu
 
 // Replace the covered pixels of an image by the mean of those that are not in the window around them, if there is one.
 void fill_covered(std::vector<Byte>& image, const std::vector<Byte>& covered, Index rows, Index columns, Index window) {
-    const std::vector<Byte> source = image;
+    constexpr Index SUMS = CHANNELS + 1;  // the channels, and the number of pixels
     const double share = 1.0 / double(window * window);
+    std::vector<int> along(rows * columns * SUMS);
+    std::vector<Index> near(columns + window - 1);
+    for (Index x = 0; x < Index(near.size()); ++x) near[x] = reflected(x - window / 2, columns);
     for (Index row = 0; row < rows; ++row) {
-        for (Index column = first_set(covered.data(), row * columns, (row + 1) * columns) - row * columns; column < columns;
-             column = first_set(covered.data(), row * columns + column + 1, (row + 1) * columns) - row * columns) {
-            int sums[CHANNELS + 1] = {};
-            for (Index dy = -(window / 2); dy <= window / 2; ++dy) {
-                const Index y = reflected(row + dy, rows) * columns;
-                for (Index dx = -(window / 2); dx <= window / 2; ++dx) {
-                    const Index at = y + reflected(column + dx, columns);
-                    if (covered[at]) continue;
-                    for (Index k = 0; k < CHANNELS; ++k) sums[k] += source[at * CHANNELS + k];
-                    ++sums[CHANNELS];
-                }
-            }
-            const float bare = float(sums[CHANNELS] * share);
-            if (bare * float(window * window) < 1.0f) continue;
-            for (Index k = 0; k < CHANNELS; ++k) {
-                image[(row * columns + column) * CHANNELS + k] = Byte(std::nearbyint(float(sums[k] * share) / std::max(bare, 1e-3f)));
-            }
+        int sums[SUMS] = {};
+        const auto add = [&](Index column, int sign) {
+            const Index at = row * columns + near[column];
+            if (covered[at]) return;
+            for (Index k = 0; k < CHANNELS; ++k) sums[k] += sign * image[at * CHANNELS + k];
+            sums[CHANNELS] += sign;
+        };
+        for (Index x = 0; x < window - 1; ++x) add(x, 1);
+        for (Index column = 0; column < columns; ++column) {
+            add(column + window - 1, 1);
+            std::copy_n(sums, SUMS, along.begin() + (row * columns + column) * SUMS);
+            add(column, -1);
+        }
+    }
+    for (Index i = first_set(covered.data(), 0, rows * columns); i < rows * columns; i = first_set(covered.data(), i + 1, rows * columns)) {
+        int sums[SUMS] = {};
+        for (Index dy = -(window / 2); dy <= window / 2; ++dy) {
+            const int* from = along.data() + (reflected(i / columns + dy, rows) * columns + i % columns) * SUMS;
+            for (Index k = 0; k < SUMS; ++k) sums[k] += from[k];
+        }
+        const float bare = float(sums[CHANNELS] * share);
+        if (bare * float(window * window) < 1.0f) continue;
+        for (Index k = 0; k < CHANNELS; ++k) {
+            image[i * CHANNELS + k] = Byte(std::nearbyint(float(sums[k] * share) / std::max(bare, 1e-3f)));
         }
     }
 }
