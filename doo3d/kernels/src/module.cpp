@@ -21,6 +21,7 @@ void bind_second_best(nb::module_&);
 void bind_segment_fitting(nb::module_&);
 void bind_segment_lengths(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
+void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_small_regions(nb::module_&);
 void bind_surface_color(nb::module_&);
@@ -49,6 +50,7 @@ NB_MODULE(_native, m) {
     bind_segment_fitting(m);
     bind_segment_lengths(m);
     bind_skeleton_graph(m);
+    bind_ribbon_tracing(m);
     bind_ribbons(m);
     bind_small_regions(m);
     bind_surface_color(m);
