@@ -180,12 +180,12 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
 
 def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
     """Return rows, columns and angles of the pixels from which strands are traced, the most likely first."""
-    best, direction = ribbons.score.max(axis=0), ribbons.score.argmax(axis=0)
+    best = ribbons.score.max(axis=0)
     height, width = best.shape
     local = (best >= cv2.dilate(best, np.ones((3, 3))) - 1e-6) & (best > SEED_SCORE)
     local[:BORDER_PX] = local[-BORDER_PX:] = local[:, :BORDER_PX] = local[:, -BORDER_PX:] = False
     rows, columns = np.nonzero(local)
-    chosen = direction[rows, columns]
+    chosen = ribbons.score[:, rows, columns].argmax(axis=0)
     angle = chosen * np.pi / DIRECTIONS
     along = np.arange(-MIN_WINDOW_PX, MIN_WINDOW_PX + 1, 2)
     v = np.clip(np.rint(rows[:, None] + along * np.sin(angle)[:, None]).astype(int), 0, height - 1)
