@@ -347,7 +347,8 @@ auto color_bands(Volume<Byte> color, Volume<float> around, Vector<double> deviat
         surface = bands.like_surface(parts, beside, reach);
         found = measure(parts, height, width, min_pixels, BitMask(height, width));
     }
-    return std::make_pair(found.to_python(), to_numpy(std::move(surface)));
+    const nb::tuple parts = found.to_python();
+    return nb::make_tuple(parts[0], parts[1], parts[2], parts[3], to_numpy(std::move(surface)));
 }
 
 }  // namespace

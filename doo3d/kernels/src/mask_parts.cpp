@@ -17,12 +17,12 @@ float percentile(std::vector<float>& values, double share) {
     return first + float(at - double(low)) * (*std::min_element(values.begin() + low + 1, values.end()) - first);
 }
 
-auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> held) {
+auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_pixels) {
     const Index height = mask.shape(0), width = mask.shape(1);
     BitMask asked(height, width);
-    for (std::size_t i = 0; i < held.shape(0); ++i) {
-        require(held(i) >= 0 && held(i) < height * width, "held is not in the mask");
-        asked.set(held(i) / width, held(i) % width);
+    for (std::size_t i = 0; i < asked_pixels.shape(0); ++i) {
+        require(asked_pixels(i) >= 0 && asked_pixels(i) < height * width, "a pixel asked for is not in the mask");
+        asked.set(asked_pixels(i) / width, asked_pixels(i) % width);
     }
     MeasuredParts found;
     {
@@ -32,10 +32,10 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> held) 
     return found.to_python();
 }
 
-// The octagon around a pixel is a square of half-width `square` widened by a diamond of half-width `cross`.
-auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::pair<Index, Index> shape, Index square, Index cross) {
-    const Index height = shape.first, width = shape.second, reach = square + cross;
-    require(square >= 0 && cross >= 0, "square or cross is below 0");
+// The octagon around a pixel is a square of half-width `square` widened by a diamond of half-width `diamond`.
+auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::pair<Index, Index> shape, Index square, Index diamond) {
+    const Index height = shape.first, width = shape.second, reach = square + diamond;
+    require(height >= 0 && width >= 0 && square >= 0 && diamond >= 0, "shape, square or diamond is below 0");
     const auto inside = [&](const Vector<std::int64_t>& some) {
         for (std::size_t i = 0; i < some.shape(0); ++i) {
             if (some(i) < 0 || some(i) >= height * width) return false;
@@ -154,6 +154,6 @@ MeasuredParts measure(const Parts& parts, Index height, Index width, Index min_p
 }
 
 void bind_mask_parts(nb::module_& m) {
-    m.def("mask_parts", &mask_parts, "mask"_a.noconvert(), "min_pixels"_a, "held"_a.noconvert());
-    m.def("near_pixels", &near_pixels, "pixels"_a.noconvert(), "others"_a.noconvert(), "shape"_a, "square"_a, "cross"_a);
+    m.def("mask_parts", &mask_parts, "mask"_a.noconvert(), "min_pixels"_a, "asked"_a.noconvert());
+    m.def("near_pixels", &near_pixels, "pixels"_a.noconvert(), "others"_a.noconvert(), "shape"_a, "square"_a, "diamond"_a);
 }

@@ -154,7 +154,8 @@ auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color,
     require(score.shape(0) > 0 && width.shape(0) == score.shape(0) && is_image(width.shape(1), width.shape(2)), "score and width differ");
     require(is_image(color.shape(0), color.shape(1)) && color.shape(2) == CHANNELS, "color is not (H, W, 3)");
     require(is_image(taken.shape(0), taken.shape(1)) && is_image(angles.shape(0), angles.shape(1)), "taken or angles are not (H, W)");
-    require(start.shape(0) == 3 && limits.shape(0) == 14, "start is not (3,), or limits not (14,)");
+    require(start.shape(0) == 3 && std::isfinite(start(2)) && limits.shape(0) == 14, "start is not (3,) and finite, or limits not (14,)");
+    require(limits(12) >= 0, "samples on an earlier strand are below 0");
     require(turns.shape(0) > 0 && shifts.shape(0) > 0 && widths.shape(0) > 0, "there are no turns, shifts or widths");
     require(start(0) >= 0 && start(1) >= 0 && start(0) <= double(columns - 1) && start(1) <= double(height - 1), "start is not in the image");
     const Limits values{limits(0), limits(1), limits(2), limits(3),  limits(4),  limits(5),  limits(6),

@@ -261,5 +261,5 @@ auto surface_color(Volume<Byte> color, Volume<Byte> lab, Volume<Byte> small, Mat
 
 void bind_surface_color(nb::module_& m) {
     m.def("surface_color", &surface_color, "color"_a.noconvert(), "lab"_a.noconvert(), "small"_a.noconvert(), "raised"_a.noconvert(),
-          "window"_a, "step"_a, "per_median"_a, "min_deviation"_a, "grow"_a);
+          "window"_a, "step"_a, "per_median"_a, "min_deviation"_a, "seed"_a);
 }

@@ -120,7 +120,7 @@ class _Parts(NamedTuple):
         """The parts, (K,) bool, that are long and of one width."""
         half, most = np.maximum(self.widths[:, 0], 0.5), self.widths[:, 1]
         long = self.sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
-        return (self.sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX)
+        return np.asarray((self.sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
 
     @property
     def sizes(self) -> Ints:
@@ -172,8 +172,8 @@ def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
         return None
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
-    parts, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
-    return _Parts(*parts), surface
+    pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
+    return _Parts(pixels, starts, widths, holds), surface
 
 
 def _halved(image: Array) -> Array:
