@@ -68,6 +68,11 @@ CALLS = {
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
+    "strand_sides": (
+        np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
+        np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
+        np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 6.0, 2.0]),
+    ),
     "surface_color": (
         np.zeros((8, 8, 3), np.uint8), np.zeros((2, 2, 3), np.uint8), np.zeros((1, 1, 3), np.uint8), np.zeros((8, 8), bool), 3, 1,
         1.5, 1.0, 3.5,

@@ -13,9 +13,9 @@ class LabTables {
             const double v = double(i) / 255;
             light[i] = std::uint16_t(std::lround(2040 * (v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92)));
         }
-        for (std::size_t i = 0; i < root.size(); ++i) {
+        for (std::size_t i = 0; i < root.size(); ++i) {  // rounded as OpenCV does, in single precision
             const double t = double(i) / 2040;
-            root[i] = std::uint16_t(std::lround(32768 * (t > 216.0 / 24389.0 ? std::cbrt(t) : t * 841.0 / 108.0 + 16.0 / 116.0)));
+            root[i] = std::uint16_t(std::nearbyint(float(32768 * (t > 216.0 / 24389.0 ? std::cbrt(t) : t * 841.0 / 108.0 + 16.0 / 116.0))));
         }
     }
     void operator()(const Byte* rgb, Byte* lab) const {
@@ -29,7 +29,7 @@ class LabTables {
 
    private:
     std::array<std::uint16_t, 256> light;
-    std::array<std::uint16_t, 3072> root;
+    std::array<std::uint16_t, 2041> root;
     static Byte byte(int value) { return Byte(value < 0 ? 0 : value > 255 ? 255 : value); }
 };
 

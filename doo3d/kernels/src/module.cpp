@@ -24,6 +24,7 @@ void bind_skeleton_graph(nb::module_&);
 void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_small_regions(nb::module_&);
+void bind_strand_sides(nb::module_&);
 void bind_surface_color(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_whittaker(nb::module_&);
@@ -53,6 +54,7 @@ NB_MODULE(_native, m) {
     bind_ribbon_tracing(m);
     bind_ribbons(m);
     bind_small_regions(m);
+    bind_strand_sides(m);
     bind_surface_color(m);
     bind_thinning(m);
     bind_whittaker(m);
