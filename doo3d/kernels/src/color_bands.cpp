@@ -39,7 +39,7 @@ struct ToLab {
     // Convert the pixels of a row of a tile, channel by channel.
     void operator()(const Byte (&rgb)[WIDE * CHANNELS], float (&lab)[CHANNELS][WIDE]) const {
         const float white[4] = {1 / 0.950456f, 1, 1 / 1.088754f, 1};
-        float at[4 * WIDE], f[4 * WIDE];
+        float at[4 * WIDE], f[CHANNELS][WIDE];
         std::int32_t step[4 * WIDE];
         for (Index x = 0; x < WIDE; ++x) {
             const float *red = part[0][rgb[3 * x]].data(), *green = part[1][rgb[3 * x + 1]].data(), *blue = part[2][rgb[3 * x + 2]].data();
@@ -48,11 +48,13 @@ struct ToLab {
         for (Index i = 0; i < 4 * WIDE; ++i) at[i] = (at[i] < 1.0f ? at[i] : 1.0f) * ROOT_STEPS;
         for (Index i = 0; i < 4 * WIDE; ++i) step[i] = std::int32_t(at[i]);
         for (Index i = 0; i < 4 * WIDE; ++i) at[i] -= float(step[i]);
-        for (Index i = 0; i < 4 * WIDE; ++i) f[i] = root[step[i]].value + at[i] * root[step[i]].step;
         for (Index x = 0; x < WIDE; ++x) {
-            lab[0][x] = 2.55f * (116.0f * f[4 * x + 1] - 16.0f);
-            lab[1][x] = 500.0f * (f[4 * x] - f[4 * x + 1]) + 128.0f;
-            lab[2][x] = 200.0f * (f[4 * x + 1] - f[4 * x + 2]) + 128.0f;
+            for (Index k = 0; k < CHANNELS; ++k) f[k][x] = root[step[4 * x + k]].value + at[4 * x + k] * root[step[4 * x + k]].step;
+        }
+        for (Index x = 0; x < WIDE; ++x) {
+            lab[0][x] = 2.55f * (116.0f * f[1][x] - 16.0f);
+            lab[1][x] = 500.0f * (f[0][x] - f[1][x]) + 128.0f;
+            lab[2][x] = 200.0f * (f[1][x] - f[2][x]) + 128.0f;
         }
     }
 };
@@ -194,34 +196,25 @@ class Bands {
         slots[tile] = std::int32_t(contrast.size());
         contrast.back().fill(0.0f);
         float across[WIDE][CHANNELS][TILE];
-        for (Index i = 0; i < WIDE; ++i) {
-            const Byte* row = color.data() + std::min(std::max<Index>(top - REACH + i, 0), height - 1) * width * CHANNELS;
-            Byte padded[WIDE * CHANNELS];
-            if (left >= REACH && left + TILE + REACH <= width) {
-                std::memcpy(padded, row + (left - REACH) * CHANNELS, sizeof(padded));
-            } else {
-                for (Index x = 0; x < WIDE; ++x) {
-                    std::memcpy(padded + x * CHANNELS, row + std::min(std::max<Index>(left - REACH + x, 0), width - 1) * CHANNELS, CHANNELS);
-                }
-            }
-            float plane[CHANNELS][WIDE];
-            to_lab()(padded, plane);
-            for (Index k = 0; k < CHANNELS; ++k) {
-                const float* p = plane[k];
-                for (Index x = 0; x < TILE; ++x) {
-                    across[i][k][x] = BLUR[0] * p[x + 2] + BLUR[1] * (p[x + 1] + p[x + 3]) + BLUR[2] * (p[x] + p[x + 4]);
-                }
-            }
-        }
+        blur_along_rows(top, left, across);
+        float surface[2][CHANNELS][TILE];  // along two rows of the smaller image
+        Index held[2] = {-1, -1};
         for (Index y = top; y < bottom; ++y) {
             const auto* at = across + (y - top);
             float lab[CHANNELS][TILE], base[CHANNELS][TILE];
+            for (const Index row : {down[y].first, down[y].second}) {
+                if (held[row % 2] != row) surface_row(row, left, surface[row % 2]);
+                held[row % 2] = row;
+            }
             for (Index k = 0; k < CHANNELS; ++k) {
                 for (Index x = 0; x < TILE; ++x) {
                     lab[k][x] = BLUR[0] * at[2][k][x] + BLUR[1] * (at[1][k][x] + at[3][k][x]) + BLUR[2] * (at[0][k][x] + at[4][k][x]);
                 }
             }
-            surface_row(y, left, base);
+            const auto &upper = surface[down[y].first % 2], &lower = surface[down[y].second % 2];
+            for (Index k = 0; k < CHANNELS; ++k) {
+                for (Index x = 0; x < TILE; ++x) base[k][x] = upper[k][x] + down[y].share * (lower[k][x] - upper[k][x]);
+            }
             float* value = contrast.back().data() + (y - top) * TILE;
             const float most = limits.grow * limits.grow, well = limits.seed * limits.seed;
             bool differs[TILE], above[TILE];
@@ -242,18 +235,36 @@ class Bands {
         }
     }
 
-    // Interpolate the surface's color, given on an image some times smaller, at the pixels of a row of a tile.
-    void surface_row(Index y, Index left, float (&base)[CHANNELS][TILE]) const {
-        const Between& v = down[y];
-        const float *upper = around.data() + v.first * around.shape(1) * CHANNELS, *lower = around.data() + v.second * around.shape(1) * CHANNELS;
+    // Convert the rows of a tile, with those around it, and blur them along the row; the image's border is repeated beyond it.
+    void blur_along_rows(Index top, Index left, float (&across)[WIDE][CHANNELS][TILE]) const {
+        for (Index i = 0; i < WIDE; ++i) {
+            const Byte* row = color.data() + std::min(std::max<Index>(top - REACH + i, 0), height - 1) * width * CHANNELS;
+            Byte padded[WIDE * CHANNELS];
+            if (left >= REACH && left + TILE + REACH <= width) {
+                std::memcpy(padded, row + (left - REACH) * CHANNELS, sizeof(padded));
+            } else {
+                for (Index x = 0; x < WIDE; ++x) {
+                    std::memcpy(padded + x * CHANNELS, row + std::min(std::max<Index>(left - REACH + x, 0), width - 1) * CHANNELS, CHANNELS);
+                }
+            }
+            float plane[CHANNELS][WIDE];
+            to_lab()(padded, plane);
+            for (Index k = 0; k < CHANNELS; ++k) {
+                const float* p = plane[k];
+                for (Index x = 0; x < TILE; ++x) {
+                    across[i][k][x] = BLUR[0] * p[x + 2] + BLUR[1] * (p[x + 1] + p[x + 3]) + BLUR[2] * (p[x] + p[x + 4]);
+                }
+            }
+        }
+    }
+
+    // Interpolate the surface's color along a row of the smaller image at the columns of a tile.
+    void surface_row(Index row, Index left, float (&base)[CHANNELS][TILE]) const {
+        const float* from = around.data() + row * around.shape(1) * CHANNELS;
         for (Index x = 0; x < TILE; ++x) {
             const Between& u = along[std::min(left + x, width - 1)];
-            const Index i = u.first * CHANNELS, j = u.second * CHANNELS;
-            for (Index k = 0; k < CHANNELS; ++k) {
-                const float a = upper[i + k] + u.share * (upper[j + k] - upper[i + k]);
-                const float b = lower[i + k] + u.share * (lower[j + k] - lower[i + k]);
-                base[k][x] = a + v.share * (b - a);
-            }
+            const float *first = from + u.first * CHANNELS, *second = from + u.second * CHANNELS;
+            for (Index k = 0; k < CHANNELS; ++k) base[k][x] = first[k] + u.share * (second[k] - first[k]);
         }
     }
 
