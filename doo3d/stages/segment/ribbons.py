@@ -171,8 +171,8 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         width = float(np.median(rows[:, 3]))
         line = np.rint(rows[:, :2] * 8).astype(np.int32)[:, None]
         cv2.polylines(taken, [line], False, 1, max(3, int(width)), cv2.LINE_8, 3)
-        for x, y, along in rows[:, :3]:
-            cv2.circle(angles, (round(x), round(y)), max(2, int(width / 2)), float(along), -1)
+        for center, along in zip(np.rint(rows[:, :2]).astype(int).tolist(), rows[:, 2].tolist(), strict=True):
+            cv2.circle(angles, center, max(2, int(width / 2)), along, -1)
         if len(rows) >= MIN_SAMPLES:
             strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
     return strands
