@@ -119,19 +119,15 @@ struct Turned {
 class Ribbons {
    public:
     Ribbons(const Volume<float>& image, const Vector<double>& widths, double noise, double length_widths, Index min_length)
-        : height(image.shape(0)), width(image.shape(1)), noise(float(noise)) {
+        : image(image), height(image.shape(0)), width(image.shape(1)), noise(float(noise)) {
         for (std::size_t w = 0; w < widths.shape(0); ++w) add_width(widths(w), length_widths, min_length);
-        for (const AveragedRows& rows : averaged) margin = std::max(margin, rows.half + 1);
-        pad(image);
         for (AveragedRows& rows : averaged) {
+            margin = std::max(margin, rows.half + 1);
             rows.kept.resize((2 * rows.reach + 3) * (PLANES + 1) * STRIP);
             rows.sums.assign(height * PLANES, 0.0);
-            for (Index row = 0; row < height; ++row) {
-                for (Index x = -rows.half; x <= rows.half; ++x) {
-                    for (Index k = 0; k < PLANES; ++k) rows.sums[row * PLANES + k] += pixel(row, x)[k];
-                }
-            }
         }
+        across = STRIP + 2 * margin;
+        source.resize(height * across * PLANES);
     }
 
     void score(const Turned& turned, std::vector<float>& best, std::vector<Byte>& which) {
@@ -148,14 +144,14 @@ class Ribbons {
     }
 
    private:
-    Index height, width, margin = 0;
+    const Volume<float>& image;
+    Index height, width, margin = 0, across = 0;
     float noise;
-    std::vector<float> source;  // (H, margin + width up to whole strips + margin, PLANES), the border repeated on both sides
-    Index across = 0;
+    std::vector<float> source;  // (H, across, PLANES), a strip with a margin on either side, where the border is repeated
     std::vector<AveragedRows> averaged;
     std::vector<Width> ribbons;
 
-    const float* pixel(Index row, Index x) const { return source.data() + (row * across + x + margin) * PLANES; }
+    const float* pixel(Index row, Index x) const { return source.data() + (row * across + x + margin) * PLANES; }  // x from the strip's left
 
     void add_width(double px, double length_widths, Index min_length) {
         const Index half = std::max<Index>(min_length, Index(std::lround(length_widths * px))) / 2;
@@ -169,12 +165,11 @@ class Ribbons {
         ribbons.push_back({averaged.size() - 1, {-core, core, PLANES + 1, {}}, {-gap - side + 1, -gap, PLANES, {}}, {gap, gap + side - 1, PLANES, {}}});
     }
 
-    void pad(const Volume<float>& image) {
-        across = (width + STRIP - 1) / STRIP * STRIP + 2 * margin + 1;
-        source.resize(height * across * PLANES);
+    void load_strip(Index left) {
         for (Index row = 0; row < height; ++row) {
             for (Index x = 0; x < across; ++x) {
-                const float* from = image.data() + (row * width + std::min(std::max<Index>(x - margin, 0), width - 1)) * CHANNELS;
+                const Index column = std::min(std::max<Index>(left + x - margin, 0), width - 1);
+                const float* from = image.data() + (row * width + column) * CHANNELS;
                 float* to = source.data() + (row * across + x) * PLANES;
                 float square = 0.0f;
                 for (Index k = 0; k < CHANNELS; ++k) {
@@ -184,29 +179,38 @@ class Ribbons {
                 to[CHANNELS] = square;
             }
         }
+        if (left > 0) return;
+        for (AveragedRows& rows : averaged) {
+            for (Index row = 0; row < height; ++row) {
+                for (Index x = -rows.half; x <= rows.half; ++x) {
+                    for (Index k = 0; k < PLANES; ++k) rows.sums[row * PLANES + k] += pixel(row, x)[k];
+                }
+            }
+        }
     }
 
-    void average_up_to(AveragedRows& rows, Index last, Index left) {
+    void average_up_to(AveragedRows& rows, Index last) {
         float means[STRIP * PLANES];
         const Index window = 2 * rows.half + 1;
         for (; rows.next <= std::min(last, height - 1); ++rows.next) {
-            average_along(pixel(rows.next, left - rows.half), window, STRIP, 1.0f / float(window), rows.sums.data() + rows.next * PLANES, means);
+            average_along(pixel(rows.next, -rows.half), window, STRIP, 1.0f / float(window), rows.sums.data() + rows.next * PLANES, means);
             spread_planes(means, rows.kept.data() + rows.next % (2 * rows.reach + 3) * (PLANES + 1) * STRIP);
         }
     }
 
     // Score the rows from `first` to before `last` of a strip. The sums begin at the top of the image wherever the first row is.
     void score_strip(Index left, Index first, Index last, std::vector<float>& best, std::vector<Byte>& which) {
+        load_strip(left);
         for (AveragedRows& rows : averaged) {
             rows.next = 0;
-            average_up_to(rows, rows.reach, left);
+            average_up_to(rows, rows.reach);
         }
         for (Width& ribbon : ribbons) {
             for (RowWindow* window : {&ribbon.inside, &ribbon.above, &ribbon.below}) window->start(averaged[ribbon.averaged], height);
         }
         const Index count = std::min(STRIP, width - left);
         for (Index row = 0; row < last; ++row) {
-            for (AveragedRows& rows : averaged) average_up_to(rows, row + rows.reach + 1, left);
+            for (AveragedRows& rows : averaged) average_up_to(rows, row + rows.reach + 1);
             float highest[STRIP] = {};
             std::int32_t index[STRIP] = {};
             for (std::size_t w = 0; w < ribbons.size(); ++w) {
@@ -221,7 +225,7 @@ class Ribbons {
             std::copy_n(highest, count, best.begin() + row * width + left);
             std::copy_n(index, count, which.begin() + row * width + left);
         }
-        for (AveragedRows& rows : averaged) average_up_to(rows, height - 1, left);  // the sums of the next strip's first column
+        for (AveragedRows& rows : averaged) average_up_to(rows, height - 1);  // the sums of the next strip's first column
     }
 };
 
