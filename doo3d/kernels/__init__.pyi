@@ -345,6 +345,13 @@ def axis_depth(
     count : (S,) float64, number of points in each mean
     """
 
+def best_plane(points: Floats, normals: Floats, offsets: Floats, distance: float) -> int:
+    """Return the index of the plane that has the most points nearer than `distance`, the first of several.
+
+    points : (N, 3) float64 m. normals : (Q, 3) float64 unit, normals of Q planes, at least one. offsets : (Q,) float64 m; points
+    p on a plane have normal @ p = offset. distance : m.
+    """
+
 def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     """Return the first row, the row after the last, the first column and the column after the last that hold True; else four 0.
 
@@ -397,9 +404,16 @@ def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     """
 
 def color_bands(
-    color: Array, around: Array, deviation: Floats, seeds: Bools, beside: Bools, limits: Floats
-) -> tuple[Bools, Bools]:
-    """Return the bands of an image that differ in color from the surface around them, and all pixels that differ.
+    color: Array,
+    around: Array,
+    deviation: Floats,
+    seeds: Bools,
+    beside: Bools,
+    reach: int,
+    min_pixels: int,
+    limits: Floats,
+) -> tuple[Ints, Ints, Floats, Bools, Ints]:
+    """Return the bands of an image that differ in color from the surface around them, and pixels beside them that do not.
 
     The image, in CIELAB blurred by a Gaussian of 0.8 px, is evaluated in tiles of 8 px, only at the seeds and on from there as
     far as it differs. A pixel differs whose contrast is above a threshold, and that is no shadow: darker, without another color.
@@ -416,14 +430,20 @@ def color_bands(
         (r, c) bool, the pixels of a smaller image at which bands are looked for.
     beside
         (H, W) bool; tiles with such pixels beside those with bands are evaluated too.
+    reach
+        px from a tile with bands within which pixels of `beside` are looked at.
+    min_pixels
+        pixels of a band below which its widths are not measured.
     limits
         (5,) the contrast from which a pixel differs; the one that a band's share of pixels, limits[2], has at least; the share of
         lightness that a shadow leaves at least; the share of the contrast within 2 px that a band's edge has at least.
 
     Returns
     -------
-    band : (H, W) bool, the 8-connected bands without their faint edges.
-    differs : (H, W) bool, the pixels that differ, False where nothing was evaluated.
+    pixels, starts, half_widths, holds : the 8-connected bands without their faint edges, as `mask_parts` returns parts; all of
+        `holds` are False.
+    surface : (N,) row-major indices of the pixels of `beside`, in tiles within `reach` of a band's, that do not differ; those in
+        tiles that were not evaluated count as such.
     """
 
 def color_log_odds(
@@ -467,13 +487,6 @@ def corner_radius(ends: Floats) -> float:
 
     ends : (4, D) float64, rows: first end, its outward unit direction, second end, its outward unit direction. Skew lines count
     as meeting where they are closest. The radius is in the unit of the ends; it is -1 also for parallel lines.
-    """
-
-def count_near_planes(points: Floats, normals: Floats, offsets: Floats, distance: float) -> Ints:
-    """Count the points that lie nearer than `distance` to each of several planes.
-
-    points : (N, 3) float64 m. normals : (Q, 3) float64 unit, normals of Q planes. offsets : (Q,) float64 m; points p on a plane
-    have normal @ p = offset. distance : m. Returns (Q,) int64.
     """
 
 def cover_with_chords(points: Floats, length: float) -> Floats:
@@ -731,6 +744,52 @@ def fit_lines(
     count : (S,) int64, number of points of the line
     """
 
+def follow_ribbon(
+    score: Array,
+    width: Array,
+    color: Array,
+    taken: Array,
+    angles: Array,
+    start: Floats,
+    widths: Floats,
+    turns: Floats,
+    shifts: Floats,
+    limits: Floats,
+) -> Floats:
+    """Follow a strand along the ribbons of an image from a start in one direction, not counting the start.
+
+    Each step takes the turn and the shift sideways with the best mean over three steps of the score less the cost of the color,
+    less their own costs. Where the score is too low it goes straight on, up to a longest gap. The strand ends at the border,
+    after a gap, and where it follows an earlier strand.
+
+    Parameters
+    ----------
+    score
+        (D, H, W) float32, in D directions over half a turn.
+    width
+        (D, H, W) uint8, the index in `widths` of the width with that score.
+    color
+        (H, W, 3) float32, CIELAB.
+    taken, angles
+        (H, W) uint8 and float32, non-zero on earlier strands, and their directions in radians.
+    start
+        (3,) x and y in px, within the image, and the direction in radians from x to y.
+    widths
+        (K,) px.
+    turns, shifts
+        radians and px that are tried at each step, the largest turn last.
+    limits
+        (14,) px of a step; costs of a px sideways, and of a change of the turn by the largest turn; difference of colors that
+        costs the next but one number, and times that it costs at most; that cost; share that the strand's color keeps at a step;
+        highest and lowest score; widths and px of a gap at most; radians below which an earlier strand is followed; samples on
+        one at most; samples at most.
+
+    Returns
+    -------
+    (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
+    last sample is seen.
+    """
+
 def follow_strand(
     image: Array,
     mask: Bools,
@@ -831,7 +890,7 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     """
 
-def mask_parts(mask: Bools, min_pixels: int) -> tuple[Ints, Ints, Floats]:
+def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, Floats, Bools]:
     """Return the 8-connected parts of a mask, with their half-widths.
 
     Parameters
@@ -840,12 +899,15 @@ def mask_parts(mask: Bools, min_pixels: int) -> tuple[Ints, Ints, Floats]:
         (H, W) bool.
     min_pixels
         pixels of a part below which its widths are not measured.
+    asked
+        (Q,) row-major indices of pixels; parts with one of them are not measured either.
 
     Returns
     -------
-    pixels : (N,) row-major indices of the mask's pixels, part by part, in no order within one.
+    pixels : (N,) row-major indices of the mask's pixels, part by part, ascending in each.
     starts : (K + 1,) where each of the K parts begins in `pixels`, and N.
-    half_widths : (K, 2) px, distance from the middle to the edge, in the median and at the 85th percentile; 0 for a small part.
+    half_widths : (K, 2) px, distance from the middle to the edge, in the median and at the 85th percentile; 0 if not measured.
+    holds : (K,) bool, the parts with pixels of `asked`.
     """
 
 def mask_pixels(mask: Bools) -> Ints:
@@ -952,6 +1014,13 @@ def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
     Returns
     -------
     (H, W) bool; the pixels of the mask are near themselves
+    """
+
+def near_pixels(pixels: Ints, others: Ints, shape: tuple[int, int], square: int, diamond: int) -> Bools:
+    """Tell which pixels (N,) lie in an octagon around one of the others: a square widened by a diamond.
+
+    pixels, others : (N,) and (Q,) row-major indices in an image of a shape. square, diamond : px, half of the width of either.
+    Returns (N,) bool.
     """
 
 def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tuple[Floats, Ints]:
@@ -1131,7 +1200,9 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
-def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: float, min_length: int) -> tuple[Array, Array]:
+def ribbon_scores(
+    image: Array, widths: Floats, noise: float, length_widths: float, min_length: int, back: Floats, shape: tuple[int, int]
+) -> tuple[Array, Array]:
     """Score how much each pixel looks like the middle of a horizontal ribbon.
 
     The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
@@ -1148,10 +1219,13 @@ def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: flo
         squared unit of the image, over 0; variance that is noise.
     length_widths, min_length
         length of the window along a ribbon, in its widths, and in px at least.
+    back, shape
+        (2, 3) affine transformation from column and row to those of the image before it was turned, and the shape of that image.
+        Rows of which none is within 3 px of that image in 128 columns are not scored.
 
     Returns
     -------
-    score : (H, W) float32, of the width that scores most.
+    score : (H, W) float32, of the width that scores most; 0 where nothing is scored.
     width : (H, W) uint8, the index of that width.
     """
 
@@ -1430,6 +1504,48 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
     """
 
+def strand_sides(
+    view: Floats,
+    across: Floats,
+    reach: Floats,
+    radius: float,
+    depth: Array,
+    color: Array,
+    mask: Bools,
+    core: Floats,
+    sides: Floats,
+    color_sides: Floats,
+    limits: Floats,
+) -> tuple[float, float]:
+    """Compare a strand with what lies on both of its sides, at S samples along it.
+
+    Parameters
+    ----------
+    view, across, reach
+        (S, 2) px, (S, 2) unit and (S,) px: position of a sample in the view, direction across the strand, and radius there.
+    radius
+        m, radius of the strand.
+    depth
+        (H, W) float32 m, 0 = no reading; (0, 0) for none.
+    color
+        (H, W, 3) uint8 RGB; (0, 0, 3) for none.
+    mask
+        (H, W) bool; its pixels are no sides.
+    core, sides, color_sides
+        radii from the axis at which the strand itself is looked at, and the depth and the color of a side.
+    limits
+        (8,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
+        radii by which a strand rises at least; standard deviation in radii above which depth tells nothing; standard deviations
+        per median absolute deviation; difference of colors that is noise; the ratio of colors at most.
+
+    Returns
+    -------
+    flat : by how much more than half of the windows the strand does not rise from both sides, 0 to 1. The rise is the median in a
+        window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
+    edge : difference of the mean 8-bit CIELAB colors of the sides over that of the strand to the nearer one plus noise, in the
+        median of the samples; 0 without color.
+    """
+
 def strands_beside(
     view: Floats,
     tangents: Floats,
@@ -1512,6 +1628,50 @@ def surface_ahead(
     -----
     The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
     not with that of ends.
+    """
+
+def surface_color(
+    color: Array,
+    lab: Array,
+    small: Array,
+    raised: Bools,
+    window: int,
+    step: int,
+    per_median: float,
+    min_deviation: float,
+    seed: float,
+) -> tuple[Array, Floats, Bools]:
+    """Return the color of the surface around strands, its deviation, and the places that differ from it.
+
+    The surface's color is the median in a window of the smaller image. There, pixels mostly within 2 px of raised ones are
+    replaced by the mean of the others in the window, so that a coil is none.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB, H and W over 4.
+    lab
+        (r, c, 3) uint8, the image scaled down, in OpenCV's 8-bit CIELAB.
+    small
+        (h, w, 3) uint8, that image scaled down again, to an eighth of `color`.
+    raised
+        (H, W) bool.
+    window
+        px of the smaller image, odd and at most 15.
+    step
+        px between the samples of the image along a row, and a quarter of that between rows.
+    per_median
+        standard deviations per median absolute deviation.
+    min_deviation
+        deviation at least.
+    seed
+        deviations from which on a pixel of `lab` differs.
+
+    Returns
+    -------
+    around : (h, w, 3) float32, the surface's color.
+    deviation : (3,), robust standard deviation of the image, blurred by a Gaussian of 0.8 px, from the surface's color.
+    seeds : (r, c) bool, the pixels that differ.
     """
 
 def thin_pixels(coords: Ints) -> Bools:

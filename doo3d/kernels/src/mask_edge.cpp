@@ -93,22 +93,13 @@ struct Part {
 // Return the parts of a mask, connected by sides or corners: runs are joined with those of the row above that they touch.
 std::vector<Part> parts_of(const BitImage& mask) {
     std::vector<Run> runs;
-    std::vector<Index> parent;
-    const auto root = [&](Index i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
-    Index above = 0;
     mask.for_each_run([&](Index row, Index start, Index end) {
-        const Index own = Index(runs.size());
         runs.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
-        parent.push_back(own);
-        while (above < own && (runs[above].row < row - 1 || (runs[above].row == row - 1 && runs[above].end < start))) ++above;
-        for (Index i = above; i < own && runs[i].row == row - 1 && runs[i].start <= end; ++i) parent[root(i)] = root(own);
     });
+    RunSets sets = connected(runs, 1);
     std::vector<Part> parts(runs.size());
-    for (Index i = 0; i < Index(runs.size()); ++i) {
-        Part& part = parts[root(i)];
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        Part& part = parts[sets.root(std::int32_t(i))];
         part.runs.push_back(runs[i]);
         part.size += runs[i].end - runs[i].start;
     }
