@@ -20,6 +20,7 @@ ORDER = [
     {"kernels"},
     {"plausibility"},
     {"geometry"},
+    {"facts"},
     {"bare_surface"},
     {"visibility"},
     {"stages"},

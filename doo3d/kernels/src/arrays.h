@@ -103,6 +103,13 @@ inline void require(bool condition, const char* sentence) {
     if (!condition) throw nb::value_error(sentence);
 }
 
+// Refuse bounds (C + 1,) that do not divide `count` rows into C parts, one after the other.
+inline void check_bounds(const Vector<Index>& bounds, Index count) {
+    require(bounds.shape(0) > 0 && bounds(0) == 0, "bounds do not start at 0");
+    for (std::size_t k = 1; k < bounds.shape(0); ++k) require(bounds(k) >= bounds(k - 1), "bounds are not ascending");
+    require(bounds(bounds.shape(0) - 1) == count, "bounds do not end at the number of points");
+}
+
 // Return the points of a polyline one after the other; refuse none, and coordinates that are not finite.
 inline std::vector<double> finite_points(const StridedMatrix<double>& points) {
     require(points.shape(0) > 0 && points.shape(1) > 0, "points are empty, expected at least one");
