@@ -25,7 +25,8 @@ using namespace nb::literals;
 using Index = std::int64_t;
 
 // Add to the elements that the kernels looked at in this thread, which `visits` returns: pixels, points, voxels, cells, or pairs of
-// them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop.
+// them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop, in the thread
+// that called it.
 void count_visits(Index count);
 
 // Add the bytes of an image or table that is cleared or searched, eight at a time.
