@@ -26,20 +26,20 @@ DOO3D_WIDE_VECTORS void average_along(const float* row, Index window, Index coun
     for (Index k = 0; k < PLANES; ++k) sums[k] = sum[k];
 }
 
-// Write means plane by plane, and after them the variance in the window.
+// Write the variance in the window, and after it the means plane by plane.
 DOO3D_WIDE_VECTORS void spread_planes(const float* means, float* planes) {
     for (Index x = 0; x < STRIP; ++x) {
         const float a = means[4 * x], b = means[4 * x + 1], c = means[4 * x + 2], square = means[4 * x + 3];
-        planes[x] = a;
-        planes[STRIP + x] = b;
-        planes[2 * STRIP + x] = c;
-        planes[3 * STRIP + x] = square;
-        planes[4 * STRIP + x] = std::max(square - (a * a + b * b + c * c), 0.0f);
+        planes[x] = std::max(square - (a * a + b * b + c * c), 0.0f);
+        planes[STRIP + x] = a;
+        planes[2 * STRIP + x] = b;
+        planes[3 * STRIP + x] = c;
+        planes[4 * STRIP + x] = square;
     }
 }
 
-DOO3D_WIDE_VECTORS void move_window(float* sums, const float* leaves, const float* enters, Index count) {
-    for (Index i = 0; i < count; ++i) sums[i] = (sums[i] - leaves[i]) + enters[i];
+DOO3D_WIDE_VECTORS void move_window(float* sums, const float* leaves, const float* enters) {
+    for (Index i = 0; i < PLANES * STRIP; ++i) sums[i] = (sums[i] - leaves[i]) + enters[i];
 }
 
 // The score of a pixel is the mean squared difference between the ribbon's color and the pixels of one side, of the side that
@@ -47,7 +47,7 @@ DOO3D_WIDE_VECTORS void move_window(float* sums, const float* leaves, const floa
 DOO3D_WIDE_VECTORS void score_row(const float* i0, const float* a0, const float* b0, float in, float out, float noise, std::int32_t index,
                                   float* best, std::int32_t* which) {
     for (Index x = 0; x < STRIP; ++x) {
-        const float r = i0[x] * in, g = i0[x + STRIP] * in, b = i0[x + 2 * STRIP] * in, spread = i0[x + 4 * STRIP] * in;
+        const float r = i0[x + STRIP] * in, g = i0[x + 2 * STRIP] * in, b = i0[x + 3 * STRIP] * in, spread = i0[x] * in;
         const float own = r * r + g * g + b * b;
         const float up = a0[x + 3 * STRIP] * out - 2 * out * (a0[x] * r + a0[x + STRIP] * g + a0[x + 2 * STRIP] * b) + own;
         const float down = b0[x + 3 * STRIP] * out - 2 * out * (b0[x] * r + b0[x + STRIP] * g + b0[x + 2 * STRIP] * b) + own;
@@ -70,20 +70,20 @@ struct AveragedRows {
     }
 };
 
-// Sums of averaged rows over the rows of a window.
+// Sums of averaged rows over the rows of a window, of PLANES planes from `plane` on.
 struct RowWindow {
-    Index first, last, planes;  // rows of the window around row 0
+    Index first, last, plane;  // rows of the window around row 0
     std::vector<float> sums;
 
     void start(const AveragedRows& rows, Index height) {
-        sums.assign(planes * STRIP, 0.0f);
+        sums.assign(PLANES * STRIP, 0.0f);
         for (Index row = first; row <= last; ++row) {
-            const float* from = rows.at(row, height);
-            for (Index i = 0; i < planes * STRIP; ++i) sums[i] += from[i];
+            const float* from = rows.at(row, height) + plane * STRIP;
+            for (Index i = 0; i < PLANES * STRIP; ++i) sums[i] += from[i];
         }
     }
     void move_down(const AveragedRows& rows, Index row, Index height) {  // from around `row` to around the next
-        move_window(sums.data(), rows.at(row + first, height), rows.at(row + last + 1, height), planes * STRIP);
+        move_window(sums.data(), rows.at(row + first, height) + plane * STRIP, rows.at(row + last + 1, height) + plane * STRIP);
     }
     float rows() const { return float(last - first + 1); }
 };
@@ -131,15 +131,20 @@ class Ribbons {
     }
 
     void score(const Turned& turned, std::vector<float>& best, std::vector<Byte>& which) {
+        std::vector<std::pair<Index, Index>> strips;
         for (Index left = 0; left < width; left += STRIP) {
-            Index first = height, last = 0;
+            strips.emplace_back(height, 0);
             for (Index x = left; x < std::min(left + STRIP, width); ++x) {
                 const auto rows = turned.rows(x, height);
                 if (rows.first >= rows.second) continue;
-                first = std::min(first, rows.first);
-                last = std::max(last, std::min(rows.second, height));
+                strips.back().first = std::min(strips.back().first, rows.first);
+                strips.back().second = std::max(strips.back().second, std::min(rows.second, height));
             }
-            score_strip(left, first, last, best, which);
+        }
+        for (std::size_t i = 0; i < strips.size(); ++i) {
+            Index later = 0;  // rows that the strips after this one need
+            for (std::size_t k = i + 1; k < strips.size(); ++k) later = std::max(later, strips[k].second);
+            score_strip(Index(i) * STRIP, strips[i].first, strips[i].second, later, best, which);
         }
     }
 
@@ -162,7 +167,7 @@ class Ribbons {
             averaged.back().half = half;
         }
         averaged.back().reach = std::max({averaged.back().reach, gap + side, core});
-        ribbons.push_back({averaged.size() - 1, {-core, core, PLANES + 1, {}}, {-gap - side + 1, -gap, PLANES, {}}, {gap, gap + side - 1, PLANES, {}}});
+        ribbons.push_back({averaged.size() - 1, {-core, core, 0, {}}, {-gap - side + 1, -gap, 1, {}}, {gap, gap + side - 1, 1, {}}});
     }
 
     void load_strip(Index left) {
@@ -199,7 +204,7 @@ class Ribbons {
     }
 
     // Score the rows from `first` to before `last` of a strip. The sums begin at the top of the image wherever the first row is.
-    void score_strip(Index left, Index first, Index last, std::vector<float>& best, std::vector<Byte>& which) {
+    void score_strip(Index left, Index first, Index last, Index later, std::vector<float>& best, std::vector<Byte>& which) {
         load_strip(left);
         for (AveragedRows& rows : averaged) {
             rows.next = 0;
@@ -225,7 +230,7 @@ class Ribbons {
             std::copy_n(highest, count, best.begin() + row * width + left);
             std::copy_n(index, count, which.begin() + row * width + left);
         }
-        for (AveragedRows& rows : averaged) average_up_to(rows, height - 1);  // the sums of the next strip's first column
+        for (AveragedRows& rows : averaged) average_up_to(rows, later + rows.reach);  // the sums of the next strip's first column
     }
 };
 

@@ -61,7 +61,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     sample = _drawn(data, random)
     if len(sample) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
-    normal, offset, noise = _fit(sample, config.plane_distance, random)
+    normal, offset = _fit(sample, config.plane_distance, random)
+    noise = plane_noise(np.abs(sample @ normal - offset), config.plane_distance)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
         return np.asarray(height_above_plane(data, normal, offset) > high)
@@ -73,7 +74,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     return raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
 
 
-def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float, float]:
+def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float]:
     """Fit the plane that has the most points near it, by RANSAC and then least squares on its inliers.
 
     Parameters
@@ -89,9 +90,8 @@ def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float
     -------
     normal : (3,) unit, of arbitrary sign.
     offset : m; points p on the plane have normal @ p = offset.
-    noise : m, robust standard deviation of the inliers' distances from the plane (from the median absolute deviation).
 
-    If every triple drawn is collinear, the result is the plane z = constant through one of the points, with noise 0.
+    If every triple drawn is collinear, the result is the plane z = constant through one of the points.
     """
     random = np.random.default_rng(seed)
     return _fit(points[_draw(len(points), random)], distance, random)
@@ -102,28 +102,33 @@ def _draw(count: int, random: np.random.Generator) -> Ints | slice:
     return random.choice(count, SAMPLES, replace=False) if count > SAMPLES else np.s_[:]
 
 
-def _fit(sample: Floats, distance: float, random: np.random.Generator) -> tuple[Floats, float, float]:
+def _fit(sample: Floats, distance: float, random: np.random.Generator) -> tuple[Floats, float]:
     corners = sample[random.integers(0, len(sample), (RANSAC_DRAWS, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     norm = np.linalg.norm(normals, axis=1)
     normals = normals[norm > 0] / norm[norm > 0, None]
     if not len(normals):
-        return np.array([0.0, 0.0, 1.0]), float(sample[0, 2]), 0.0
+        return np.array([0.0, 0.0, 1.0]), float(sample[0, 2])
     offsets = np.einsum("ij,ij->i", normals, corners[norm > 0, 0])
     best = best_plane(sample, normals, offsets, distance)
     normal, offset = normals[best], float(offsets[best])
+    before = np.zeros(len(sample), dtype=bool)
     for _ in range(REFINE_ITERATIONS):
-        inliers = sample[np.abs(sample @ normal - offset) < 2 * distance]
-        if len(inliers) < 3:
+        near = np.abs(sample @ normal - offset) < 2 * distance
+        inliers = sample[near]
+        if len(inliers) < 3 or np.array_equal(near, before):
             break
+        before = near
         center = inliers.mean(axis=0)
         normal = np.linalg.eigh((inliers - center).T @ (inliers - center))[1][:, 0]
         offset = float(normal @ center)
-    return normal, offset, _plane_noise(np.abs(sample @ normal - offset), distance)
+    return normal, offset
 
 
-def _plane_noise(residual: Floats, distance: float) -> float:
-    """Return the robust standard deviation in m of the distances (N,) from a plane, 0 if none is less than twice `distance`.
+def plane_noise(residual: Floats, distance: float) -> float:
+    """Return the robust standard deviation of distances from a plane, from their median absolute deviation.
+
+    residual : (N,) m, not below 0. distance : m; 0 is returned if no residual is less than twice of it.
 
     Where depth is noisier than `distance`, a fixed window would cut the noise off and so understate it: the window follows it.
     """
