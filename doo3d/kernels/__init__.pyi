@@ -140,6 +140,12 @@ class FrameFacts:
         ValueError : there is no depth, or `reach` is negative.
         """
 
+def angle_legs(first: Floats, second: Floats) -> tuple[Floats, Floats]:
+    """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
+
+    first, second : (N, D) float64, of any length; zero vectors stay zero. Returns (N,) and (N,) float64.
+    """
+
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
 

@@ -20,6 +20,7 @@ CALLS = {
     "FrameFacts": (np.ones((3, 3), bool),),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
+    "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "bounding_box": (np.ones((3, 3), bool),),
