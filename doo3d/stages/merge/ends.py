@@ -26,7 +26,7 @@ class End(NamedTuple):
     side: int
 
     @property
-    def index(self) -> int:
+    def row(self) -> int:
         """The row of this end in arrays over all ends of all chains: 2 * chain + side."""
         return 2 * self.chain + self.side
 
