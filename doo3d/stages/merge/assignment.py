@@ -191,9 +191,7 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightG
         if with_gap.cost <= config.max_cost:
             heapq.heappush(complete, with_gap)
     join_complete(None)
-    return links + [
-        ring for ring in rings if config.allow_closed_chains and not used[[ring.first.row, ring.second.row]].any()
-    ]
+    return links + [ring for ring in rings if config.allow_closed_chains and not used[[ring.first.row, ring.second.row]].any()]
 
 
 def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straight_gaps: StraightGaps = None) -> list[Link]:
