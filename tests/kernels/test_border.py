@@ -44,6 +44,10 @@ CALLS = {
     "mask_parts": (np.ones((3, 3), bool), 4),
     "mask_pixels": (np.ones((3, 3), bool),),
     "nearest_of_own": (POINTS, np.array([0, 6]), POINTS, np.array([0, 6]), 0.1),
+    "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
+    "polyline_crossings": (
+        np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
+    ),
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "strands_beside": (
