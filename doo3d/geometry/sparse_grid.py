@@ -1,17 +1,13 @@
-"""Points in the cells of a sparse grid, and the spacing of surface points."""
+"""Points in the cells of a sparse grid."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from ..kernels import sort_into_cells
 from ..types import Floats, Ints
-
-SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
-"""Points of a cloud, and seeds among them, on which its density is measured."""
 
 KEY_LIMIT = 2**62
 """Keys are 64-bit; the box must have fewer cells than this."""
@@ -72,15 +68,8 @@ def voxelize_points(points: Floats, origin: Floats, size: float, margin: int) ->
     -------
     The occupied cells; or, if the box has too many cells for 64-bit keys, the number of its cells as a float.
     """
-    coords = np.floor((points - origin) / size)
-    shape = coords.max(axis=0) + margin + 1
-    total = math.prod(shape.tolist())
-    if total > KEY_LIMIT:
-        return float(total)
-    box = tuple(int(side) for side in shape)
-    cell = np.ravel_multi_index(tuple(coords.astype(np.int64).T), box).astype(np.int64)
-    keys = sorted_unique(cell)
-    return Cells(keys, box, np.searchsorted(keys, cell))
+    keys, shape, cell, total = sort_into_cells(np.ascontiguousarray(points), np.asarray(origin, float), size, margin, KEY_LIMIT)
+    return Cells(keys, tuple(shape.tolist()), cell) if total <= KEY_LIMIT else total
 
 
 def unpack_keys(keys: Ints, shape: tuple[int, ...]) -> Ints:
@@ -109,20 +98,3 @@ def sorted_unique(keys: Ints) -> Ints:
     """
     keys = np.sort(keys)
     return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys
-
-
-def cloud_spacing(points: Floats) -> float:
-    """Return the typical distance between neighboring points of a surface in m, at least 1e-6.
-
-    points : (N, 3) m, N >= 1. The distance follows from the radius of the disc that holds a point's eight nearest neighbors. A
-    single point gives 1 mm.
-    """
-    sample = points[:: max(1, len(points) // SAMPLE_POINTS)]
-    nearest = min(8, len(sample) - 1)
-    if nearest < 1:
-        return 1e-3
-    distance = cKDTree(sample, balanced_tree=False, compact_nodes=False).query(
-        sample[:: max(1, len(sample) // SAMPLE_SEEDS)], k=[nearest + 1]
-    )[0][:, 0]
-    spacing = float(np.median(distance)) * math.sqrt(math.pi / nearest) * math.sqrt(len(sample) / len(points))
-    return max(spacing, 1e-6)

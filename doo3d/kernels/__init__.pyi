@@ -16,6 +16,71 @@ from collections.abc import Callable
 
 from ..types import Array, Bools, Floats, Ints
 
+class CloudFacts:
+    """What the stages ask of the points of a cloud, made once from every k-th of its N points, the sample.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64 m, finite; they are not copied, and must not change
+    sample_points, sample_seeds
+        points of the sample at least, if there are so many, and seeds among them, around which the density is measured
+    strand_spacings
+        point spacings; parts of the cloud that are farther apart are strands
+    min_strand_fraction, min_large_fraction
+        fraction of the points that a strand has at least, and that all strands have together
+    """
+
+    def __init__(
+        self,
+        points: Floats,
+        sample_points: int,
+        sample_seeds: int,
+        strand_spacings: float,
+        min_strand_fraction: float,
+        min_large_fraction: float,
+    ) -> None: ...
+    @property
+    def spacing(self) -> float:
+        """Typical distance between neighboring points of a surface in m, at least 1e-6; 1 mm for fewer than two points.
+
+        It follows from the radius of the disc that holds a point's eight nearest neighbors.
+        """
+
+    @property
+    def strands(self) -> Ints:
+        """Number, from 0, of the strand of each point of the sample, (S,), read-only; -1 in a small part; empty if all touch."""
+
+    def without_outliers(self, cell_spacings: float, min_ratio: float) -> tuple[Floats, Floats]:
+        """Drop the points with few neighbors, and average each other point and its neighbors.
+
+        Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around, the
+        point itself included.
+
+        Parameters
+        ----------
+        cell_spacings
+            edge of a cell in point spacings
+        min_ratio
+            fraction of the median number of neighbors that a point has at least
+
+        Returns
+        -------
+        points : (K, 3) m, the points kept; the array of the cloud itself if all are.
+        means : (K, 3) m, for each point kept the mean of its neighbors; the points themselves if the cloud is too wide for such
+            small cells.
+        """
+
+    def strands_nearer(self, distance: float) -> bool:
+        """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
+
+    def strand_of(self, points: Floats) -> Ints:
+        """Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
+
+        points : (N, 3) float64 m, in the order of the points of the cloud. The strands lie where the points of the sample were
+        moved to. If all touch, the number is 0.
+        """
+
 class FrameFacts:
     """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
 
@@ -139,6 +204,62 @@ class FrameFacts:
         ------
         ValueError : there is no depth, or `reach` is negative.
         """
+
+class MaskEdge:
+    """The edge of a mask that moves, within a band around the mask, to where the colors of an image say that it is.
+
+    Distances are chamfer distances of OpenCV (DIST_L2, 3 x 3). Work and memory follow the pixels of the bounding box of mask and
+    ring at 1 bit each, and the colors of the band. Ten times as fast as OpenCV on arrays of the box (2.5 ms against 30 ms
+    for three moves in a frame of 1280 x 720).
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool.
+    band_px, ring_px
+        px, distances from the mask; the edge moves up to the first, and the surround is sampled up to the second, but not farther
+        than this from the mask's bounding box along rows and columns.
+    """
+
+    def __init__(self, mask: Bools, band_px: float, ring_px: float) -> None: ...
+    def inside(self) -> Ints:
+        """Return the pixels within the edge whose eight neighbors are too; all pixels within the edge if there are none.
+
+        Returns (N,) int64, row-major indices in the whole image.
+        """
+
+    def around(self, most: int) -> Ints:
+        """Return pixels of the ring: at first those beyond the band, after a move all that do not touch the edge.
+
+        most : number of pixels; of twice, three times ... as many only every second, third ... is returned. Returns (N,) int64,
+        ascending row-major indices in the whole image.
+        """
+
+    def move(self, color: Array, log_odds: Floats, kernel: Floats) -> None:
+        """Move the edge to where the smoothed log-odds of the colors are 0: pixels of the band above 0 are within.
+
+        Parameters
+        ----------
+        color
+            (H, W, 3) uint8 RGB.
+        log_odds
+            (4096,) float32, of each cell of colors, as `color_log_odds` returns them.
+        kernel
+            (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
+            image they are mirrored.
+        """
+
+    def restore_parts(self, min_thickness: float, min_elongation: float) -> None:
+        """Restore the connected parts of the mask, now beyond the edge, that are as thick and long as a cable.
+
+        min_thickness : px, half-width that such a part exceeds. min_elongation : area that it exceeds, in squares of that.
+        """
+
+    def raggedness(self) -> float:
+        """Return the number of pixels that the edge moved by more than 1 px, per pixel of the mask's edge; 0 without an edge."""
+
+    def mask(self) -> Bools:
+        """Return the pixels (H, W) bool within the edge."""
 
 def angle_legs(first: Floats, second: Floats) -> tuple[Floats, Floats]:
     """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
@@ -311,6 +432,33 @@ def color_bands(
     differs : (H, W) bool, the pixels that differ, False where nothing was evaluated.
     """
 
+def color_log_odds(
+    color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
+) -> tuple[Floats, float]:
+    """Return the log-odds that a color is of an object and not of its surround, from two color histograms.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB.
+    object, surround
+        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+    shades
+        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
+    shade_share
+        the weight of a color in a shade; that of a color as seen is 1.
+    kernel
+        (R,) weights by which the histograms are smoothed along each axis: the middle one, and those to either side; the cells at
+        the border are repeated.
+    least
+        frequency added to that of each cell, so that none is 0.
+
+    Returns
+    -------
+    log_odds : (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last
+    separation : nat, median of the log-odds over the pixels of the object; 0 without any
+    """
+
 def connected_components(table: Ints) -> Ints:
     """Label each voxel with the number of its connected component; voxels that share a face, an edge or a corner are connected.
 
@@ -458,6 +606,38 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     (J, D) float64, m.
     """
 
+def fill_cells(
+    points: Floats,
+    centers: Floats,
+    reach: float,
+    counts: Ints,
+    origins: Floats,
+    axes: Floats,
+    edge: float,
+    cells: float,
+) -> Bools:
+    """Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
+
+    Parameters
+    ----------
+    points, centers, reach
+        as for `neighborhood_spreads`
+    counts
+        (S,) int64, number of points within reach of each center
+    origins
+        (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
+    axes
+        (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
+    edge
+        edge of a cell, in the unit of the points, over 0
+    cells
+        number of cells, not negative
+
+    Returns
+    -------
+    (S,) bool
+    """
+
 def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
     """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
 
@@ -480,6 +660,149 @@ def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, cleara
     Returns
     -------
     (L,) int64, index within each line; that of the last point looked through if none is clear.
+    """
+
+def fit_circles(
+    sample: Ints, lateral: Floats, depth: Floats, path: Ints, radius: Floats, half: int, steps: int, min_points: float
+) -> tuple[Floats, Floats, Floats]:
+    """Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
+
+    Parameters
+    ----------
+    sample
+        (N,) int64, index of the sample in whose cross-section each of N points lies
+    lateral, depth
+        (N,) float64 m, offsets of each point from its sample
+    path
+        (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    radius
+        (S,) float64 m, fixes the radius of the circles; (0,) fits the radius too
+    half
+        number of samples on either side, on the same path, whose points are pooled
+    steps
+        iterations of Gauss-Newton, 0 to 1000
+    min_points
+        points that a circle is fitted to at least
+
+    Returns
+    -------
+    center : (S, 2) float64 m, lateral and depth offset of the circle's center; meaningless where the radius is NaN
+    radius : (S,) float64 m; NaN where there are too few points
+    count : (S,) float64, number of points, after pooling
+    """
+
+def fit_lines(
+    points: Floats,
+    at: Floats,
+    distance: Floats,
+    index: Ints,
+    scales: Floats,
+    widths: Floats,
+    min_points: Floats,
+    candidates: int,
+    max_spread_ratio: float,
+) -> tuple[Bools, Floats, Floats, Floats, Floats, Floats, Ints]:
+    """Fit a straight line to the neighborhood of each of several points, at the least scale at which there is one.
+
+    Lines towards some of the neighbors are tried; the best is fitted three times to the neighbors near it. There is a line if it
+    has enough points, they spread little across it, and the point itself lies near it.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64 m
+    at
+        (S, 3) float64 m, points of these
+    distance, index
+        (S, K), K >= 2 nearest points of each, by ascending distance
+    scales
+        (L,) float64 m, ascending; half lengths of a line
+    widths
+        (L,) float64 m, distance from a line within which points belong to it, for each scale
+    min_points
+        (L,) float64, points that a line has at least, for each scale
+    candidates
+        neighbors towards which a line is tried
+    max_spread_ratio
+        variance across a line at most, as a fraction of that along it
+
+    Returns
+    -------
+    found : (S,) bool
+    center : (S, 3) float64 m, mean of the points of the line; the point itself without a line
+    direction : (S, 3) float64 unit; 0 without a line, as all that follow
+    across : (S,) float64 m, root mean square distance of the points from the line
+    spacing : (S,) float64 m, mean distance of the points along the line
+    scale : (S,) float64 m
+    count : (S,) int64, number of points of the line
+    """
+
+def follow_strand(
+    image: Array,
+    mask: Bools,
+    joints: Floats,
+    radius: float,
+    max_length: float,
+    tried: tuple[Floats, Floats, Floats, Floats],
+    lookahead: int,
+    numbers: Floats,
+) -> Floats:
+    """Follow a strand in an image beyond the last joint of its chain, by the colors across the strand.
+
+    A stretch that looks different, such as another strand on top, is skipped. The path ends where it runs into the mask, at the
+    border of the image, after `max_length` radii, or where the colors no longer match. Colors are those of the nearest pixels,
+    blurred by the weights 1, 2, 1 along rows and columns; only pixels that are asked for are blurred.
+
+    Parameters
+    ----------
+    image
+        (H, W, 3) uint8 RGB
+    mask
+        (H, W) bool, the pixels already known to be of the object
+    joints
+        (N, 2) px (u, v), N >= 2, the joints of the chain, in C order; the strand is followed beyond the last one
+    radius, max_length
+        px, radius of the strand; radii, length of the path at most
+    tried
+        (I,) radii across the strand at which its colors are read, and an even number of them for the background on both sides;
+        (T,) radians, turns tried at a step, the largest one last; (S,) px, lateral shifts tried
+    lookahead
+        steps ahead that a step is judged by: the mean over them
+    numbers
+        (11,): radii of a step, 0.01 or more; radii before the end over which the strand's colors are measured, and over which its
+        direction is; radii after which a path ends in the mask; radii of the strand that may look different; grey levels by which
+        the colors of one strand differ anyway; squared color distance of the strand at most, in variances, and by how much that
+        of the background exceeds it at least; share of the colors ahead taken over at a step; weights of contrast and turns
+
+    Returns
+    -------
+    (P, 2) px, P points along the strand, beginning with the last joint; P = 1 if the strand does not continue
+
+    Raises
+    ------
+    ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
+    """
+
+def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Measure how the points of each cross-section spread across the line of sight.
+
+    Parameters
+    ----------
+    sample
+        (N,) int64, index of the sample in whose cross-section each of N points lies
+    lateral
+        (N,) float64 m, lateral offset of each point from its sample
+    path
+        (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    half
+        number of samples on either side, on the same path, whose points are pooled
+
+    Returns
+    -------
+    middle : (S,) float64 m, mean offset
+    variance : (S,) float64 m^2
+    count : (S,) float64, number of points, after pooling
+    relative : (N,) float64, offset of each point from the middle in standard deviations
     """
 
 def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> Floats:
@@ -698,6 +1021,24 @@ def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds:
     (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
     """
 
+def nearest_points(points: Floats, positions: Floats, k: int) -> tuple[Floats, Ints]:
+    """Find the `k` points that are nearest to each of a few positions.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64, finite
+    positions
+        (S, 3) float64, finite, in the unit of the points
+    k
+        1 to N
+
+    Returns
+    -------
+    distance : (S, k) float64, ascending
+    index : (S, k) int64, index of each of these points; of equally near ones the first is first
+    """
+
 def neighbor_table(coords: Ints) -> Ints:
     """Return the indices of the 26 neighbors of each voxel.
 
@@ -725,23 +1066,25 @@ def neighborhood_spreads(points: Floats, centers: Floats, reach: float) -> tuple
     covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
     """
 
-def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Floats, axes: Floats, edge: float) -> Ints:
-    """Count the square cells of a plane that the points within `reach` of each center occupy, projected to the plane.
+def off_edge_share(mask: Bools, color: Array, reach: int) -> float:
+    """Return the share of the edge of a mask at which the largest step of color across it lies elsewhere.
+
+    Every (2 reach + 1)-th pixel of the edge is looked at, since nearer ones have the same colors across. The line across it leads
+    away from the mask's pixels in a window of (2 reach + 1)^2, and has steps between neighboring pixels up to `reach` px to
+    either side. The largest one lies elsewhere if it begins 2 px or more from the edge.
 
     Parameters
     ----------
-    points, centers, reach
-        as for `neighborhood_spreads`
-    origins
-        (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
-    axes
-        (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
-    edge
-        edge of a cell, in the unit of the points, over 0
+    mask
+        (H, W) bool.
+    color
+        (H, W, 3) uint8 RGB.
+    reach
+        px, 1 or more. Pixels nearer than twice this to the border of the image are left out.
 
     Returns
     -------
-    (S,) int64
+    0 to 1; 0 if no pixel is looked at.
     """
 
 def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:
@@ -956,6 +1299,24 @@ def second_best_rise(
     order of their bounds until the bound exceeds the best rise so far.
     """
 
+def section_axes(positions: Floats, tangents: Floats, viewpoint: Floats) -> tuple[Floats, Floats]:
+    """Return two unit axes across the object at each sample: across the line of sight, and away from the sensor.
+
+    Parameters
+    ----------
+    positions
+        (S, 3) float64 m
+    tangents
+        (S, 3) float64 unit, along the object
+    viewpoint
+        (3,) float64 m, position of the sensor; (0,) if unknown: the axes then turn as little as they can from sample to sample
+
+    Returns
+    -------
+    lateral : (S, 3) float64; arbitrary where the object points at the sensor
+    depth : (S, 3) float64, tangent x lateral
+    """
+
 def section_offsets(
     points: Floats, distance: Floats, index: Ints, positions: Floats, lateral: Floats, depth: Floats, reach: Floats
 ) -> tuple[Ints, Floats, Floats]:
@@ -1073,6 +1434,33 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
     -------
     touch : True if the ends are at the same position
     arcs : (2, 3 D + 2) float64, columns as for `arc_line_arc`; (0, 3 D + 2) if the ends touch or no path was found
+    """
+
+def sort_into_cells(points: Floats, origin: Floats, size: float, margin: int, limit: float) -> tuple[Ints, Ints, Ints, float]:
+    """Sort points into the cells of a sparse grid.
+
+    The grid is a box of cells from `origin` to `margin` cells beyond the last point along each axis. The key of a cell is its
+    row-major index in the box.
+
+    Parameters
+    ----------
+    points
+        (N, D) float64, D = 1 to 3, finite
+    origin
+        (D,) float64, lower corner of the box; no point is below it along any axis
+    size
+        edge of a cell, in the unit of the points
+    margin
+        number of empty cells beyond the last point along each axis
+    limit
+        number of cells of the box at most, 9e18 at most
+
+    Returns
+    -------
+    keys : (M,) int64 ascending, keys of the occupied cells; empty if the box has more cells than `limit`
+    shape : (D,) int64, number of cells of the box along each axis
+    cell : (N,) int32, index in `keys` of the cell of each point; empty if the box has more cells than `limit`
+    total : number of cells of the box
     """
 
 def steps(points: Floats, closed: bool = False) -> Floats:
@@ -1246,6 +1634,12 @@ def unit_rows(vectors: Floats) -> Floats:
     """Return N vectors (N, D) float64, each scaled to length 1; zero vectors stay zero.
 
     4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
+    """
+
+def values_at_ranks(points: Floats, ranks: Ints) -> Floats:
+    """Return the coordinates that have the given ranks in ascending order, along each axis by itself.
+
+    points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
     """
 
 def visits() -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import ConfigLike, as_config
 from ..errors import DooError, InputError
-from ..geometry.initial_radius import point_spacing
+from ..facts.cloud_facts import point_spacing
 from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..config import VoxelizeConfig
 from ..errors import InputError
-from ..facts import FrameFacts, facts_of
+from ..facts.cloud_facts import estimate_radius, point_spacing
+from ..facts.frame_facts import FrameFacts, facts_of
 from ..geometry.closing import close_cells
-from ..geometry.initial_radius import estimate_radius, point_spacing, strand_of_points
 from ..geometry.limits import AT_ONCE, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
@@ -241,14 +241,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         raise _too_large(cells, KEY_LIMIT, size)
     if len(cells.keys) > MAX_CELLS:
         raise _too_large(len(cells.keys), MAX_CELLS, size)
-    sampling = foreground.sampling
-    if (
-        sampling is not None
-        and sampling.strands is not None
-        and sampling.gap is not None
-        and sampling.gap < MAX_CLOSED_GAP * size
-    ):
-        part = strand_of_points(points, sampling.strands)
+    if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
+        part = foreground.cloud_facts.strand_of(points)
         closed = [
             close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
             for number in range(int(part.max()) + 1)

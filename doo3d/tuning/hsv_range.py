@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..config import HsvRange
-from ..facts import FrameFacts
+from ..facts.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats, Ints
 from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from .arrays import Array, Bools, Floats, Ints, set_sealed
 from .data import Camera, CameraView
@@ -19,20 +20,10 @@ class CloudSampling:
     scatter
         m, root mean square distance of sparse points from the line along their strand, which is the radius of the strand or the
         noise of the scanner; None if there are so many points that they show surfaces.
-    gap
-        m, least distance between strands that do not touch; None if all touch, and where points are sparse.
-    strands
-        (S,) number, from 0, of the strand of every k-th point, where strands that touch are one; -1 in a small part. None where
-        `gap` is None.
     """
 
     spacing: float
     scatter: float | None = None
-    gap: float | None = None
-    strands: Ints | None = None
-
-    def __post_init__(self) -> None:
-        set_sealed(self, strands=self.strands)
 
     @property
     def is_sparse(self) -> bool:
@@ -83,7 +74,10 @@ class Foreground:
         whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
         it. False if strands were looked for by their shape alone.
     facts
-        what follows from the mask and the depth in it, made once (`facts.facts_of`); None for a cloud.
+        what follows from the mask and the depth in it (`facts.frame_facts.FrameFacts`), made once; None for a cloud.
+    cloud_facts
+        what follows from the points of a cloud (`kernels.CloudFacts`), made once; None for a frame or an image, and where
+        points are sparse.
     """
 
     points: Floats
@@ -101,7 +95,8 @@ class Foreground:
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
     is_told: bool = True
-    facts: object = field(default=None, repr=False, compare=False)
+    facts: Any = field(default=None, repr=False, compare=False)
+    cloud_facts: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from doo3d import kernels
-from doo3d.facts import FrameFacts, facts_of
+from doo3d.facts.frame_facts import FrameFacts, facts_of
 from doo3d.geometry.mask import mask_radius
 from doo3d.types import Foreground
 

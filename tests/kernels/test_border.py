@@ -18,6 +18,8 @@ PIXELS = (np.array([1]), np.array([1]))
 # a call that works, by kernel
 CALLS = {
     "FrameFacts": (np.ones((3, 3), bool),),
+    "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),
+    "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "angle_legs": (POINTS, POINTS),
@@ -29,12 +31,24 @@ CALLS = {
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
     ),
+    "color_log_odds": (
+        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
+    ),
     "connected_components": (TABLE,),
     "corner_radius": (np.eye(4, 3),),
     "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
+    "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
+    "fit_lines": (
+        POINTS, POINTS[:2].copy(), np.ones((2, 3)), np.ones((2, 3), int), np.ones(2), np.ones(2), np.ones(2), 8, 0.1,
+    ),
+    "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
+    "follow_strand": (
+        np.zeros((9, 9, 3), np.uint8), np.zeros((9, 9), bool), np.array([[1.0, 4.0], [5.0, 4.0]]), 2.0, 3.0,
+        (np.zeros(1), np.array([-2.0, 2.0]), np.ones(1), np.zeros(1)), 2, np.full(11, 0.5),
+    ),
     "is_simple": (3,),
     "silhouette": (
         POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
@@ -64,6 +78,7 @@ CALLS = {
         np.ones(2), np.ones(4), 1,
     ),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
+    "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
     "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
@@ -71,9 +86,10 @@ CALLS = {
     "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "nearest": (POINTS, POINTS, 0.1, False),
+    "nearest_points": (POINTS, POINTS[:2], 3),
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
-    "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
+    "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),
@@ -82,9 +98,11 @@ CALLS = {
     "second_best_rise": (
         np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False, 2,
     ),
+    "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
+    "sort_into_cells": (POINTS, np.zeros(3), 0.01, 1, 1e18),
     "steps": (POINTS, False),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
@@ -94,6 +112,7 @@ CALLS = {
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
     "visits": (),
+    "values_at_ranks": (POINTS, np.array([0, 5])),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip

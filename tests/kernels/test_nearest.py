@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import nearest, nearest_of_own, neighborhood_spreads, occupied_cells, sample_bilinear
+from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -63,9 +63,12 @@ def test_neighborhoods_are_those_of_a_tree(reach):
     np.testing.assert_allclose(means, [each.mean(axis=0) for each in filled], atol=1e-12)
     np.testing.assert_allclose(covariances, [np.cov(each.T, ddof=0).ravel() for each in filled], atol=1e-9)
     axes = np.linalg.qr(rng.normal(size=(20, 3, 3)))[0][:, :2].copy()
-    occupied = occupied_cells(points, centers, reach, means, axes.reshape(20, 6), 0.1)
     cells = [np.floor((each - mean) @ axis.T / 0.1) for each, mean, axis in zip(lists, means, axes, strict=True)]
-    assert occupied.tolist() == [len(np.unique(each, axis=0)) for each in cells]
+    for k, each in enumerate(cells):
+        occupied = len(np.unique(each, axis=0))
+        at = (centers[k : k + 1], reach, counts[k : k + 1], means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
+        assert not occupied or fill_cells(points, *at, occupied - 0.5).all()
+        assert not fill_cells(points, *at, occupied).any()
 
 
 def test_bilinear_between_four_pixels():

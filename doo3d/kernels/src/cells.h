@@ -12,18 +12,18 @@ inline constexpr double CELLS_PER_REACH = 3.0;
 // squared distance so far and whose it is. The edge of the cells is doubled until their number is in proportion to the points.
 class Cells {
 public:
-    Cells(const double* points, Index count, Index dim, double edge) : dim_(dim) {
+    Cells(const double* points, Index count, Index dim, double edge)
+        : Cells(points, count, dim, edge, [](const double*) { return true; }) {}
+
+    // The same cells, without the points of which `is_wanted` is false.
+    template <class IsWanted>
+    Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted) : dim_(dim) {
         visits_.count = 2 * count;
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
-        bool any = false;
-        for (Index n = 0; n < count; ++n) {
-            const double* p = points + n * dim;
-            if (!finite(p)) continue;
-            for (Index d = 0; d < dim; ++d) {
-                low[d] = any && low[d] < p[d] ? low[d] : p[d];
-                high[d] = any && high[d] > p[d] ? high[d] : p[d];
-            }
-            any = true;
+        if (dim == 2) {
+            bound<2>(points, count, low, high);
+        } else {
+            bound<3>(points, count, low, high);
         }
         for (Index d = 0; d < dim; ++d) extent[d] = high[d] - low[d];
         const Index shortest = dim == 2 ? 2 : Index(std::min_element(extent, extent + 3) - extent);
@@ -41,7 +41,7 @@ public:
         std::vector<std::int32_t> cell(count, -1);
         for (Index n = 0; n < count; ++n) {
             const double* p = points + n * dim;
-            if (!finite(p)) continue;
+            if (!finite(p) || !is_wanted(p)) continue;
             cell[n] = std::int32_t(Index((p[axis_[0]] - low_[0]) * per_unit_) * shape_[1] + Index((p[axis_[1]] - low_[1]) * per_unit_));
             ++start_[cell[n] + 2];
         }
@@ -95,16 +95,35 @@ public:
         }
     }
 
+    // Write the offset from a position in space to a sorted point.
+    void offset(Index k, const double* from, double* result) const {
+        for (Index d = 0; d < 3; ++d) result[d] = position_[d * size + k] - from[d];
+    }
+
     Index size = 0;                    // number of sorted points; those that are not finite are left out
     std::vector<std::int32_t> order;   // the index of each
     std::vector<double> square;        // least squared distance from a target so far
     std::vector<Index> owner;          // whose it is
 
 private:
-    bool finite(const double* p) const {
-        double sum = 0.0;
-        for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
-        return sum == 0.0;
+    bool finite(const double* p) const { return (p[0] - p[0]) + (p[1] - p[1]) + (dim_ == 3 ? p[2] - p[2] : 0.0) == 0.0; }
+
+    // Find the lowest and the highest coordinates of finite points; of none both stay.
+    template <int D>
+    void bound(const double* points, Index count, double* low, double* high) const {
+        double least[D], most[D];
+        std::fill(least, least + D, INFINITY);
+        std::fill(most, most + D, -INFINITY);
+        for (const double* p = points; p != points + count * D; p += D) {
+            if (!finite(p)) continue;
+            for (int d = 0; d < D; ++d) {
+                least[d] = p[d] < least[d] ? p[d] : least[d];
+                most[d] = p[d] > most[d] ? p[d] : most[d];
+            }
+        }
+        if (!(least[0] <= most[0])) return;
+        std::copy(least, least + D, low);
+        std::copy(most, most + D, high);
     }
 
     template <int D>

@@ -86,6 +86,219 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     return std::make_tuple(to_numpy(std::move(means)), to_numpy(std::move(counts)));
 }
 
+void cross(const double* a, const double* b, double* result) {
+    for (int d = 0; d < 3; ++d) result[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+}
+
+// Write the vector scaled to length 1; return false for one that is shorter than `least`.
+bool scale_to_unit(const double* vector, double least, double* result) {
+    const double square = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
+    if (square <= least * least) return false;
+    for (int d = 0; d < 3; ++d) result[d] = vector[d] / std::sqrt(square);
+    return true;
+}
+
+// Write the part of a vector that is perpendicular to a unit vector.
+void without(const double* vector, const double* direction, double* result) {
+    const double along = vector[0] * direction[0] + vector[1] * direction[1] + vector[2] * direction[2];
+    for (int d = 0; d < 3; ++d) result[d] = vector[d] - along * direction[d];
+}
+
+// Write a unit vector perpendicular to a direction, made from the coordinate axis that it is least along.
+void perpendicular(const double* direction, double* result) {
+    int least = 0;
+    for (int d = 1; d < 3; ++d) {
+        if (std::fabs(direction[d]) < std::fabs(direction[least])) least = d;
+    }
+    double axis[3] = {0, 0, 0}, side[3];
+    axis[least] = 1.0;
+    without(axis, direction, side);
+    if (!scale_to_unit(side, 0.0, result)) std::copy(axis, axis + 3, result);
+}
+
+auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<double> viewpoint) {
+    const Index size = positions.shape(0);
+    require(positions.shape(1) == 3 && tangents.shape(1) == 3, "positions and tangents are not (S, 3)");
+    require(Index(tangents.shape(0)) == size, "tangents are not one per position");
+    require(viewpoint.shape(0) == 0 || viewpoint.shape(0) == 3, "viewpoint is neither (3,) nor (0,)");
+    count_visits(size);
+    std::vector<double> lateral(3 * size), depth(3 * size);
+    double side[3];
+    for (Index s = 0; s < size; ++s) {
+        const double* tangent = tangents.data() + 3 * s;
+        double least = 0.0;
+        if (viewpoint.shape(0)) {
+            double ray[3];
+            for (int d = 0; d < 3; ++d) ray[d] = positions(s, d) - viewpoint(d);
+            cross(ray, tangent, side);
+        } else if (s > 0) {
+            without(lateral.data() + 3 * (s - 1), tangent, side);
+            least = 1e-6;
+        } else {
+            perpendicular(tangent, side);
+        }
+        if (!scale_to_unit(side, least, lateral.data() + 3 * s)) perpendicular(tangent, lateral.data() + 3 * s);
+        cross(tangent, lateral.data() + 3 * s, depth.data() + 3 * s);
+    }
+    return std::make_tuple(to_numpy(std::move(lateral), size, 3), to_numpy(std::move(depth), size, 3));
+}
+
+void check_sections(const Vector<Index>& sample, const Vector<double>& lateral, const Vector<Index>& path, Index half) {
+    require(lateral.shape(0) == sample.shape(0), "lateral is not one per point");
+    require(half >= 0, "half is negative");
+    const Index size = path.shape(0);
+    for (std::size_t k = 0; k < sample.shape(0); ++k) {
+        require(sample(k) >= 0 && sample(k) < size, "an index lies outside the samples");
+    }
+}
+
+// Sums over the points of each sample, and of its neighbors on the same path: one column for each value of a point.
+class PooledSums {
+public:
+    PooledSums(const Vector<Index>& sample, const Vector<Index>& path, Index half) : sample_(sample), path_(path), half_(half) {}
+
+    // Call `values(k, row)`, which writes a row of `columns` values for point k; return the sums, one vector a column.
+    template <class Values>
+    std::vector<std::vector<double>> operator()(Index columns, Values values) const {
+        std::vector<std::vector<double>> sums(columns, std::vector<double>(path_.shape(0)));
+        std::vector<double> row(columns);
+        for (std::size_t k = 0; k < sample_.shape(0); ++k) {
+            values(Index(k), row.data());
+            for (Index c = 0; c < columns; ++c) sums[c][sample_(k)] += row[c];
+        }
+        for (auto& column : sums) column = pooled(column.data(), path_, half_);
+        return sums;
+    }
+
+private:
+    const Vector<Index>& sample_;
+    const Vector<Index>& path_;
+    Index half_;
+};
+
+auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Index> path, Index half) {
+    check_sections(sample, lateral, path, half);
+    const Index size = path.shape(0), count = sample.shape(0);
+    const PooledSums pooled(sample, path, half);
+    auto first = pooled(2, [&](Index k, double* row) {
+        row[0] = 1.0;
+        row[1] = lateral(k);
+    });
+    for (Index s = 0; s < size; ++s) first[1][s] /= std::max(first[0][s], 1e-9);
+    std::vector<double> relative(count);
+    for (Index k = 0; k < count; ++k) relative[k] = lateral(k) - first[1][sample(k)];
+    auto variance = pooled(1, [&](Index k, double* row) { row[0] = relative[k] * relative[k]; })[0];
+    for (Index s = 0; s < size; ++s) variance[s] /= std::max(first[0][s], 1e-9);
+    for (Index k = 0; k < count; ++k) relative[k] /= std::sqrt(std::max(variance[sample(k)], 1e-18));
+    return std::make_tuple(to_numpy(std::move(first[1])), to_numpy(std::move(variance)), to_numpy(std::move(first[0])),
+                           to_numpy(std::move(relative)));
+}
+
+// Solve three linear equations by elimination with partial pivoting; the result takes the place of the right side.
+void solve(double a[3][3], double* b) {
+    for (int i = 0; i < 3; ++i) {
+        int pivot = i;
+        for (int k = i + 1; k < 3; ++k) {
+            if (std::fabs(a[k][i]) > std::fabs(a[pivot][i])) pivot = k;
+        }
+        std::swap_ranges(a[i], a[i] + 3, a[pivot]);
+        std::swap(b[i], b[pivot]);
+        for (int k = i + 1; k < 3; ++k) {
+            const double factor = a[k][i] / a[i][i];
+            for (int j = i; j < 3; ++j) a[k][j] -= factor * a[i][j];
+            b[k] -= factor * b[i];
+        }
+    }
+    for (int i = 2; i >= 0; --i) {
+        for (int j = i + 1; j < 3; ++j) b[i] -= a[i][j] * b[j];
+        b[i] /= a[i][i];
+    }
+}
+
+// Circles through the points of cross-sections, (S,) each.
+struct Circles {
+    std::vector<double> u, w, radius, count;
+};
+
+// Start from the least squares of u^2 + w^2 = 2 a u + 2 b w + c about each sample's mean.
+Circles kasa_fit(const Vector<Index>& sample, const Vector<double>& lateral, const Vector<double>& depth, const PooledSums& pooled,
+                 double min_points) {
+    auto mean = pooled(3, [&](Index k, double* row) {
+        row[0] = lateral(k);
+        row[1] = depth(k);
+        row[2] = 1.0;
+    });
+    const Index size = Index(mean[2].size());
+    for (Index s = 0; s < size; ++s) {
+        for (int c = 0; c < 2; ++c) mean[c][s] /= std::max(mean[2][s], 1e-9);
+    }
+    const auto sums = pooled(8, [&](Index k, double* row) {
+        const double u = lateral(k) - mean[0][sample(k)], w = depth(k) - mean[1][sample(k)], q = u * u + w * w;
+        const double values[8] = {u * u, u * w, w * w, u, w, u * q, w * q, q};
+        std::copy(values, values + 8, row);
+    });
+    Circles circles{mean[0], mean[1], std::vector<double>(size), mean[2]};
+    for (Index s = 0; s < size; ++s) {
+        if (circles.count[s] < min_points) continue;
+        const double ridge = 1e-6 * std::max(sums[0][s] + sums[2][s], 1e-18);
+        double matrix[3][3] = {{sums[0][s] + ridge, sums[1][s], sums[3][s]},
+                               {sums[1][s], sums[2][s] + ridge, sums[4][s]},
+                               {sums[3][s], sums[4][s], circles.count[s]}};
+        double abc[3] = {sums[5][s], sums[6][s], sums[7][s]};
+        solve(matrix, abc);
+        circles.u[s] += abc[0] / 2;
+        circles.w[s] += abc[1] / 2;
+        circles.radius[s] = std::sqrt(std::max(abc[2] + (abc[0] * abc[0] + abc[1] * abc[1]) / 4, 0.0));
+    }
+    return circles;
+}
+
+// One step of Gauss-Newton; a step is at most half a radius long, and is damped where the points leave it open.
+void refine(Circles& circles, const Vector<Index>& sample, const Vector<double>& lateral, const Vector<double>& depth,
+            const PooledSums& pooled, bool fits_radius) {
+    const auto sums = pooled(8, [&](Index k, double* row) {
+        const Index s = sample(k);
+        const double du = lateral(k) - circles.u[s], dw = depth(k) - circles.w[s];
+        const double distance = std::max(std::sqrt(du * du + dw * dw), 1e-12), residual = distance - circles.radius[s];
+        const double nu = du / distance, nw = dw / distance;
+        const double values[8] = {nu * nu, nu * nw, nw * nw, nu, nw, nu * residual, nw * residual, residual};
+        std::copy(values, values + 8, row);
+    });
+    for (std::size_t s = 0; s < circles.u.size(); ++s) {
+        const double ridge = 1e-3 * std::max(circles.count[s], 1e-9), radial = fits_radius ? 1.0 : 0.0;
+        double matrix[3][3] = {{sums[0][s] + ridge, sums[1][s], radial * sums[3][s]},
+                               {sums[1][s], sums[2][s] + ridge, radial * sums[4][s]},
+                               {radial * sums[3][s], radial * sums[4][s], radial * circles.count[s] + ridge}};
+        double step[3] = {sums[5][s], sums[6][s], radial * sums[7][s]};
+        solve(matrix, step);
+        const double limit = std::max(circles.radius[s], 1e-9) / 2;
+        circles.u[s] += std::clamp(step[0], -limit, limit);
+        circles.w[s] += std::clamp(step[1], -limit, limit);
+        circles.radius[s] += std::clamp(step[2], -limit, limit);
+    }
+}
+
+auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius,
+                 Index half, Index steps, double min_points) {
+    check_sections(sample, lateral, path, half);
+    const std::size_t size = path.shape(0);
+    require(depth.shape(0) == sample.shape(0), "depth is not one per point");
+    require(radius.shape(0) == size || radius.shape(0) == 0, "radius is neither one per sample nor empty");
+    require(steps >= 0 && steps <= 1000 && min_points >= 1, "steps are not from 0 to 1000, or min_points is less than 1");
+    const PooledSums pooled(sample, path, half);
+    Circles circles = kasa_fit(sample, lateral, depth, pooled, min_points);
+    const bool fits_radius = radius.shape(0) == 0;
+    for (std::size_t s = 0; !fits_radius && s < size; ++s) circles.radius[s] = radius(s);
+    for (Index k = 0; k < steps; ++k) refine(circles, sample, lateral, depth, pooled, fits_radius);
+    std::vector<double> centers(2 * size);
+    for (std::size_t s = 0; s < size; ++s) {
+        centers[2 * s] = circles.u[s];
+        centers[2 * s + 1] = circles.w[s];
+        if (circles.count[s] < min_points) circles.radius[s] = NAN;
+    }
+    return std::make_tuple(to_numpy(std::move(centers), size, 2), to_numpy(std::move(circles.radius)), to_numpy(std::move(circles.count)));
+}
+
 }  // namespace
 
 void bind_cross_sections(nb::module_& m) {
@@ -94,4 +307,8 @@ void bind_cross_sections(nb::module_& m) {
           "positions"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "reach"_a.noconvert());
     m.def("axis_depth", &axis_depth, "sample"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "path"_a.noconvert(),
           "radius"_a.noconvert(), "half"_a, "central_part"_a, "outlier_medians"_a);
+    m.def("section_axes", &section_axes, "positions"_a.noconvert(), "tangents"_a.noconvert(), "viewpoint"_a.noconvert());
+    m.def("half_shell_spread", &half_shell_spread, "sample"_a.noconvert(), "lateral"_a.noconvert(), "path"_a.noconvert(), "half"_a);
+    m.def("fit_circles", &fit_circles, "sample"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "path"_a.noconvert(),
+          "radius"_a.noconvert(), "half"_a, "steps"_a, "min_points"_a);
 }

@@ -50,10 +50,10 @@ void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& cen
 
 // Call `visit` with the offset from a center to each point within reach of it.
 template <class Visit>
-void for_each_offset(const Cells& cells, const double* points, const double* center, double reach, Visit visit) {
+void for_each_offset(const Cells& cells, const double* center, double reach, Visit visit) {
     cells.for_each_around(center, reach, [&](Index k) {
-        const double* p = points + 3 * Index(cells.order[k]);
-        const double offset[3] = {p[0] - center[0], p[1] - center[1], p[2] - center[2]};
+        double offset[3];
+        cells.offset(k, center, offset);
         if (offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] <= reach * reach) visit(offset);
     });
 }
@@ -63,16 +63,28 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     const Index size = centers.shape(0);
     std::vector<Index> counts(size);
     std::vector<double> means(3 * size), covariances(9 * size);
-    const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (Index k = 0; k < 3 * size; ++k) {
+        low[k % 3] = std::min(low[k % 3], centers.data()[k] - 1.01 * reach);
+        high[k % 3] = std::max(high[k % 3], centers.data()[k] + 1.01 * reach);
+    }
+    const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH, [&](const double* p) {
+        return p[0] >= low[0] && p[0] <= high[0] && p[1] >= low[1] && p[1] <= high[1] && p[2] >= low[2] && p[2] <= high[2];
+    });
     for (Index s = 0; s < size; ++s) {
         double *mean = means.data() + 3 * s, *covariance = covariances.data() + 9 * s;
-        for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
-            ++counts[s];
+        Index count = 0;
+        double sum[3] = {0, 0, 0}, square[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};  // in registers
+        for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) {
+            ++count;
             for (Index i = 0; i < 3; ++i) {
-                mean[i] += offset[i];
-                for (Index j = i; j < 3; ++j) covariance[3 * i + j] += offset[i] * offset[j];
+                sum[i] += offset[i];
+                for (Index j = i; j < 3; ++j) square[3 * i + j] += offset[i] * offset[j];
             }
         });
+        counts[s] = count;
+        std::copy(sum, sum + 3, mean);
+        std::copy(square, square + 9, covariance);
         const double number = double(std::max<Index>(counts[s], 1));
         for (Index i = 0; i < 3; ++i) mean[i] /= number;
         for (Index i = 0; i < 3; ++i) {
@@ -85,38 +97,49 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(means), size, 3), to_numpy(std::move(covariances), size, 9));
 }
 
-// The cells that are occupied are kept in a hash table with open addressing.
-auto occupied_cells(Matrix<double> points, Matrix<double> centers, double reach, Matrix<double> origins, Matrix<double> axes,
-                    double edge) {
+// The cells that are occupied are kept in a hash table with open addressing, until it is decided whether they are more than wanted.
+auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vector<Index> counts, Matrix<double> origins,
+                Matrix<double> axes, double edge, double wanted) {
     check_neighborhoods(points, centers, reach);
     const Index size = centers.shape(0);
+    require(Index(counts.shape(0)) == size, "counts are not (S,)");
+    for (Index s = 0; s < size; ++s) require(counts(s) <= Index(points.shape(0)), "a count is larger than the number of points");
+    require(wanted >= 0, "cells are negative");
     require(Index(origins.shape(0)) == size && origins.shape(1) == 3, "origins are not (S, 3)");
     require(Index(axes.shape(0)) == size && axes.shape(1) == 6, "axes are not (S, 6)");
     require(edge > 0 && reach / edge < 1e9, "edge is not positive, or too small for the reach");
     for (std::size_t k = 0; k < origins.size(); ++k) require(std::fabs(origins.data()[k]) <= 10 * reach, "an origin is far away");
     for (std::size_t k = 0; k < axes.size(); ++k) require(std::fabs(axes.data()[k]) <= 1.001, "an axis is not a unit vector");
-    std::vector<Index> counts(size), table;
+    std::vector<Index> table;
+    std::vector<Byte> is_filled(size);
     constexpr Index EMPTY = INT64_MIN;
-    std::size_t slots = 16;
-    while (slots < 2 * std::size_t(points.shape(0))) slots *= 2;
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
     for (Index s = 0; s < size; ++s) {
-        table.assign(slots, EMPTY);
         const double *origin = origins.data() + 3 * s, *axis = axes.data() + 6 * s;
-        for_each_offset(cells, points.data(), centers.data() + 3 * s, reach, [&](const double* offset) {
+        double occupied = 0.0, left = double(counts(s));
+        if (!(left > wanted)) continue;
+        std::size_t slots = 16;
+        int shift = 60;
+        for (; double(slots) < 2 * left; --shift) slots *= 2;
+        table.assign(slots, EMPTY);
+        for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) {
+            if (occupied > wanted || !(occupied + left > wanted)) return;
             Index key = 0;
             for (Index k = 0; k < 2; ++k) {
                 double along = 0.0;
                 for (Index d = 0; d < 3; ++d) along += (offset[d] - origin[d]) * axis[3 * k + d];
-                key = key * (Index(1) << 31) + Index(std::floor(along / edge)) % (Index(1) << 30);
+                const Index cell = Index(along / edge);
+                key = key * (Index(1) << 31) + (cell - (along / edge < double(cell))) % (Index(1) << 30);
             }
-            std::size_t slot = (std::uint64_t(key) * 0x9E3779B97F4A7C15u) >> 20 & (slots - 1);
+            std::size_t slot = (std::uint64_t(key) * 0x9E3779B97F4A7C15u) >> shift;
             while (table[slot] != EMPTY && table[slot] != key) slot = (slot + 1) & (slots - 1);
-            counts[s] += table[slot] == EMPTY;
+            occupied += table[slot] == EMPTY;
+            left -= 1;
             table[slot] = key;
         });
+        is_filled[s] = occupied > wanted;
     }
-    return to_numpy(std::move(counts));
+    return to_numpy_bool(is_filled);
 }
 
 }  // namespace
@@ -126,6 +149,6 @@ void bind_nearest(nb::module_& m) {
     m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
           "target_bounds"_a.noconvert(), "reach"_a);
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
-    m.def("occupied_cells", &occupied_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "origins"_a.noconvert(),
-          "axes"_a.noconvert(), "edge"_a);
+    m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(), "origins"_a.noconvert(),
+          "axes"_a.noconvert(), "edge"_a, "cells"_a);
 }

@@ -8,15 +8,14 @@ sqrt(r^2 - u^2) in front of the axis, where r is the radius.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ... import kernels
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, SURFACE_SAMPLES
-from ...geometry.polyline import perpendicular, unit
-from ...kernels import nearest, section_offsets, window_sum
+from ...geometry.polyline import unit
+from ...kernels import half_shell_spread, nearest, section_offsets, window_sum
 from ...types import Array, Floats, Ints
 
 MIN_POINTS = 5
@@ -68,18 +67,8 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
         (3,) m, position of the sensor in the frame of the samples. None if unknown: lateral and depth are then arbitrary, but
         turn little from one sample to the next.
     """
-    if viewpoint is not None:
-        lateral = unit(np.cross(positions - viewpoint, tangent))
-        for bad in np.flatnonzero(~lateral.any(axis=1)):
-            lateral[bad] = perpendicular(tangent[bad])
-    else:
-        lateral = np.empty_like(tangent)
-        previous = perpendicular(tangent[0])
-        for i, t in enumerate(tangent):
-            side = previous - (previous @ t) * t
-            previous = unit(side) if side @ side > 1e-12 else perpendicular(t)
-            lateral[i] = previous
-    return SectionAxes(tangent, lateral, np.cross(tangent, lateral))
+    seen_from = np.zeros(0) if viewpoint is None else viewpoint
+    return SectionAxes(tangent, *kernels.section_axes(np.ascontiguousarray(positions), np.ascontiguousarray(tangent), seen_from))
 
 
 def planar_axes(tangent: Floats) -> SectionAxes:
@@ -211,15 +200,7 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
     count : (S,) number of points at each sample, after pooling.
     """
 
-    def pooled(values: Floats) -> Floats:
-        return _pooled(values, sections.sample, path, window_half)
-
-    count = pooled(np.ones_like(sections.lateral))
-    safe = np.maximum(count, 1e-9)
-    middle = pooled(sections.lateral) / safe
-    lateral = sections.lateral - middle[sections.sample]
-    variance = pooled(lateral**2) / safe
-    scaled = lateral / np.sqrt(np.maximum(variance, 1e-18))[sections.sample]
+    middle, variance, count, scaled = half_shell_spread(sections.sample, sections.lateral, path, window_half)
     kurtosis = float(np.mean(scaled**4)) if len(scaled) else DEPTH_IMAGE_KURTOSIS
     factor = float(np.clip(3 - (DEPTH_IMAGE_KURTOSIS - kurtosis) / 0.3, 2.0, 3.0))
     return middle, np.where(count >= MIN_POINTS, np.sqrt(factor * variance), np.nan), count
@@ -286,42 +267,5 @@ def fit_circles(
     radii : (S,) m, radius of each circle; NaN where `count` is below MIN_POINTS (5), even if the radius was given.
     count : (S,) number of points at each sample, after pooling.
     """
-    u, w, at = sections.lateral, sections.depth, sections.sample
-
-    def pooled(values: Floats) -> Floats:
-        return _pooled(values, at, path, window_half)
-
-    count = pooled(np.ones_like(u))
-    safe = np.maximum(count, 1e-9)
-    center, algebraic = _kasa_fit(u, w, at, pooled, safe)
-    radii = np.where(np.isfinite(algebraic), algebraic, 0.0) if radius is None else radius.copy()
-    for _ in range(steps):
-        du, dw = u - center[at, 0], w - center[at, 1]
-        distance = np.maximum(np.hypot(du, dw), 1e-12)
-        nu, nw, residual = du / distance, dw / distance, distance - radii[at]
-        one = np.ones_like(nu) * (radius is None)
-        rows = (nu, nw, one)
-        matrix = np.stack([pooled(a * b) for a in rows for b in rows], -1).reshape(-1, 3, 3)
-        matrix += 1e-3 * safe[:, None, None] * np.eye(3)
-        step = np.linalg.solve(matrix, np.stack([pooled(a * residual) for a in rows], -1)[..., None])[..., 0]
-        limit = np.maximum(radii, 1e-9) / 2
-        center += np.clip(step[:, :2], -limit[:, None], limit[:, None])
-        radii = radii + np.clip(step[:, 2], -limit, limit)
-    radii[count < MIN_POINTS] = np.nan
-    return center, radii, count
-
-
-def _kasa_fit(u: Floats, w: Floats, at: Ints, pooled: Callable[[Floats], Floats], count: Floats) -> tuple[Floats, Floats]:
-    """Return center (S, 2) and radius (S,) by least squares of u^2 + w^2 = 2 a u + 2 b w + c, about each sample's mean."""
-    mean = np.column_stack((pooled(u), pooled(w))) / count[:, None]
-    u, w = u - mean[at, 0], w - mean[at, 1]
-    q = u * u + w * w
-    uu, uw, ww, su, sw, n, uq, wq, sq = map(pooled, (u * u, u * w, w * w, u, w, np.ones_like(u), u * q, w * q, q))
-    matrix = np.stack((uu, uw, su, uw, ww, sw, su, sw, n), -1).reshape(-1, 3, 3)
-    spread = np.maximum(uu + ww, 1e-18)
-    matrix += 1e-6 * spread[:, None, None] * np.diag((1.0, 1.0, 0.0))
-    matrix[n < MIN_POINTS] = np.eye(3)
-    a, b, c = np.linalg.solve(matrix, np.stack((uq, wq, sq), -1)[..., None])[..., 0].T
-    radius = np.sqrt(np.maximum(c + (a * a + b * b) / 4, 0.0))
-    radius[n < MIN_POINTS] = np.nan
-    return np.where(n[:, None] < MIN_POINTS, mean, mean + np.column_stack((a, b)) / 2), radius
+    known = np.zeros(0) if radius is None else radius
+    return kernels.fit_circles(sections.sample, sections.lateral, sections.depth, path, known, window_half, steps, MIN_POINTS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ...config import SegmentConfig
-from ...facts import FrameFacts
+from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS
 from ...types import Floats, Ints
 

@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
-from ...facts import FrameFacts
+from ...facts.frame_facts import FrameFacts
 from ...types import Floats, Ints
 from .depth_filter import Readings
 

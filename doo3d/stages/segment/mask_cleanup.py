@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from ...config import SegmentConfig
-from ...facts import FrameFacts
+from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import ridge_radius
 from ...types import Array, Bools
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...geometry.sparse_grid import cloud_spacing, voxelize_points
-from ...kernels import neighbor_table
+from ...facts.cloud_facts import cloud_facts
+from ...kernels import CloudFacts, values_at_ranks
 from ...types import Bools, Floats
 
 NEIGHBORHOOD_CELL_SPACINGS = 2.0
@@ -34,53 +36,25 @@ def draw_points(points: Floats, seed: int) -> tuple[Floats, tuple[str, ...]]:
     return points[drawn], (note,)
 
 
-def filter_points(points: Floats) -> tuple[Floats, Floats, int]:
+def filter_points(points: Floats) -> tuple[CloudFacts, Floats, Floats]:
     """Drop the outliers of a cloud of N points, (N, 3) m, and average the noise of the other points away.
 
-    Outliers are points far from all others, and points with less than 0.15 times the median number of neighbors.
+    Outliers are points far from all others, and points with less than 0.15 times the median number of neighbors. Points are
+    sorted into cubic cells; the neighbors of a point are all points in its cell and in the 26 cells around that cell, the point
+    itself included.
 
     Returns
     -------
-    points : (K, 3) m, the K points kept, in the order given, as measured.
-    means : (K, 3) m, for each point kept the mean of the point and its neighbors.
-    outliers : number of points dropped, N - K.
+    facts : facts of the K points kept.
+    points : (K, 3) m, the points kept, in the order given, as measured.
+    means : (K, 3) m, for each point kept the mean of the point and its neighbors; the point itself if the cloud is too wide for
+        such small cells.
     """
-    near = points[~far_outliers(points)]
-    neighbors, means = mean_neighbors(near, NEIGHBORHOOD_CELL_SPACINGS)
-    kept = neighbors >= MIN_NEIGHBORS_RATIO * np.median(neighbors) if len(near) else np.zeros(0, dtype=bool)
-    return near[kept], means[kept], len(points) - int(np.count_nonzero(kept))
-
-
-def mean_neighbors(points: Floats, cell_spacings: float) -> tuple[Floats, Floats]:
-    """Count the neighbors of each point of a cloud, and average their positions.
-
-    Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around that cell,
-    the point itself included.
-
-    Parameters
-    ----------
-    points
-        (N, 3) m, the N points of the cloud.
-    cell_spacings
-        edge of a cell, as a multiple of the typical distance between neighboring points of the cloud.
-
-    Returns
-    -------
-    counts : (N,) float, number of neighbors of each point.
-    means : (N, 3) m, mean position of the neighbors of each point. If the cloud is too wide for such small cells, each point is
-        its own only neighbor.
-    """
-    if not len(points):
-        return np.zeros(0), points
-    size = cell_spacings * cloud_spacing(points)
-    cells = voxelize_points(points, points.min(axis=0) - size, size, 1)
-    if isinstance(cells, float):
-        return np.ones(len(points)), points
-    sums = cells.sums(np.column_stack((points, np.ones(len(points)))))
-    padded = np.vstack((sums, np.zeros(4)))
-    for neighbor in neighbor_table(cells.coords).T:
-        sums += padded[neighbor]
-    return sums[cells.cell, 3], sums[cells.cell, :3] / sums[cells.cell, 3:]
+    far = far_outliers(points)
+    near = points[~far] if far.any() else points
+    facts = cloud_facts(near)
+    kept, means = facts.without_outliers(NEIGHBORHOOD_CELL_SPACINGS, MIN_NEIGHBORS_RATIO)
+    return facts if kept is near else cloud_facts(kept), kept, means
 
 
 def far_outliers(points: Floats) -> Bools:
@@ -89,6 +63,22 @@ def far_outliers(points: Floats) -> Bools:
     A point is far if it lies outside the axis-aligned box of the central 96 % of the points by more than three times the diagonal
     of that box.
     """
-    low, high = np.percentile(points, [2, 98], axis=0) if len(points) else np.zeros((2, 3))
+    if not len(points):
+        return np.zeros(0, dtype=bool)
+    least, low, high, largest = quantiles(points, (0.0, 0.02, 0.98, 1.0))
     margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)
+    if (least >= low - margin).all() and (largest <= high + margin).all():
+        return np.zeros(len(points), dtype=bool)
     return np.asarray(((points < low - margin) | (points > high + margin)).any(axis=1))
+
+
+def quantiles(points: Floats, fractions: Sequence[float]) -> Floats:
+    """Return quantiles of the coordinates of N >= 1 points (N, D) along each axis, (Q, D), as np.quantile interpolates them.
+
+    fractions : Q fractions of the points that lie below, 0 to 1.
+    """
+    at = np.asarray(fractions) * (len(points) - 1)
+    below = np.floor(at).astype(np.int64)
+    low, high = np.split(values_at_ranks(points, np.append(below, np.minimum(below + 1, len(points) - 1))), 2)
+    part = (at - below)[:, None]
+    return np.asarray(np.where(part < 0.5, low + (high - low) * part, high - (high - low) * (1 - part)))

@@ -8,11 +8,9 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
-from ...facts import FrameFacts
-from ...geometry.initial_radius import separate_strands
+from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
 from ...geometry.noise import SAMPLES
-from ...geometry.sparse_grid import cloud_spacing
 from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
@@ -21,7 +19,7 @@ from .mask_image import object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
-from .point_filter import draw_points, filter_points
+from .point_filter import draw_points, filter_points, quantiles
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
@@ -195,14 +193,12 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     _check_extent(cloud, config)
     method, selected, note = _select(cloud, config, mask, seed, (len(cloud.points),))
     is_told = cloud.segmented or _is_told(method, config)
-    chosen, limits = draw_points(cloud.points[selected], seed)
-    points, means, outliers = filter_points(chosen)
-    sampling, bridges = None, None
+    chosen, limits = draw_points(cloud.points if selected.all() else cloud.points[selected], seed)
+    facts, points, means = filter_points(chosen)
+    outliers = len(chosen) - len(points)
+    sampling, bridges = CloudSampling(facts.spacing) if len(points) else None, None
     sparse = None if cloud.views else find_sparse_strands(points)
-    if sparse is None and len(points):
-        spacing = cloud_spacing(points)
-        sampling = CloudSampling(spacing, None, *separate_strands(points, spacing))
-    elif sparse is not None:
+    if sparse is not None:
         outliers += int(np.count_nonzero(~sparse.kept))
         if len(points) > MAX_SPARSE_POINTS:
             limits += (
@@ -214,6 +210,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         filtered=means,
         bridges=bridges,
         sampling=sampling,
+        cloud_facts=facts if sparse is None and len(points) else None,
         viewpoint=cloud.viewpoint,
         notes=_notes(method, note, bool(len(chosen))),
         views=cloud.views,
@@ -307,12 +304,13 @@ def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, 
 def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:
     """Refuse a cloud without extent, or with one in the wrong unit."""
     points = cloud.points
-    if len(points) < 2 or not np.ptp(points, axis=0).any():
+    least, low, high, largest = quantiles(points, (0.0, 0.05, 0.95, 1.0)) if len(points) else np.zeros((4, 3))
+    if not (largest > least).any():
         raise InputError(
             f"the cloud has {len(points)} points and no extent: an object needs points along its length",
             code="cloud-without-extent",
         )
-    extent = float(np.linalg.norm(np.subtract(*np.percentile(points, [95, 5], axis=0))))
+    extent = float(np.linalg.norm(high - low))
     if not config.min_depth / EXTENT_TOLERANCE <= extent <= EXTENT_TOLERANCE * config.max_depth:
         raise InputError(
             f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)",

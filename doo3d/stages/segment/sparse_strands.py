@@ -14,7 +14,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...geometry.polyline import perpendicular, unit
+from ...geometry.polyline import perpendicular
+from ...kernels import fit_lines, nearest_points
 from ...types import Bools, CloudSampling, Floats, Ints
 
 MAX_SPARSE_POINTS = 50_000
@@ -130,9 +131,11 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
     """
     if len(points) < 2 * MIN_LINE_POINTS:
         return None
+    lines = _seed_lines(points)
+    if lines is None:
+        return None
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    lines = _seed_lines(tree, points)
-    if lines is None or _is_lined_surface(tree, points, lines):
+    if _is_lined_surface(tree, points, lines):
         return None
     every = -(-len(points) // MAX_SPARSE_POINTS)
     if every == 1:
@@ -148,19 +151,18 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
 
 def is_sparse(points: Floats) -> bool:
     """Tell whether the points (N, 3) m of a cloud lie one behind the other along thin strands."""
-    if len(points) < 2 * MIN_LINE_POINTS:
-        return False
-    return _seed_lines(cKDTree(points, balanced_tree=False, compact_nodes=False), points) is not None
+    return len(points) >= 2 * MIN_LINE_POINTS and _seed_lines(points) is not None
 
 
-def _seed_lines(tree: cKDTree, points: Floats) -> _Lines | None:
+def _seed_lines(points: Floats) -> _Lines | None:
     """Return the lines through some of the points that have one, if most have, and if their points show no surface."""
-    seeds = points[:: max(1, len(points) // MAX_SEEDS)]
-    nearest = float(np.median(tree.query(seeds, k=2)[0][:, 1]))
+    seeds = np.ascontiguousarray(points[:: max(1, len(points) // MAX_SEEDS)])
+    near = nearest_points(points, seeds, min(len(points), MAX_NEIGHBORS))
+    nearest = float(np.median(near[0][:, 1]))
     if nearest <= 0:
         return None
     scales = nearest * FIRST_SCALE * SCALE_STEP ** np.arange(12)
-    lines = _fit_lines(tree, points, seeds, scales, None, np.full(len(scales), MIN_LINE_POINTS))
+    lines = _fit_lines(points, seeds, near, scales, LINE_WIDTH * scales, np.full(len(scales), MIN_LINE_POINTS))
     if np.mean(lines.found) < MIN_LINE_FRACTION:
         return None
     lines = _Lines(*(getattr(lines, name)[lines.found] for name in lines.__dataclass_fields__))
@@ -216,7 +218,9 @@ def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | Non
     scale, across, spacing = (float(np.median(values)) for values in (seeds.scale, seeds.across, seeds.spacing))
     width = min(LINE_WIDTH * scale, max(4 * across, scale / 6))
     scales = scale * np.array([1.0, 1.4, 2.0])
-    lines = _fit_lines(tree, points, points, scales, width, np.maximum(MIN_POINTS_AT_SCALE, MIN_FILL * 2 * scales / spacing))
+    near = tree.query(points, k=min(len(points), MAX_NEIGHBORS))
+    least = np.maximum(MIN_POINTS_AT_SCALE, MIN_FILL * 2 * scales / spacing)
+    lines = _fit_lines(points, points, near, scales, np.full(3, width), least)
     index = np.flatnonzero(lines.found)
     if len(index) < MIN_LINE_POINTS:
         return None
@@ -315,69 +319,12 @@ def _between(starts: Floats, ends: Floats, step: float) -> Floats:
     return np.asarray(starts[which] * (1 - fraction) + ends[which] * fraction)
 
 
-def _fit_lines(tree: cKDTree, points: Floats, at: Floats, scales: Floats, width: float | None, min_points: Floats) -> _Lines:
+def _fit_lines(
+    points: Floats, at: Floats, near: tuple[Floats, Ints], scales: Floats, widths: Floats, min_points: Floats
+) -> _Lines:
     """Fit a line to the neighborhood of each of S points (S, 3), at the least of the scales (K,) m at which there is one.
 
-    width : m from the line within which points belong to it; None for a fraction of the scale. min_points : (K,), for each scale.
+    near : distance and index of the neighbors of each. widths : (K,) m from the line within which points belong to it, for each
+    scale. min_points : (K,), for each scale.
     """
-    size, count = len(at), min(len(points), MAX_NEIGHBORS)
-    lines = _Lines(
-        np.zeros(size, dtype=bool), at.copy(), np.zeros((size, 3)), np.zeros(size), np.zeros(size), np.zeros(size),
-        np.zeros(size, dtype=np.int64),
-    )  # fmt: skip
-    distance, near = tree.query(at, k=count)
-    offset = points[near] - at[:, None]
-    for scale, least in zip(scales.tolist(), min_points.tolist(), strict=True):
-        todo = np.flatnonzero(~lines.found & ((distance[:, -1] >= scale) | (count == len(points))))
-        if not len(todo):
-            continue
-        used = max(2, int(np.searchsorted(distance[todo].min(axis=0), 1.2 * scale)))
-        fits = _fit_at(offset[todo, :used], distance[todo, :used], scale, LINE_WIDTH * scale if width is None else width)
-        n, center, direction, variance, length, own = fits
-        across = np.maximum(variance[:, 0] + variance[:, 1], 0.0) * n / np.maximum(n - 2, 1)
-        good = (n >= least) & (across <= MAX_SPREAD_RATIO * variance[:, 2]) & (own <= 9 * across + (0.1 * scale) ** 2)
-        done = todo[good]
-        lines.found[done] = True
-        lines.center[done] += center[good]
-        lines.direction[done] = direction[good]
-        lines.across[done] = np.sqrt(across[good])
-        lines.spacing[done] = length[good] / (n[good] - 1)
-        lines.scale[done] = scale
-        lines.count[done] = n[good]
-    return lines
-
-
-def _fit_at(
-    offset: Floats, distance: Floats, scale: float, width: float
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Fit lines at one scale to the offsets (S, K, 3) of neighbors, of the given distances (S, K).
-
-    Returns of each line the number of points, the center and the direction (S, 3), the variances ascending (S, 3), the length,
-    and the squared distance of the point itself from the line.
-    """
-    size = len(offset)
-    inside = distance <= 1.2 * scale
-    number = inside.sum(axis=1)
-    pick = np.maximum(1, number[:, None] * np.arange(1, CANDIDATES + 1) // (CANDIDATES + 1))
-    pick = np.minimum(pick, offset.shape[1] - 1)
-    tried = unit(offset[np.arange(size)[:, None], pick])
-    axial = offset @ tried.transpose(0, 2, 1)
-    lateral = (distance**2)[:, :, None] - axial**2
-    counted = (np.abs(axial) <= scale) & inside[:, :, None]
-    best = (np.maximum(0.0, 1 - lateral / width**2) * counted).sum(axis=1).argmax(axis=1)
-    direction = tried[np.arange(size), best]
-    center = np.zeros((size, 3))
-    for _ in range(3):
-        moved = offset - center[:, None]
-        axial = (moved @ direction[:, :, None])[:, :, 0]
-        lateral = (moved**2).sum(axis=2) - axial**2
-        member = (lateral <= width**2) & (np.abs((offset @ direction[:, :, None])[:, :, 0]) <= scale)
-        n = np.maximum(member.sum(axis=1), 1)
-        center = (offset * member[:, :, None]).sum(axis=1) / n[:, None]
-        moved = (offset - center[:, None]) * member[:, :, None]
-        variance, vectors = np.linalg.eigh(moved.transpose(0, 2, 1) @ moved / n[:, None, None])
-        direction = vectors[:, :, 2]
-    axial = (moved @ direction[:, :, None])[:, :, 0]
-    length = axial.max(axis=1) - axial.min(axis=1)
-    own = (center**2).sum(axis=1) - (center * direction).sum(axis=1) ** 2
-    return member.sum(axis=1).astype(float), center, direction, variance, length, own
+    return _Lines(*fit_lines(points, at, *near, scales, widths, min_points.astype(float), CANDIDATES, MAX_SPREAD_RATIO))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...facts import FrameFacts
+from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import whittaker_smooth
 from ...kernels import nearest, smooth_strand_depth

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from doo3d.config import SegmentConfig
-from doo3d.facts import FrameFacts
+from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment import depth_inpainting
 from doo3d.stages.segment.depth_filter import Readings
 from doo3d.stages.segment.depth_inpainting import inpaint_readings

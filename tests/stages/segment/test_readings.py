@@ -9,7 +9,7 @@ from builders.drawn_masks import CAMERA, wave
 from scipy.spatial import cKDTree
 
 from doo3d.config import SegmentConfig
-from doo3d.facts import FrameFacts
+from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment import depth_filter
 
 CONFIG = SegmentConfig()

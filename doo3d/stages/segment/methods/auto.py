@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from ....config import SegmentConfig
-from ....geometry.sparse_grid import SAMPLE_POINTS, SAMPLE_SEEDS, cloud_spacing
-from ....kernels import neighborhood_spreads, occupied_cells
+from ....facts.cloud_facts import cloud_facts, sampled, seeds_of
+from ....kernels import fill_cells, neighborhood_spreads
 from ....types import Cloud, Frame, Image
 from ..point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from ..sparse_strands import is_sparse
@@ -47,17 +47,19 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     """
     if isinstance(data, Frame):
         return _is_broad_frame(data, config)
-    points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLE_POINTS)])
-    seeds = np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_SEEDS)])
-    size = NEIGHBORHOOD_CELL_SPACINGS * cloud_spacing(points)
+    points = sampled(data.points)
+    seeds = seeds_of(points)
+    size = NEIGHBORHOOD_CELL_SPACINGS * cloud_facts(points).spacing
+    filled = MIN_DISC_OCCUPANCY * np.pi * config.max_width**2 / size**2
     counts, means, covariances = neighborhood_spreads(points, seeds, config.max_width)
+    some = counts > 8
+    # as many cells are occupied as there are points, at most
+    if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
+        return False
     axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    occupied = occupied_cells(points, seeds, config.max_width, means, axes, size)[counts > 8]
-    if not len(occupied):
-        return False
-    occupancy = occupied * size**2 / (np.pi * config.max_width**2)
-    return float(np.mean(occupancy > MIN_DISC_OCCUPANCY)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
+    is_filled = fill_cells(points, seeds, config.max_width, counts, means, axes, size, filled)[some]
+    return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:

@@ -1,0 +1,216 @@
+// Straight lines through the neighborhoods of points: of a cloud of sparse points, and none where points show a surface.
+#include "arrays.h"
+
+#include <algorithm>
+
+namespace {
+
+// The offsets of the nearest points from one of them, and their squared distances.
+struct Neighborhood {
+    std::vector<double> x, y, z, square;
+    std::vector<Byte> inside;  // within 1.2 scales
+    Index size = 0, number = 0;
+
+    double along(Index k, const double* direction) const { return x[k] * direction[0] + y[k] * direction[1] + z[k] * direction[2]; }
+};
+
+struct Line {
+    double center[3] = {0, 0, 0}, direction[3] = {0, 0, 0};
+    double points = 0.0, across = 0.0, along = 0.0, length = 0.0, own = 0.0;  // across, along: variances; own: squared distance
+};
+
+// Turn the axes p and q of a symmetric matrix by the angle that makes the element between them 0.
+void rotate(double a[3][3], double v[3][3], int p, int q) {
+    if (a[p][q] == 0.0) return;
+    const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+    const double t = (theta < 0 ? -1.0 : 1.0) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
+    const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+    for (int k = 0; k < 3; ++k) {
+        const double kp = a[k][p], kq = a[k][q];
+        a[k][p] = c * kp - s * kq;
+        a[k][q] = s * kp + c * kq;
+    }
+    for (int k = 0; k < 3; ++k) {
+        const double pk = a[p][k], qk = a[q][k], kp = v[k][p], kq = v[k][q];
+        a[p][k] = c * pk - s * qk;
+        a[q][k] = s * pk + c * qk;
+        v[k][p] = c * kp - s * kq;
+        v[k][q] = s * kp + c * kq;
+    }
+}
+
+// Write the direction of the largest variance, that variance, and the sum of the two others: eigenvalues after Jacobi.
+void principal_axis(double a[3][3], Line& line) {
+    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const double size = std::fabs(a[0][0]) + std::fabs(a[1][1]) + std::fabs(a[2][2]);
+    for (int sweep = 0; sweep < 12; ++sweep) {
+        if (!(std::fabs(a[0][1]) + std::fabs(a[0][2]) + std::fabs(a[1][2]) > 1e-17 * size)) break;
+        rotate(a, v, 0, 1);
+        rotate(a, v, 0, 2);
+        rotate(a, v, 1, 2);
+    }
+    int largest = 0;
+    for (int k = 1; k < 3; ++k) {
+        if (a[k][k] >= a[largest][largest]) largest = k;
+    }
+    line.along = a[largest][largest];
+    line.across = std::max(a[(largest + 1) % 3][(largest + 1) % 3] + a[(largest + 2) % 3][(largest + 2) % 3], 0.0);
+    for (int d = 0; d < 3; ++d) line.direction[d] = v[d][largest];
+}
+
+// Of lines towards some of the neighbors take that near which most of them lie.
+void best_direction(const Neighborhood& near, double scale, double width, Index candidates, double* direction) {
+    double most = -1.0;
+    for (Index c = 1; c <= candidates; ++c) {
+        const Index pick = std::min(std::max<Index>(1, near.number * c / (candidates + 1)), near.size - 1);
+        const double norm = std::sqrt(near.x[pick] * near.x[pick] + near.y[pick] * near.y[pick] + near.z[pick] * near.z[pick]);
+        const double unit = norm > 0 ? norm : 1.0;
+        const double tried[3] = {near.x[pick] / unit, near.y[pick] / unit, near.z[pick] / unit};
+        double score = 0.0;
+        for (Index k = 0; k < near.size; ++k) {
+            const double axial = near.along(k, tried), lateral = near.square[k] - axial * axial;
+            const bool counts = near.inside[k] && std::fabs(axial) <= scale;
+            score += counts ? std::max(0.0, 1 - lateral / (width * width)) : 0.0;
+        }
+        if (score <= most) continue;
+        most = score;
+        std::copy(tried, tried + 3, direction);
+    }
+}
+
+// Fit a line to the neighbors within `width` of it, three times: the first time from the direction tried.
+Line fit(const Neighborhood& near, double scale, double width, Index candidates, std::vector<Byte>& member) {
+    Line line;
+    best_direction(near, scale, width, candidates, line.direction);
+    member.assign(near.size, 0);
+    for (int round = 0; round < 3; ++round) {
+        double total[3] = {0, 0, 0}, spread[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        line.points = 0.0;
+        for (Index k = 0; k < near.size; ++k) {
+            const double moved[3] = {near.x[k] - line.center[0], near.y[k] - line.center[1], near.z[k] - line.center[2]};
+            const double axial = moved[0] * line.direction[0] + moved[1] * line.direction[1] + moved[2] * line.direction[2];
+            const double lateral = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2] - axial * axial;
+            member[k] = lateral <= width * width && std::fabs(near.along(k, line.direction)) <= scale;
+            if (!member[k]) continue;
+            line.points += 1;
+            total[0] += near.x[k];
+            total[1] += near.y[k];
+            total[2] += near.z[k];
+        }
+        const double number = std::max(line.points, 1.0);
+        for (int d = 0; d < 3; ++d) line.center[d] = total[d] / number;
+        for (Index k = 0; k < near.size; ++k) {
+            if (!member[k]) continue;
+            const double moved[3] = {near.x[k] - line.center[0], near.y[k] - line.center[1], near.z[k] - line.center[2]};
+            for (int i = 0; i < 3; ++i) {
+                for (int j = i; j < 3; ++j) spread[i][j] += moved[i] * moved[j];
+            }
+        }
+        for (int i = 0; i < 3; ++i) {
+            for (int j = i; j < 3; ++j) spread[i][j] = spread[j][i] = spread[i][j] / number;
+        }
+        principal_axis(spread, line);
+    }
+    double first = 0.0, last = 0.0, ahead = 0.0, square = 0.0;
+    for (int d = 0; d < 3; ++d) {
+        ahead += line.center[d] * line.direction[d];
+        square += line.center[d] * line.center[d];
+    }
+    for (Index k = 0; k < near.size; ++k) {
+        if (!member[k]) continue;
+        first = std::min(first, near.along(k, line.direction) - ahead);
+        last = std::max(last, near.along(k, line.direction) - ahead);
+    }
+    line.length = last - first;
+    line.own = square - ahead * ahead;
+    return line;
+}
+
+// Lines as columns, a row per position.
+struct Lines {
+    explicit Lines(Index size) : found(size), center(3 * size), direction(3 * size), across(size), spacing(size), scale(size), count(size) {}
+
+    void take(Index s, const Line& line, double size, double min_points, double max_spread_ratio) {
+        const double variance = line.across * line.points / std::max(line.points - 2, 1.0);
+        const bool good = line.points >= min_points && variance <= max_spread_ratio * line.along &&
+                          line.own <= 9 * variance + 0.1 * size * (0.1 * size);
+        if (!good) return;
+        found[s] = 1;
+        for (int d = 0; d < 3; ++d) {
+            center[3 * s + d] += line.center[d];
+            direction[3 * s + d] = line.direction[d];
+        }
+        across[s] = std::sqrt(variance);
+        spacing[s] = line.length / (line.points - 1);
+        scale[s] = size;
+        count[s] = Index(line.points);
+    }
+
+    std::vector<Byte> found;
+    std::vector<double> center, direction, across, spacing, scale;
+    std::vector<Index> count;
+};
+
+// Fill the neighborhood of a point with its `used` nearest points.
+void fill(Neighborhood& near, const double* points, const double* at, const double* distance, const Index* index, Index used,
+          double scale) {
+    near.size = used;
+    near.number = 0;
+    for (auto* values : {&near.x, &near.y, &near.z, &near.square}) values->resize(used);
+    near.inside.resize(used);
+    for (Index k = 0; k < used; ++k) {
+        const double* p = points + 3 * index[k];
+        near.x[k] = p[0] - at[0];
+        near.y[k] = p[1] - at[1];
+        near.z[k] = p[2] - at[2];
+        near.square[k] = distance[k] * distance[k];
+        near.inside[k] = distance[k] <= 1.2 * scale;
+        near.number += near.inside[k];
+    }
+}
+
+auto fit_lines(Matrix<double> points, Matrix<double> at, Matrix<double> distance, Matrix<Index> index, Vector<double> scales,
+               Vector<double> widths, Vector<double> min_points, Index candidates, double max_spread_ratio) {
+    const Index size = at.shape(0), nearest = distance.shape(1), count = points.shape(0), levels = scales.shape(0);
+    require(points.shape(1) == 3 && at.shape(1) == 3, "points and at are not (., 3)");
+    require(Index(distance.shape(0)) == size && Index(index.shape(0)) == size && Index(index.shape(1)) == nearest,
+            "distance and index are not (S, K)");
+    require(Index(widths.shape(0)) == levels && Index(min_points.shape(0)) == levels, "widths and min_points are not one per scale");
+    require(nearest >= 2 && candidates >= 1 && candidates <= 1000, "there are fewer than two neighbors, or no candidates");
+    for (Index k = 0; k < size * nearest; ++k) require(index.data()[k] >= 0 && index.data()[k] < count, "an index lies outside the points");
+    count_visits(size * nearest * levels);
+    Lines lines(size);
+    std::copy(at.data(), at.data() + 3 * size, lines.center.begin());
+    {
+        const double *p = points.data(), *centers = at.data(), *d = distance.data();
+        const Index* near_index = index.data();
+        nb::gil_scoped_release released;
+        Neighborhood near;
+        std::vector<Byte> member;
+        std::vector<Index> todo;
+        for (Index level = 0; level < levels; ++level) {
+            const double scale = scales(level);
+            todo.clear();
+            Index used = 2;
+            for (Index s = 0; s < size; ++s) {
+                if (lines.found[s] || !(d[(s + 1) * nearest - 1] >= scale || nearest == count)) continue;
+                todo.push_back(s);
+                while (used < nearest && d[s * nearest + used] < 1.2 * scale) ++used;
+            }
+            for (const Index s : todo) {
+                fill(near, p, centers + 3 * s, d + s * nearest, near_index + s * nearest, used, scale);
+                lines.take(s, fit(near, scale, widths(level), candidates, member), scale, min_points(level), max_spread_ratio);
+            }
+        }
+    }
+    return std::make_tuple(to_numpy_bool(lines.found), to_numpy(std::move(lines.center), size, 3),
+                           to_numpy(std::move(lines.direction), size, 3), to_numpy(std::move(lines.across)),
+                           to_numpy(std::move(lines.spacing)), to_numpy(std::move(lines.scale)), to_numpy(std::move(lines.count)));
+}
+
+}  // namespace
+
+void bind_line_fitting(nb::module_& m) {
+    m.def("fit_lines", &fit_lines, "points"_a.noconvert(), "at"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
+          "scales"_a.noconvert(), "widths"_a.noconvert(), "min_points"_a.noconvert(), "candidates"_a, "max_spread_ratio"_a);
+}

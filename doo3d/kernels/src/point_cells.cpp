@@ -1,0 +1,257 @@
+// Points in the cells of a sparse grid, and in columns; see point_cells.h.
+#include "point_cells.h"
+
+#include <algorithm>
+
+namespace {
+
+// A point and the key of its cell; keys of 32 bits, as almost all boxes have, make it half as large.
+template <class Key>
+struct Tagged {
+    Key key;
+    std::uint32_t index;
+};
+
+// Sort points by the keys of their cells, in a cell in the order given: radix sort by 11 bits at a time.
+template <class Key>
+void sort_by_key(std::vector<Tagged<Key>>& points, double total) {
+    std::vector<Tagged<Key>> other(points.size());
+    for (int shift = 0; shift < 63 && double(Index(1) << shift) < total; shift += 11) {
+        std::uint32_t count[2049] = {0};
+        for (const auto& point : points) ++count[(point.key >> shift & 2047) + 1];
+        if (std::find(count, count + 2049, points.size()) != count + 2049) continue;  // all have the same digit
+        for (int k = 0; k < 2048; ++k) count[k + 1] += count[k];
+        for (const auto& point : points) other[count[point.key >> shift & 2047]++] = point;
+        points.swap(other);
+    }
+}
+
+// Return the lowest and the highest coordinate along each axis; refuse coordinates that are not finite.
+void bounds(const double* points, Index count, Index dim, double* low, double* high) {
+    double finite = 0.0;
+    for (Index d = 0; d < dim; ++d) low[d] = high[d] = count ? points[d] : 0.0;
+    for (Index n = 0; n < count; ++n) {
+        for (Index d = 0; d < dim; ++d) {
+            const double value = points[n * dim + d];
+            finite += value - value;
+            low[d] = std::min(low[d], value);
+            high[d] = std::max(high[d], value);
+        }
+    }
+    require(finite == 0.0, "a coordinate is not finite");
+}
+
+}  // namespace
+
+PointCells::PointCells(const double* points, Index count, Index dim, const double* origin, double size, Index margin, double limit)
+    : shape(dim, margin + 1) {
+    require(count < (Index(1) << 31), "there are more points than 32 bits count");
+    require(size > 0 && std::isfinite(size), "size is not positive and finite");
+    require(margin >= 0 && margin < (Index(1) << 31) && limit <= 9e18, "margin or limit are out of range");
+    std::vector<double> low(dim), high(dim);
+    bounds(points, count, dim, low.data(), high.data());
+    total = 1.0;
+    for (Index d = 0; d < dim; ++d) {
+        require(std::isfinite(origin[d]) && !(low[d] < origin[d] && count), "a point lies below the origin");
+        const double side = count ? std::floor((high[d] - origin[d]) / size) + double(margin + 1) : double(margin + 1);
+        total *= side;
+        shape[d] = side < 9e18 ? Index(side) : 0;
+    }
+    is_too_wide = !(total <= limit);
+    if (is_too_wide) return;
+    if (total < 4294967296.0) {
+        number<std::uint32_t>(points, count, dim, origin, size);
+    } else {
+        number<std::uint64_t>(points, count, dim, origin, size);
+    }
+}
+
+template <class Key>
+void PointCells::number(const double* points, Index count, Index dim, const double* origin, double size) {
+    std::vector<Tagged<Key>> tagged(count);
+    count_visits(4 * count);  // for the bounds, the keys, the order and the cells
+    for (Index n = 0; n < count; ++n) {
+        Index key = 0;
+        for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((points[n * dim + d] - origin[d]) / size);
+        tagged[n] = {Key(key), std::uint32_t(n)};
+    }
+    sort_by_key(tagged, total);
+    cell.resize(count);
+    for (const auto& [key, index] : tagged) {
+        if (keys.empty() || keys.back() != Index(key)) keys.push_back(Index(key));
+        cell[index] = std::int32_t(keys.size()) - 1;
+    }
+}
+
+void PointCells::group(std::vector<std::int32_t>& start, std::vector<std::int32_t>& order) const {
+    start.assign(keys.size() + 2, 0);
+    order.resize(cell.size());
+    for (const std::int32_t c : cell) ++start[c + 2];
+    for (std::size_t c = 2; c < start.size(); ++c) start[c] += start[c - 1];
+    for (std::size_t n = 0; n < cell.size(); ++n) order[start[cell[n] + 1]++] = std::int32_t(n);
+    start.pop_back();
+}
+
+PointColumns::PointColumns(const double* points, Index count) : points_(points) {
+    require(count > 0 && count < (Index(1) << 31), "there are no points, or more than 32 bits count");
+    double low[3], high[3], extent[3];
+    bounds(points, count, 3, low, high);
+    for (Index d = 0; d < 3; ++d) extent[d] = high[d] - low[d];
+    const Index shortest = std::min_element(extent, extent + 3) - extent;
+    for (Index d = 0, k = 0; d < 3; ++d) {
+        if (d != shortest) axis_[k++] = d;
+    }
+    const double rows = extent[axis_[0]], columns = extent[axis_[1]];
+    edge_ = std::max(rows, columns) / double(count);
+    if (!(edge_ > 0 && std::isfinite(edge_))) edge_ = 1.0;
+    while ((std::floor(rows / edge_) + 1) * (std::floor(columns / edge_) + 1) > double(count) / 2 + 64 && std::isfinite(edge_)) edge_ *= 1.5;
+    for (Index k = 0; k < 2; ++k) {
+        low_[k] = low[axis_[k]];
+        shape_[k] = std::isfinite(edge_) ? Index(extent[axis_[k]] / edge_) + 1 : 1;
+    }
+    if (!std::isfinite(edge_)) edge_ = 1.0;
+    start_.assign(shape_[0] * shape_[1] + 2, 0);
+    order_.resize(count);
+    std::vector<std::int32_t> cell(count);
+    for (Index n = 0; n < count; ++n) {
+        cell[n] = std::int32_t(column_of(points[3 * n + axis_[0]], 0) * shape_[1] + column_of(points[3 * n + axis_[1]], 1));
+        ++start_[cell[n] + 2];
+    }
+    for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    for (Index n = 0; n < count; ++n) order_[start_[cell[n] + 1]++] = std::int32_t(n);
+}
+
+Index PointColumns::column_of(double value, Index k) const {
+    return Index(std::min(std::max((value - low_[k]) / edge_, 0.0), double(shape_[k] - 1)));
+}
+
+PointColumns::Window PointColumns::around(const double* at, double reach) const {
+    Window window;
+    for (Index k = 0; k < 2; ++k) {
+        window.first[k] = column_of(at[axis_[k]] - reach, k);
+        window.last[k] = column_of(at[axis_[k]] + reach, k);
+    }
+    return window;
+}
+
+Index PointColumns::points_in(const Window& window) const {
+    Index points = 0;
+    for (Index row = window.first[0] * shape_[1]; row <= window.last[0] * shape_[1]; row += shape_[1]) {
+        points += start_[row + window.last[1] + 1] - start_[row + window.first[1]];
+    }
+    return points;
+}
+
+void PointColumns::collect(const Window& window, const double* at, std::vector<Near>& found) const {
+    found.clear();
+    Visits visits;
+    for (Index row = window.first[0] * shape_[1]; row <= window.last[0] * shape_[1]; row += shape_[1]) {
+        visits.count += start_[row + window.last[1] + 1] - start_[row + window.first[1]];
+        for (std::int32_t k = start_[row + window.first[1]]; k < start_[row + window.last[1] + 1]; ++k) {
+            found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
+        }
+    }
+}
+
+// The k-th nearest among those of some columns around the position is no nearer than the true one: its distance bounds the columns in
+// which all k lie.
+void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) const {
+    Window window = around(at, edge_);
+    for (double reach = 2 * edge_; points_in(window) < std::min<Index>(2 * k, order_.size()); reach *= 2) window = around(at, reach);
+    collect(window, at, found);
+    std::nth_element(found.begin(), found.begin() + (k - 1), found.end());
+    const double rounding = 1e-15 * (std::fabs(at[axis_[0]]) + std::fabs(at[axis_[1]]));
+    collect(around(at, std::sqrt(found[k - 1].square) * (1 + 1e-12) + rounding), at, found);
+    std::nth_element(found.begin(), found.begin() + (k - 1), found.end());
+    found.resize(k);
+    std::sort(found.begin(), found.end());
+}
+
+namespace {
+
+auto sort_into_cells(Matrix<double> points, Vector<double> origin, double size, Index margin, double limit) {
+    const Index count = points.shape(0), dim = points.shape(1);
+    require(Index(origin.shape(0)) == dim && dim >= 1 && dim <= 3, "origin is not (D,), or D is not 1 to 3");
+    std::vector<double> corner(dim);
+    for (Index d = 0; d < dim; ++d) corner[d] = origin(d);
+    PointCells cells = [&, data = points.data()] {
+        nb::gil_scoped_release released;
+        return PointCells(data, count, dim, corner.data(), size, margin, limit);
+    }();
+    return std::make_tuple(to_numpy(std::move(cells.keys)), to_numpy(std::move(cells.shape)), to_numpy(std::move(cells.cell)), cells.total);
+}
+
+// The values are counted in bins of equal width; only values of bins that hold a wanted rank are compared.
+std::vector<double> ranked(const double* points, Index count, Index dim, const std::vector<Index>& ranks) {
+    constexpr Index BINS = 4096;
+    std::vector<double> low(dim), high(dim), result(ranks.size() * dim);
+    bounds(points, count, dim, low.data(), high.data());
+    count_visits(2 * dim * count);
+    for (Index d = 0; d < dim; ++d) {
+        const double scale = double(BINS) / (high[d] - low[d]);
+        const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), BINS - 1) : 0; };
+        std::vector<Index> before(BINS + 1);
+        for (Index n = 0; n < count; ++n) ++before[bin_of(points[n * dim + d]) + 1];
+        for (Index b = 0; b < BINS; ++b) before[b + 1] += before[b];
+        std::vector<std::vector<double>> wanted(BINS);
+        std::vector<Byte> is_wanted(BINS);
+        const auto rank_bin = [&](Index rank) { return std::upper_bound(before.begin(), before.end(), rank) - before.begin() - 1; };
+        for (const Index rank : ranks) is_wanted[rank_bin(rank)] = 1;
+        for (Index n = 0; n < count; ++n) {
+            const double value = points[n * dim + d];
+            if (is_wanted[bin_of(value)]) wanted[bin_of(value)].push_back(value);
+        }
+        for (std::size_t r = 0; r < ranks.size(); ++r) {
+            auto& values = wanted[rank_bin(ranks[r])];
+            const auto at = values.begin() + (ranks[r] - before[rank_bin(ranks[r])]);
+            std::nth_element(values.begin(), at, values.end());
+            result[r * dim + d] = *at;
+        }
+    }
+    return result;
+}
+
+auto values_at_ranks(Matrix<double> points, Vector<Index> ranks) {
+    const Index count = points.shape(0), dim = points.shape(1);
+    std::vector<Index> wanted(ranks.shape(0));
+    for (std::size_t r = 0; r < wanted.size(); ++r) {
+        wanted[r] = ranks(r);
+        require(wanted[r] >= 0 && wanted[r] < count, "a rank is not from 0 to the number of points");
+    }
+    std::vector<double> values = [&, data = points.data()] {
+        nb::gil_scoped_release released;
+        return ranked(data, count, dim, wanted);
+    }();
+    return to_numpy(std::move(values), wanted.size(), dim);
+}
+
+auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
+    const Index count = points.shape(0), size = positions.shape(0);
+    require(points.shape(1) == 3 && positions.shape(1) == 3, "points and positions are not (., 3)");
+    require(k >= 1 && k <= count, "k is not from 1 to the number of points");
+    for (Index s = 0; s < 3 * size; ++s) require(std::isfinite(positions.data()[s]), "a position is not finite");
+    std::vector<double> distance(size * k);
+    std::vector<Index> index(size * k);
+    const double *data = points.data(), *at = positions.data();
+    {
+        nb::gil_scoped_release released;
+        const PointColumns columns(data, count);
+        std::vector<PointColumns::Near> found;
+        for (Index s = 0; s < size; ++s) {
+            columns.nearest(at + 3 * s, k, found);
+            for (Index j = 0; j < k; ++j) {
+                distance[s * k + j] = std::sqrt(found[j].square);
+                index[s * k + j] = found[j].index;
+            }
+        }
+    }
+    return std::make_tuple(to_numpy(std::move(distance), size, k), to_numpy(std::move(index), size, k));
+}
+
+}  // namespace
+
+void bind_point_cells(nb::module_& m) {
+    m.def("sort_into_cells", &sort_into_cells, "points"_a.noconvert(), "origin"_a.noconvert(), "size"_a, "margin"_a, "limit"_a);
+    m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
+    m.def("nearest_points", &nearest_points, "points"_a.noconvert(), "positions"_a.noconvert(), "k"_a);
+}
