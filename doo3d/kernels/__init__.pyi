@@ -261,6 +261,12 @@ class MaskEdge:
     def mask(self) -> Bools:
         """Return the pixels (H, W) bool within the edge."""
 
+def angle_legs(first: Floats, second: Floats) -> tuple[Floats, Floats]:
+    """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
+
+    first, second : (N, D) float64, of any length; zero vectors stay zero. Returns (N,) and (N,) float64.
+    """
+
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
 
@@ -858,6 +864,25 @@ def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> t
     relative : (N,) float64, offset of each point from the middle in standard deviations
     """
 
+def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> Floats:
+    """Interpolate values at the joints of L polylines linearly at positions along them.
+
+    Parameters
+    ----------
+    values
+        (J, K) float64, K values at each joint, one polyline after the other
+    bounds
+        (L + 1,) int64; polyline l has values[bounds[l]:bounds[l + 1]], the last entry is J
+    closed
+        (L,) bool, True for a ring, whose last joint repeats the first; positions on it wrap around
+    line, joint
+        (N,) int64 and (N,) float64, the polyline of each position, and the position in joints: 2.5 is half way from joint 2 to 3
+
+    Returns
+    -------
+    (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
+    """
+
 def is_simple(bits: int) -> bool:
     """Tell whether a voxel can be deleted without changing the topology (numbers of components, loops and cavities).
 
@@ -1146,6 +1171,23 @@ def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Float
     median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
         values
     count : (K,) int64, number of finite values
+    """
+
+def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats]:
+    """Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
+
+    Parameters
+    ----------
+    points, bounds
+        the points of the polylines, (J, 2), as for `polyline_lengths`; segments with a point that is not finite are left out
+    closed
+        (L,) bool, True if the last point of a polyline repeats its first
+
+    Returns
+    -------
+    line, segment : (C, 2) int64, polyline and segment of both segments at each of C crossings, in order of the first segment,
+        then of the second
+    t : (C, 2) float64, position of the crossing along each, from 0 to 1
     """
 
 def polyline_lengths(points: Floats, bounds: Ints) -> Floats:

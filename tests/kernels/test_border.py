@@ -17,6 +17,7 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
+    "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
@@ -62,6 +63,7 @@ CALLS = {
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
+    "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "is_simple": (3,),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
@@ -81,6 +83,9 @@ CALLS = {
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
+    "polyline_crossings": (
+        np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
+    ),
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),

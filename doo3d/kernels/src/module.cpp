@@ -7,6 +7,7 @@ void bind_closing(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
+void bind_crossings(nb::module_&);
 void bind_depth_support(nb::module_&);
 void bind_dilation(nb::module_&);
 void bind_end_tangents(nb::module_&);
@@ -51,6 +52,7 @@ NB_MODULE(_native, m) {
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
+    bind_crossings(m);
     bind_depth_support(m);
     bind_dilation(m);
     bind_end_tangents(m);
