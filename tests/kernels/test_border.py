@@ -26,6 +26,7 @@ CALLS = {
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "bounding_box": (np.ones((3, 3), bool),),
     "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
+    "close_mask": (np.ones((3, 3), bool), np.array([1, 1]), 1.0),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
@@ -106,6 +107,8 @@ CALLS = {
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
+    "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "visits": (),
     "values_at_ranks": (POINTS, np.array([0, 5])),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),

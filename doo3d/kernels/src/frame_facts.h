@@ -7,8 +7,17 @@
 
 #include "arrays.h"
 
+#include <algorithm>
+
 // px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
 constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
+
+// The chamfer distance of a step on the grid, px: by sides and knight's moves, or by corners and knight's moves.
+inline float chamfer_length(Index dx, Index dy) {
+    const Index far = std::max(dx, dy), near = std::min(dx, dy);
+    const Index knights = std::min(near, far - near);
+    return float(double(knights) * double(KNIGHT) + double(near - knights) * double(CORNER) + double(far - near - knights) * double(SIDE));
+}
 
 // The True pixels [start, end) of a row.
 struct Run {
