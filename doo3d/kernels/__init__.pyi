@@ -409,6 +409,24 @@ def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     (K,) int64 ascending, the occupied cells after closing, with the given ones among them
     """
 
+def close_mask(mask: Bools, half_widths: Ints, distance: float) -> tuple[Bools, int]:
+    """Close the gaps of a mask: dilation and then erosion with a symmetric convex shape; nothing is added at the border.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    half_widths
+        (R,) half the widths of the shape, px, in its middle row and in the rows above and below; they do not increase
+    distance
+        px
+
+    Returns
+    -------
+    closed : (H, W) bool
+    deep : number of its pixels farther than `distance` from its outside, by the chamfer distance of `medial_axis`
+    """
+
 def color_bands(
     color: Array,
     around: Array,
@@ -1794,6 +1812,47 @@ def unit_rows(vectors: Floats) -> Floats:
     """Return N vectors (N, D) float64, each scaled to length 1; zero vectors stay zero.
 
     4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
+    """
+
+def valley_bottoms(depth: Array, orientation: Array, wanted: Bools, orientations: int) -> Array:
+    """Return the pixels that are no less deep than the two beside them across the direction of their valley.
+
+    Parameters
+    ----------
+    depth, orientation
+        (H, W) float32 and (H, W) uint8, as `valley_depth` returns them
+    wanted
+        (H, W) bool, the pixels that are tested
+    orientations
+        number of orientations, a multiple of 8
+
+    Returns
+    -------
+    (H, W) uint8, 1 or 0
+    """
+
+def valley_depth(image: Array, wanted: Bools, across: float, along: float, orientations: int) -> tuple[Array, Array]:
+    """Return the depth of the valleys in an image: the largest response of line detectors, less that to a crest there.
+
+    A detector is the second derivative of a Gaussian across a line, averaged along it by another, in a window of two deviations,
+    with mean 0 and absolute sum 2. Border pixels are repeated. Beside OpenCV's filters of the whole image, 6 to 26 times as fast
+    on the wide stretches of masks (2.9 ms against 76 ms on 12,800 of 230,000 pixels).
+
+    Parameters
+    ----------
+    image
+        (H, W) float32
+    wanted
+        (H, W) bool, the pixels that are measured
+    across, along
+        px, standard deviations across and along a line
+    orientations
+        even number of orientations, from along the rows on by equal angles over a half turn
+
+    Returns
+    -------
+    depth : (H, W) float32, in the unit of the image; 0 where it is not wanted
+    orientation : (H, W) uint8, number of the orientation that responds most
     """
 
 def values_at_ranks(points: Floats, ranks: Ints) -> Floats:

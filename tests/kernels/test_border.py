@@ -28,6 +28,7 @@ CALLS = {
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
     ),
     "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
+    "close_mask": (np.ones((3, 3), bool), np.array([1, 1]), 1.0),
     "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
@@ -126,6 +127,8 @@ CALLS = {
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
+    "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "values_at_ranks": (POINTS, np.array([0, 5])),
     "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),

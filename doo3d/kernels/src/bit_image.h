@@ -132,18 +132,24 @@ class BitImage {
 
 const std::vector<Index> SQUARE{1, 1}, CROSS{1, 0};  // shapes of 3 x 3 pixels: all eight neighbors, and the four beside
 
-// The part of a mask (H, W) in the bounding box of its True pixels and `margin` px around it, and where it lies.
+// The part of a mask (H, W) in the bounding box of its True pixels and `margin` px around it, and where it lies; the margin is
+// limited to the image, or goes on beyond it.
 struct Crop {
     BitImage bits;
     Index top = 0, left = 0;
 };
 
-inline Crop cropped(const Matrix<bool>& mask, Index margin) {
+inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true) {
     const FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
     const Box& box = facts.box();
     if (facts.runs().empty()) return {};
-    const Index top = std::max<Index>(box.top - margin, 0), left = std::max<Index>(box.left - margin, 0);
-    Crop crop{{std::min(box.bottom + margin, facts.height()) - top, std::min(box.right + margin, facts.width()) - left}, top, left};
+    Box part{box.top - margin, box.bottom + margin, box.left - margin, box.right + margin};
+    if (limited) {
+        part = {std::max<Index>(part.top, 0), std::min(part.bottom, facts.height()), std::max<Index>(part.left, 0),
+                std::min(part.right, facts.width())};
+    }
+    const Index top = part.top, left = part.left;
+    Crop crop{{part.bottom - top, part.right - left}, top, left};
     for (const Run& run : facts.runs()) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
     return crop;
 }

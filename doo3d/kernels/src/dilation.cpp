@@ -5,13 +5,6 @@
 
 namespace {
 
-// The chamfer distance of a step on the grid, px: by sides and knight's moves, or by corners and knight's moves.
-float chamfer_length(Index dx, Index dy) {
-    const Index far = std::max(dx, dy), near = std::min(dx, dy);
-    const Index knights = std::min(near, far - near);
-    return float(double(knights) * double(KNIGHT) + double(near - knights) * double(CORNER) + double(far - near - knights) * double(SIDE));
-}
-
 // Every run is widened in its own row and in those above and below, in each as far as the disc reaches there.
 auto near_mask(Matrix<bool> mask, double reach, bool inclusive) {
     const Index height = mask.shape(0), width = mask.shape(1);

@@ -7,8 +7,17 @@
 
 #include "runs.h"
 
+#include <algorithm>
+
 // px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
 constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
+
+// The chamfer distance of a step on the grid, px: by sides and knight's moves, or by corners and knight's moves.
+inline float chamfer_length(Index dx, Index dy) {
+    const Index far = std::max(dx, dy), near = std::min(dx, dy);
+    const Index knights = std::min(near, far - near);
+    return float(double(knights) * double(KNIGHT) + double(near - knights) * double(CORNER) + double(far - near - knights) * double(SIDE));
+}
 
 // Rows top to bottom and columns left to right that hold the True pixels; the ends are exclusive, and all are 0 if there are none.
 struct Box {

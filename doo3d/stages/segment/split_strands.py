@@ -80,11 +80,11 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth, equal_widths)
     if shade is None:
         return whole
-    shade = shade[inner]
+    shade = shade[inner].copy()
     bundles = Bundles(
         bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
     )
-    found = find_valley_lines(*find_valleys(shade, bundles.radius), bundles)
+    found = find_valley_lines(*find_valleys(shade, bundles.radius, bundles.wide), bundles)
     if not found.any():
         return whole
     lines, cut = np.zeros_like(part), np.zeros_like(part)

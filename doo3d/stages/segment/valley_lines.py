@@ -61,7 +61,8 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     `label` (h, w) is the number of the line through each pixel, 0 for none. A line that runs along a gap of the mask counts as
     open. A stripe along a single strand opens nowhere.
     """
-    result = label > 0
+    pixels = np.flatnonzero(label)
+    own = label.ravel()[pixels]
     ends = _line_ends(label, bundles.radius)
     carried = [_carry_on(end, label, bundles) for end in ends]
     position = np.array([end.position for end in ends]).reshape(-1, 2)
@@ -72,14 +73,14 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     group = connected_components(graph, directed=False)[1]
     opens = np.zeros(size, dtype=bool)
     opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
-    in_gap = np.bincount(label[~bundles.part], minlength=size)
+    in_gap = np.bincount(own[~bundles.part.ravel()[pixels]], minlength=size)
     opens[group[in_gap >= REACH_RADII * bundles.radius]] = True
-    length = np.bincount(group, weights=np.bincount(label[label > 0], minlength=size), minlength=size)
+    length = np.bincount(group, weights=np.bincount(own, minlength=size), minlength=size)
     width = np.zeros(size)
-    np.maximum.at(width, group[label[label > 0]], 2 * bundles.distance[label > 0])
+    np.maximum.at(width, group[own], 2 * bundles.distance.ravel()[pixels])
     kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
-    kept[0] = False
-    result &= kept[label]
+    result = np.zeros_like(bundles.part)
+    result.ravel()[pixels[kept[own]]] = True
     for end, (ahead, _) in zip(ends, carried, strict=True):
         if kept[end.line]:
             result[ahead[:, 0], ahead[:, 1]] = True

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import SAMPLES
+from ...kernels import valley_bottoms, valley_depth
 from ...types import Array, Bools
 from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, close_gaps
 
@@ -35,31 +36,34 @@ MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
 of the mask is no bundle, and to measure it takes seconds."""
 
 
-def find_valleys(shade: Array, radius: float) -> tuple[Array, Bools]:
+def find_valleys(shade: Array, radius: float, wide: Bools) -> tuple[Array, Bools]:
     """Return the depth (h, w) of the valleys in an image, and which pixels are their bottoms.
 
     The depth is the largest of all orientations. A crest through the same pixel counts against it: along a strand's highlight the
     image is a shallow valley.
+
+    Parameters
+    ----------
+    shade
+        (h, w) float32.
+    radius
+        px, usual half-width of one strand.
+    wide
+        (h, w) bool, where valleys are looked for; elsewhere the depth is not measured, and there are no bottoms.
     """
     scale = min(1.0, COARSE_RADIUS_PX / radius)
-    small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else shade
-    depths = np.stack(
-        [cv2.filter2D(small, -1, kernel, borderType=cv2.BORDER_REPLICATE) for kernel in _line_detectors(radius * scale)]
-    )
-    orientation = depths.argmax(axis=0)
-    depth = depths.max(axis=0) + np.minimum(0, depths.min(axis=0))
+    square = np.ones((3, 3), np.uint8)
+    small, wanted = shade, cv2.dilate(wide.view(np.uint8), square)  # a bottom is compared with the pixels beside it
+    if scale < 1:
+        small = cv2.resize(shade, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        covered = cv2.resize(wanted.astype(np.float32), small.shape[::-1], interpolation=cv2.INTER_AREA) > 0
+        wanted = cv2.dilate(covered.view(np.uint8), square)
+    across, along = max(MIN_VALLEY_PX, VALLEY_RADII * radius * scale), VALLEY_LENGTH_RADII * radius * scale
+    depth, orientation = valley_depth(small, wanted.view(bool), across, along, ORIENTATIONS)
     if scale < 1:
         depth = cv2.resize(depth, shade.shape[::-1], interpolation=cv2.INTER_LINEAR)
-        orientation = cv2.resize(orientation.astype(np.uint8), shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    padded = np.pad(depth, 1, constant_values=-np.inf)
-    bottom = np.zeros(depth.shape, dtype=bool)
-    height, width = depth.shape
-    sector = ((orientation + ORIENTATIONS // 8) // (ORIENTATIONS // 4)) % 4
-    for k, (dy, dx) in enumerate(((1, 0), (1, -1), (0, 1), (1, 1))):
-        ahead = padded[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
-        behind = padded[1 - dy : 1 - dy + height, 1 - dx : 1 - dx + width]
-        bottom |= (sector == k) & (depth >= ahead) & (depth >= behind)
-    return depth, bottom
+        orientation = cv2.resize(orientation, shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    return depth, valley_bottoms(depth, orientation, wide, ORIENTATIONS).view(bool)
 
 
 def shade_strands(
@@ -138,17 +142,3 @@ def _nearness(depth: Array, part: Bools, radius: float) -> Array:
     side = 2 * math.ceil(AROUND_RADII * radius) + 1
     count, total = (cv2.boxFilter(image, -1, (side, side), normalize=False) for image in (known, known * depth))
     return np.asarray(np.where(known > 0, total / np.maximum(count, 1) - depth, 0.0))
-
-
-def _line_detectors(radius: float) -> list[Array]:
-    """Return the second derivative of a Gaussian across a line, averaged along it, for each orientation."""
-    across, along = max(MIN_VALLEY_PX, VALLEY_RADII * radius), VALLEY_LENGTH_RADII * radius
-    half = math.ceil(2 * max(across, along))
-    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
-    kernels = []
-    for angle in np.arange(ORIENTATIONS) * np.pi / ORIENTATIONS:
-        axial, lateral = x * np.cos(angle) + y * np.sin(angle), -x * np.sin(angle) + y * np.cos(angle)
-        kernel = ((lateral / across) ** 2 - 1) * np.exp(-((lateral / across) ** 2) / 2 - (axial / along) ** 2 / 2)
-        kernel -= kernel.mean()
-        kernels.append((2 * kernel / np.abs(kernel).sum()).astype(np.float32))
-    return kernels

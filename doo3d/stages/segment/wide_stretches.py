@@ -9,8 +9,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from ...kernels import medial_axis
-from ...types import Array, Bools, Floats
+from ...kernels import close_mask, medial_axis, near_mask
+from ...types import Array, Bools, Floats, Ints
 
 MIN_RADIUS_PX = 0.9
 """px; thinner strands do not show a valley between them."""
@@ -75,7 +75,10 @@ def find_bundles(part: Bools) -> Bundles | None:
         return None
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
-    closed = close_gaps(part, max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2)))
+    closing = max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))
+    closed, deep = close_mask(part, _ellipse(closing), WIDE_RADII * radius + 0.5)
+    if deep < WIDE_LENGTH_RADII * radius:  # fewer pixels of any kind are so deep, and so fewer of the medial axis
+        return None
     rows, columns, inside = medial_axis(closed)
     at_wide = inside - 0.5 > WIDE_RADII * radius
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
@@ -126,11 +129,15 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
 
 def close_gaps(mask: Bools, px: int) -> Bools:
     """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
-    padded = cv2.morphologyEx(np.pad(mask, px).astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0
-    return np.ascontiguousarray(padded[px:-px, px:-px])
+    return close_mask(mask, _ellipse(px), 0.0)[0]
 
 
 def dilate(mask: Bools, px: float) -> Bools:
-    """Return the pixels within `px` of a mask that has at least one."""
-    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5) <= px)
+    """Return the pixels within `px` of a mask; `px` may itself be a chamfer distance, which is met up to rounding."""
+    return near_mask(mask, px + 1e-3, True)
+
+
+def _ellipse(px: int) -> Ints:
+    """Return half the widths, from the middle row on, of an ellipse of 2 `px` + 1 rows and columns."""
+    shape = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    return np.asarray(shape[px:].sum(axis=1, dtype=np.int64) // 2)
