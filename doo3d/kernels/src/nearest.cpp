@@ -19,15 +19,10 @@ public:
     template <class IsWanted>
     Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted) : dim_(dim) {
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
-        bool any = false;
-        for (Index n = 0; n < count; ++n) {
-            const double* p = points + n * dim;
-            if (!finite(p)) continue;
-            for (Index d = 0; d < dim; ++d) {
-                low[d] = any && low[d] < p[d] ? low[d] : p[d];
-                high[d] = any && high[d] > p[d] ? high[d] : p[d];
-            }
-            any = true;
+        if (dim == 2) {
+            bound<2>(points, count, low, high);
+        } else {
+            bound<3>(points, count, low, high);
         }
         for (Index d = 0; d < dim; ++d) extent[d] = high[d] - low[d];
         const Index shortest = dim == 2 ? 2 : Index(std::min_element(extent, extent + 3) - extent);
@@ -93,10 +88,24 @@ public:
     std::vector<Index> owner;          // whose it is
 
 private:
-    bool finite(const double* p) const {
-        double sum = 0.0;
-        for (Index d = 0; d < dim_; ++d) sum += p[d] - p[d];
-        return sum == 0.0;
+    bool finite(const double* p) const { return (p[0] - p[0]) + (p[1] - p[1]) + (dim_ == 3 ? p[2] - p[2] : 0.0) == 0.0; }
+
+    // Find the lowest and the highest coordinates of finite points; of none both stay.
+    template <int D>
+    void bound(const double* points, Index count, double* low, double* high) const {
+        double least[D], most[D];
+        std::fill(least, least + D, INFINITY);
+        std::fill(most, most + D, -INFINITY);
+        for (const double* p = points; p != points + count * D; p += D) {
+            if (!finite(p)) continue;
+            for (int d = 0; d < D; ++d) {
+                least[d] = p[d] < least[d] ? p[d] : least[d];
+                most[d] = p[d] > most[d] ? p[d] : most[d];
+            }
+        }
+        if (!(least[0] <= most[0])) return;
+        std::copy(least, least + D, low);
+        std::copy(most, most + D, high);
     }
 
     // Call `visit` with the first and one more than the last point of each row of cells within `reach` of a position.
