@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 
 from .geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
-from .geometry.polyline import unit
-from .kernels import nearest
+from .kernels import nearest, part_medians, polyline_tangents
 from .types import Array, Bools, Camera, Floats, Foreground, Ints
 
 BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
@@ -47,6 +46,9 @@ NEAR_ENDS = 0.1
 COLOR_STEP_BITS = 3
 """Low bits of each color channel that are ignored: steps of 8, about the noise of a camera, so that few colors are looked up."""
 
+COLOR_STEPS = 256 >> COLOR_STEP_BITS
+"""Steps of each color channel."""
+
 
 @dataclass(frozen=True)
 class BareSurface:
@@ -69,7 +71,7 @@ class BareSurface:
     color: Array | None
     object_colors: Floats
     surface_colors: Floats
-    _shares: dict[int, float] = field(default_factory=dict, repr=False, compare=False)
+    _shares: Floats = field(default_factory=lambda: np.full((COLOR_STEPS,) * 3, np.nan), repr=False, compare=False)
 
     @staticmethod
     def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> BareSurface | None:
@@ -87,14 +89,14 @@ class BareSurface:
         depth, mask, camera, color = foreground.depth, foreground.mask, foreground.camera, foreground.color
         if depth is None or mask is None or camera is None or not chains:
             return None
-        joints = np.concatenate(chains)
-        beside = _pixels_beside(chains, radius, camera)
+        joints, bounds = np.concatenate(chains), np.cumsum([0, *map(len, chains)])
+        beside = _pixels_beside(joints, bounds, radius, camera)
         visible = _in_image(beside, mask.shape)
         u, v = np.where(visible[..., None], beside, 0).transpose(2, 0, 1)
         visible &= ~mask[v, u]
         behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
-        ends, rise = _rise_at_ends(chains, behind, RISE_WINDOW_RADII * radius)
+        ends, rise = _rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius)
         if color is None:
             return BareSurface(ends, rise, None, np.zeros((0, 3)), np.zeros((0, 3)))
         on = np.rint(camera.project(joints)).astype(np.int64)
@@ -133,51 +135,45 @@ class BareSurface:
         """Return the distance of each pixel's color to the object, as a share of its distances to object and surface: (N,)."""
         if self.color is None or min(len(self.object_colors), len(self.surface_colors)) < NEIGHBOR_SAMPLES:
             return np.full(len(pixels), (OBJECT_COLOR_SHARE + BARE_COLOR_SHARE) / 2)
-        levels = self.color[pixels[:, 1], pixels[:, 0]].astype(np.int64) >> COLOR_STEP_BITS
-        codes, where = np.unique(levels @ (1, 1 << 8, 1 << 16), return_inverse=True)
-        missing = [code for code in codes.tolist() if code not in self._shares]
-        if missing:
-            middle = 1 << (COLOR_STEP_BITS - 1)
-            steps = np.array([(code & 255, code >> 8 & 255, code >> 16) for code in missing])
-            lab = _lab(((steps << COLOR_STEP_BITS) + middle).astype(np.uint8))
+        steps = self.color[pixels[:, 1], pixels[:, 0]].astype(np.int64) >> COLOR_STEP_BITS
+        red, green, blue = steps.T
+        shares = self._shares[red, green, blue]
+        missing = np.isnan(shares)
+        if missing.any():
+            lab = _lab(((steps[missing] << COLOR_STEP_BITS) + (1 << (COLOR_STEP_BITS - 1))).astype(np.uint8))
             to_object, to_surface = (
                 COLOR_NOISE + _distance_to(lab, samples) for samples in (self.object_colors, self.surface_colors)
             )
-            self._shares.update(zip(missing, (to_object / (to_object + to_surface)).tolist(), strict=True))
-        shares = np.array([self._shares[code] for code in codes.tolist()])
-        return np.asarray(shares[where.ravel()])
+            shares[missing] = to_object / (to_object + to_surface)
+            self._shares[red[missing], green[missing], blue[missing]] = shares[missing]
+        return np.asarray(shares)
 
 
-def _pixels_beside(chains: Sequence[Floats], radius: float, camera: Camera) -> Ints:
-    """Return the pixels (N, 4, 2) beside the joints of all chains, at BESIDE_RADII radii across the chain."""
-    projected = [camera.project(chain) for chain in chains]
-    tangents = unit(np.concatenate([np.gradient(line, axis=0) for line in projected]))
+def _pixels_beside(joints: Floats, bounds: Ints, radius: float, camera: Camera) -> Ints:
+    """Return the pixels (N, 4, 2) beside the joints (N, 3) of all C chains, at BESIDE_RADII radii across; bounds : (C + 1,)."""
+    projected = camera.project(joints)
+    tangents = polyline_tangents(projected, bounds, np.zeros(len(bounds) - 1, dtype=bool))
     across = np.column_stack((-tangents[:, 1], tangents[:, 0]))
-    radius_px = camera.fx * radius / np.concatenate(chains)[:, 2]
-    beside = np.concatenate(projected)[:, None] + (radius_px[:, None] * BESIDE_RADII)[..., None] * across[:, None]
+    radius_px = camera.fx * radius / joints[:, 2]
+    beside = projected[:, None] + (radius_px[:, None] * BESIDE_RADII)[..., None] * across[:, None]
     return np.asarray(np.rint(beside), dtype=np.int64)
 
 
-def _rise_at_ends(chains: Sequence[Floats], behind: Floats, window: float) -> tuple[Floats, Floats]:
-    """Return the ends (E, 3) of the chains, and the rise (E,) m at each; behind : (N, 4) m, of all joints, NaN = unknown."""
-    ends, rise, start = [], [], 0
-    for chain in chains:
-        count = max(2, int(window / max(float(np.linalg.norm(chain[1] - chain[0])), 1e-9)))
-        rows = behind[start : start + len(chain)]
-        start += len(chain)
-        ends += [chain[0], chain[-1]]
-        rise += [_resolved_rise(rows[:count]), _resolved_rise(rows[-count:])]
-    return np.array(ends), np.array(rise)
+def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -> tuple[Floats, Floats]:
+    """Return the ends (2 C, 3) of C chains, and the rise (2 C,) m at each; NaN where it is not told from zero.
 
-
-def _resolved_rise(behind: Floats) -> float:
-    """Return the median of distances behind a chain, m; NaN if they are too few or too noisy to tell it from zero."""
-    known = behind[np.isfinite(behind)]
-    if len(known) < MIN_RISE_READINGS:
-        return float("nan")
-    rise = float(np.median(known))
-    noise = MAD_TO_DEVIATION * float(np.median(np.abs(known - rise)))
-    return rise if rise > MIN_RISE_NOISE_RATIO * noise else float("nan")
+    joints : (N, 3) of all chains. bounds : (C + 1,), first joint of each, and N. behind : (N, 4) m, beside each joint; NaN =
+    unknown. The rise is the median of distances behind the chain, if they are not too few and not too noisy.
+    """
+    first, last = bounds[:-1], bounds[1:]
+    spacing = np.linalg.norm(joints[first + 1] - joints[first], axis=1)
+    count = np.maximum(2, (window / np.maximum(spacing, 1e-9)).astype(int))
+    from_first = (first, np.minimum(first + count, last))
+    to_last = (np.maximum(last - count, first), last)
+    start, stop = (behind.shape[1] * np.column_stack(rows).ravel() for rows in zip(from_first, to_last, strict=True))
+    rise, deviation, known = part_medians(behind.ravel(), start, stop)
+    is_resolved = (known >= MIN_RISE_READINGS) & (rise > MIN_RISE_NOISE_RATIO * MAD_TO_DEVIATION * deviation)
+    return joints[np.column_stack((first, last - 1)).ravel()], np.where(is_resolved, rise, np.nan)
 
 
 def _in_image(pixels: Ints, shape: tuple[int, ...]) -> Bools:

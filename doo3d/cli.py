@@ -134,7 +134,7 @@ def doo3d(
       doo3d compare capture                            where 3-D and 2-D differ
       doo3d report out                                 a page with the results; doo3d video out
       doo3d export out --to mjcf                       for a simulator, a tracker, ...: export --list
-      doo3d bench                                      milliseconds per stage on this machine
+      doo3d bench                                      milliseconds a frame on this machine
 
     Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.png (the chains over the image).
     """

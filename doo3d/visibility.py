@@ -13,6 +13,7 @@ from .bare_surface import BareSurface
 from .config import VisibilityConfig
 from .geometry.polyline import steps, unit
 from .geometry.radii import STEP_RADII
+from .kernels import classify_positions
 from .types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
@@ -59,6 +60,9 @@ class PointVisibility(IntEnum):
     BARE = 6
     """Its pixel shows the bare surface that the object lies on, so that no object is there."""
 
+
+CLASSES = np.arange(PointVisibility.BARE, dtype=np.int64)
+"""The classes that depth and mask tell, in order."""
 
 OPEN = (PointVisibility.OUTSIDE, PointVisibility.FREE, PointVisibility.BARE)
 """Classes of positions where the camera would have seen an object, or that are outside its view."""
@@ -129,22 +133,19 @@ class Visibility:
         (N,) int64, values of PointVisibility. Positions behind the camera or with NaN are OUTSIDE. In 2-D a position in the
         image is SURFACE in the mask, and FREE elsewhere.
         """
-        inside, u, v = self._pixels_of(points)
-        result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
-        if self.depth is None:
+        if self.depth is None or self.camera is None:
+            inside, u, v = self._pixels_of(points)
+            result = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64)
             result[inside] = np.where(self.mask[v, u], int(PointVisibility.SURFACE), int(PointVisibility.FREE))
             return result
-        measured, masked, z = self.depth[v, u], self.mask[v, u], points[inside, 2]
-        classes = np.where(masked, int(PointVisibility.SURFACE), int(PointVisibility.HIDDEN))
-        classes[measured < z - self.margin] = int(PointVisibility.HIDDEN)
-        classes[(measured > z + self.margin) & (self.own_object_counts_as_free | ~masked)] = int(PointVisibility.FREE)
-        classes[measured <= 0] = np.where(masked, int(PointVisibility.MASKED), int(PointVisibility.NO_DEPTH))[measured <= 0]
-        if self.bare is not None:
-            open_ = np.flatnonzero((classes == PointVisibility.HIDDEN) & ~masked & (measured >= z - self.margin))
-            bare = self.bare.is_bare(points[inside][open_], np.column_stack((u, v))[open_], measured[open_])
-            classes[open_[bare]] = int(PointVisibility.BARE)
-        result[inside] = classes
-        return result
+        camera = np.array((self.camera.fx, self.camera.fy, self.camera.cx, self.camera.cy))
+        depth, mask = np.ascontiguousarray(self.depth, dtype=np.float32), np.ascontiguousarray(self.mask)
+        classes, behind, pixels, readings = classify_positions(
+            points, camera, depth, mask, self.margin, self.own_object_counts_as_free, CLASSES
+        )
+        if self.bare is not None and len(behind):
+            classes[behind[self.bare.is_bare(points[behind], pixels, readings)]] = int(PointVisibility.BARE)
+        return classes
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""

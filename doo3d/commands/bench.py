@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,14 +13,22 @@ from .arguments import Overrides, Preset, config_of, save
 
 if TYPE_CHECKING:
     from ..config import Config
+    from ..inspection.benchmark import Timing
 
 
 def bench(
     captures: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="INPUT", help="Captures; the first frame of each is timed. Without any, a frame is rendered."),
+        typer.Argument(metavar="INPUT", help="Captures; the first frame of each is timed. Without any, frames are rendered."),
     ] = None,
     runs: Annotated[int, typer.Option(min=1, help="Timed runs of each frame.")] = 20,
+    stages: Annotated[
+        bool, typer.Option("--stages", help="Without INPUT: print the time of each stage of each frame, before the table.")
+    ] = False,
+    large: Annotated[bool, typer.Option("--large", help="Without INPUT: time a cloud of 1,000,000 points too.")] = False,
+    only: Annotated[
+        str, typer.Option(metavar="TEXT", help="Without INPUT: time the frames whose names hold TEXT, such as photograph.")
+    ] = "",
     scale: Annotated[
         bool,
         typer.Option(
@@ -34,17 +43,23 @@ def bench(
     """Print the time of each stage of the detection, in one process and one thread: median and 95th percentile in ms.
 
     To compare machines, each median is also given in yardsticks; a yardstick is the time that this machine needs to convert
-    1280x720 pixels to HSV and test their ranges. Without INPUT, a rendered frame of 1280x720 is timed. No file is written, except
-    with --plot.
+    1280x720 pixels to HSV and test their ranges. Without INPUT, whole detections in frames that this project renders are timed:
+    scenes with and without a mask, a stereo camera's frame with a ragged mask, images as busy as a photograph with the presets
+    image and paper_2d, and a cloud. No file is written, except with --plot.
 
     \b
     Examples:
+      doo3d bench
+      doo3d bench --only crossing --stages
       doo3d bench sample_clouds/crossing --runs 50
       doo3d bench --scale --plot scale.png
     """
     from ..inspection.benchmark import bench as time_captures
     from ..runs.threads import single_thread
 
+    if (captures or scale) and (stages or large or only):
+        sentence = "--stages, --large and --only are for the rendered frames: give neither INPUT nor --scale with them"
+        raise InputError(sentence, code="options-conflict")
     if scale and captures:
         raise InputError("--scale times frames that it draws itself: give no INPUT with it", code="options-conflict")
     if plot and not scale:
@@ -53,8 +68,33 @@ def bench(
     if scale:
         _print_scaling(config_of(config, overrides), runs, plot)
         return
-    for i, timing in enumerate(time_captures(captures or [], config_of(config, overrides), runs)):
+    if captures:
+        _print_stages(time_captures(captures, config_of(config, overrides), runs))
+    else:
+        _print_cases(config_of(config, overrides), runs, stages, large, only)
+
+
+def _print_stages(timings: Sequence[Timing]) -> None:
+    """Print the time of each stage, frame by frame."""
+    for i, timing in enumerate(timings):
         typer.echo("\n".join([""] * (i > 0) + timing.lines()))
+
+
+def _print_cases(config: Config, runs: int, stages: bool, large: bool, only: str) -> None:
+    """Time the rendered frames whose names hold `only`, and print their table; before it the stages of each, if wanted."""
+    from ..inspection.bench_cases import CASES, LARGE_CASE, time_cases
+    from ..inspection.benchmark import table
+    from .progress_bars import with_progress
+
+    cases = [case for case in (*CASES, *([LARGE_CASE] if large else [])) if only in case.name]
+    timings = list(time_cases(config, runs, cases, with_progress))
+    if not timings:
+        names = "; ".join(case.name for case in CASES)
+        raise InputError(f"--only: no frame's name holds {only!r}; there are {names}", code="choice-unknown")
+    if stages:
+        _print_stages(timings)
+        typer.echo()
+    typer.echo("\n".join(table(timings)))
 
 
 def _print_scaling(config: Config, runs: int, plot: Path | None) -> None:

@@ -48,7 +48,7 @@ def point_spacing(foreground: Foreground) -> float:
     """
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
-    facts = foreground.facts or cloud_facts(foreground.points)
+    facts = foreground.cloud_facts or cloud_facts(foreground.points)
     return float(facts.spacing)
 
 
@@ -70,7 +70,7 @@ def estimate_radius(foreground: Foreground, apart: float) -> float:
         if radius is None:
             radius = mask_radius(foreground.mask, foreground.depth, foreground.camera.fx)
         return max(radius, apart)
-    number = np.zeros(0, dtype=np.int64) if foreground.facts is None else foreground.facts.strands
+    number = np.zeros(0, dtype=np.int64) if foreground.cloud_facts is None else foreground.cloud_facts.strands
     return max(_cloud_radius(foreground.points, apart, number), apart)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from .. import kernels
 from ..types import Bools, Floats, Foreground
 from .noise import DEVIATIONS, MAD_TO_DEVIATION
 
@@ -47,18 +49,8 @@ class DepthSupport(NamedTuple):
     residual: Floats
 
 
-def depth_is_filled(joints: Floats, radius: float, foreground: Foreground) -> Bools:
-    """Tell which segments have a depth that was interpolated along the strand, since no readings support it.
-
-    See `depth_support`; the arguments are the same. Returns (N,) bool; all False in 2-D and for a cloud, whose points are all
-    measured.
-    """
-    support = depth_support(joints, radius, foreground)
-    return np.zeros(len(joints) - 1, dtype=bool) if support is None else support.is_filled
-
-
-def depth_support(joints: Floats, radius: float, foreground: Foreground) -> DepthSupport | None:
-    """Return how well the depth readings support the segments of a chain; None in 2-D and for a cloud.
+def depth_support(joints: Sequence[Floats], radius: Sequence[float], foreground: Foreground) -> list[DepthSupport] | None:
+    """Return how well the depth readings support the segments of chains; None in 2-D and for a cloud.
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
     sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
@@ -67,39 +59,29 @@ def depth_support(joints: Floats, radius: float, foreground: Foreground) -> Dept
     Parameters
     ----------
     joints
-        (N + 1, 3) m in the camera's optical frame, the joints of a chain; (N + 1, 2) px in 2-D.
+        of each chain, (N + 1, 3) m in the camera's optical frame, (N + 1, 2) px in 2-D: the joints of N segments.
     radius
-        radius of the chain, m (px in 2-D).
+        radius of each chain, m (px in 2-D).
     foreground
         the mask, the depth and the camera of the frame.
     """
-    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
+    if camera is None or depth is None or mask is None or not joints:
         return None
-    axis = joints[:-1, None] + POSITIONS[:, None] * np.diff(joints, axis=0)[:, None]
-    z = axis[..., 2]
-    centers = foreground.camera.project(axis.reshape(-1, 3)).reshape(*axis.shape[:2], 2)
-    in_view = np.asarray(np.isfinite(centers).all(axis=(1, 2)))
-    along = centers[:, -1] - centers[:, 0]
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
-    lateral = np.column_stack((-along[:, 1], along[:, 0]))
-    offset = (radius * foreground.camera.fx / z)[..., None] * LATERAL_RADII
-    pixels = centers[:, :, None] + offset[..., None] * lateral[:, None, None]
-    u, v = np.rint(np.where(in_view[:, None, None, None], pixels, -1.0)).astype(int).transpose(3, 0, 1, 2)
-    height, width = foreground.mask.shape
-    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
-    reading = foreground.depth[v, u]
-    measured = np.asarray(inside & foreground.mask[v, u] & (reading > 0))
-    error = reading - (z[..., None] - SURFACE_RADII * radius)
-    residual = np.abs(error)
-    deviation = MAD_TO_DEVIATION * float(np.median(residual[measured])) if measured.any() else 0.0
-    least, most = MIN_TOLERANCE_RADII * radius, MAX_TOLERANCE_RADII * radius
-    agreeing = measured & (residual < min(max(DEVIATIONS * deviation, least), most))
-    of_segment = np.sort(np.where(measured, error, np.inf).reshape(len(error), -1), axis=1)
-    count = measured.sum(axis=(1, 2))
-    rows = np.arange(len(count))
-    lower, upper = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, of_segment.shape[1] - 1)
-    middle = (of_segment[rows, lower] + of_segment[rows, upper]) / 2
-    median = np.where(count >= MIN_READINGS, np.abs(middle) / radius, np.nan)
-    share = (measured & (residual < least)).mean(axis=(1, 2))
-    return DepthSupport(np.asarray(share), np.asarray(agreeing.mean(axis=(1, 2)) < MIN_SUPPORT), median)
+    bounds = np.cumsum([0, *map(len, joints)])
+    supported, agreeing, residual = kernels.depth_support(
+        np.concatenate(joints),
+        bounds,
+        np.array(radius, dtype=float),
+        np.ascontiguousarray(depth, dtype=np.float32),
+        np.ascontiguousarray(mask),
+        np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        POSITIONS,
+        LATERAL_RADII,
+        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION)),
+        MIN_READINGS,
+    )
+    parts = (
+        np.split(values, bounds[1:-1] - np.arange(1, len(joints))) for values in (supported, agreeing < MIN_SUPPORT, residual)
+    )
+    return [DepthSupport(*each) for each in zip(*parts, strict=True)]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,9 +17,6 @@ WARM_UP_RUNS = 3
 
 YARDSTICK_RUNS = 50
 YARDSTICK_SIZE = (720, 1280)
-
-DEFAULT_SCENE = ("crossing", 0)
-"""Family and seed of the scene that is rendered without an input."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +56,33 @@ class Timing:
         The columns of a stage are its median and 95th percentile in ms, and its median in multiples of the yardstick.
         """
         width = max(map(len, self.stages))
-        table = [
+        rows = [
             f"{stage:<{width}}{median:>10.1f}{percentile:>10.1f}{median / self.yardstick:>12.1f}"
             for stage, (median, percentile) in self.stages.items()
         ]
         head = f"{self.name}: {self.size}, {self.chains} chain{'' if self.chains == 1 else 's'}, {self.runs} runs, one thread"
         columns = f"{'ms':<{width}}{'median':>10}{'95 %':>10}{'yardsticks':>12}"
-        yardstick = f"yardstick {self.yardstick:.2f} ms: 1280x720 to HSV, and a range test"
-        memory = [f"peak memory {self.peak_mb:.0f} MB"] if self.peak_mb is not None else []
-        return [head, columns, *table[:-1], "-" * len(columns), table[-1], yardstick, *memory]
+        return [head, columns, *rows[:-1], "-" * len(columns), rows[-1], *footer([self])]
+
+
+def table(timings: Sequence[Timing]) -> list[str]:
+    """Return the lines of a table of whole detections: a line per frame with its median, 95th percentile and yardsticks."""
+    width = max(len(timing.name) for timing in timings)
+    head = f"{'ms':<{width}}{'chains':>8}{'median':>10}{'95 %':>10}{'yardsticks':>12}"
+    rows = []
+    for timing in timings:
+        median, percentile = timing.stages["total"]
+        times = f"{median:>10.1f}{percentile:>10.1f}{median / timing.yardstick:>12.1f}"
+        rows.append(f"{timing.name:<{width}}{timing.chains:>8}{times}")
+    return [head, *rows, "-" * len(head), f"{timings[0].runs} runs of each frame, one thread", *footer(timings)]
+
+
+def footer(timings: Sequence[Timing]) -> list[str]:
+    """Return the lines below a table: the yardstick, of several the median, and the peak memory if the system reports it."""
+    middle = sorted(timing.yardstick for timing in timings)[len(timings) // 2]
+    peak = timings[-1].peak_mb
+    yardstick = f"yardstick {middle:.2f} ms: 1280x720 to HSV, and a range test"
+    return [yardstick, *([f"peak memory {peak:.0f} MB"] if peak is not None else [])]
 
 
 def measure_yardstick(runs: int = YARDSTICK_RUNS) -> float:
@@ -144,7 +157,7 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
     Parameters
     ----------
     paths
-        paths of the captures; without any, a rendered frame of 1280x720 is timed.
+        paths of the captures.
     config
         configuration of the detection.
     runs
@@ -160,42 +173,8 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
     """
     from ..inputs import open_capture
 
-    if not paths:
-        return [time_frame("rendered " + DEFAULT_SCENE[0], _rendered_frame(), config, runs)]
     frames = [(str(path), open_capture(path, config.mode == "2d").frames[0].load()) for path in paths]
     return [time_frame(name, frame, config, runs) for name, frame in frames]
-
-
-def _rendered_frame() -> FrameData:
-    """Return a frame of the default scene, rendered by another process to keep this one's peak memory that of detection."""
-    import numpy as np
-
-    from ..inputs import FrameData
-    from ..types import Camera, Frame
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "frame.npz"
-        process = get_context("spawn").Process(target=_write_rendered_frame, args=(path,))
-        process.start()
-        process.join()
-        if process.exitcode:
-            raise RuntimeError(f"rendering the frame ended with exit code {process.exitcode}")
-        with path.open("rb") as file, np.load(file) as arrays:
-            fx, fy, cx, cy = arrays["camera"].tolist()
-            height, width = arrays["depth"].shape
-            return FrameData(Frame(arrays["color"], arrays["depth"], Camera(fx, fy, cx, cy, width, height)))
-
-
-def _write_rendered_frame(path: Path) -> None:
-    """Render the frame of the default scene into an NPZ file."""
-    import numpy as np
-
-    from ..evaluation.rendering.renderer import render
-    from ..evaluation.scenes.registry import make_scene
-
-    frame = render(make_scene(*DEFAULT_SCENE)).frame
-    camera = frame.camera
-    np.savez(path, color=np.asarray(frame.color), depth=frame.depth, camera=[camera.fx, camera.fy, camera.cx, camera.cy])
 
 
 def peak_memory_mb() -> float | None:

@@ -16,35 +16,194 @@ from collections.abc import Callable
 
 from ..types import Array, Bools, Floats, Ints
 
-def agreeing_readings(
-    depth: Array, mask: Bools, low: float, high: float, half_width: int, slope: float, min_agreeing: int
-) -> tuple[Ints, Ints, Floats, int]:
-    """Find the depth readings of a mask with which enough of their neighbors agree, and average each with those.
-
-    A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the differences
-    in row and column.
+class CloudFacts:
+    """What the stages ask of the points of a cloud, made once from every k-th of its N points, the sample.
 
     Parameters
     ----------
-    depth
-        (H, W) float32 m, 0 = no reading
-    mask
-        (H, W) bool, the pixels that are tested and that count as neighbors
-    low, high
-        m, the range of the readings that are tested; neighbors may lie outside
-    half_width
-        px; the window of neighbors has 2 half_width + 1 rows and columns
-    slope
-        m per pixel of distance
-    min_agreeing
-        neighbors that must agree, or half of those in the mask with a reading if that is less
-
-    Returns
-    -------
-    rows, columns : (K,) int64, the K readings that are left, in row-major order
-    mean : (K,) float64 m, mean of the reading itself and the neighbors that agree
-    dropped : number of readings with too few neighbors that agree
+    points
+        (N, 3) float64 m, finite; they are not copied, and must not change
+    sample_points, sample_seeds
+        points of the sample at least, if there are so many, and seeds among them, around which the density is measured
+    strand_spacings
+        point spacings; parts of the cloud that are farther apart are strands
+    min_strand_fraction, min_large_fraction
+        fraction of the points that a strand has at least, and that all strands have together
     """
+
+    def __init__(
+        self,
+        points: Floats,
+        sample_points: int,
+        sample_seeds: int,
+        strand_spacings: float,
+        min_strand_fraction: float,
+        min_large_fraction: float,
+    ) -> None: ...
+    @property
+    def spacing(self) -> float:
+        """Typical distance between neighboring points of a surface in m, at least 1e-6; 1 mm for fewer than two points.
+
+        It follows from the radius of the disc that holds a point's eight nearest neighbors.
+        """
+
+    @property
+    def strands(self) -> Ints:
+        """Number, from 0, of the strand of each point of the sample, (S,), read-only; -1 in a small part; empty if all touch."""
+
+    def without_outliers(self, cell_spacings: float, min_ratio: float) -> tuple[Floats, Floats]:
+        """Drop the points with few neighbors, and average each other point and its neighbors.
+
+        Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around, the
+        point itself included.
+
+        Parameters
+        ----------
+        cell_spacings
+            edge of a cell in point spacings
+        min_ratio
+            fraction of the median number of neighbors that a point has at least
+
+        Returns
+        -------
+        points : (K, 3) m, the points kept; the array of the cloud itself if all are.
+        means : (K, 3) m, for each point kept the mean of its neighbors; the points themselves if the cloud is too wide for such
+            small cells.
+        """
+
+    def strands_nearer(self, distance: float) -> bool:
+        """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
+
+    def strand_of(self, points: Floats) -> Ints:
+        """Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
+
+        points : (N, 3) float64 m, in the order of the points of the cloud. The strands lie where the points of the sample were
+        moved to. If all touch, the number is 0.
+        """
+
+class FrameFacts:
+    """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
+
+    Components are 8-connected, and the pixels of their holes count for their size too; holes are 4-connected, and the background
+    that reaches the border of the image is none.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    depth
+        (H, W) float32 m, 0 = no reading; None without depth
+    min_pixels
+        components and holes of fewer pixels are small
+
+    Attributes
+    ----------
+    selected
+        number of pixels before these steps
+    removed, filled
+        numbers of pixels of small components and of small holes
+    count
+        number N of pixels after them
+    box
+        first row, row after the last, first column and column after the last that hold pixels; else four 0
+    """
+
+    selected: int
+    removed: int
+    filled: int
+    count: int
+    box: tuple[int, int, int, int]
+
+    def __init__(self, mask: Bools, depth: Array | None = None, min_pixels: int = 0) -> None: ...
+    def image(self) -> Bools:
+        """Return the mask (H, W) bool as a new array."""
+
+    def pixel_list(self) -> Ints:
+        """Return the pixels (N, 2) int64 (u, v), sorted by u and then v."""
+
+    def distance_image(self) -> Array:
+        """Return the chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask, 0 outside."""
+
+    def medial_axis(self) -> tuple[Ints, Ints, Array]:
+        """Return the pixels as far from the outside as their farthest neighbor; see the function `medial_axis`."""
+
+    def skeleton_pixels(self) -> Ints:
+        """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
+
+    def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
+        """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
+
+        Parameters
+        ----------
+        pixels
+            (K, 2) int64, pixels (u, v)
+        reach
+            px, half-width of the square in which the largest distance is taken
+        fraction, margin
+            a pixel is in the core if its distance is at least `fraction` of the largest, or at most `margin` px less
+
+        Returns
+        -------
+        (K,) bool, False for a pixel outside the mask
+        """
+
+    def depth_summary(self) -> tuple[int, float, float]:
+        """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
+
+        Raises
+        ------
+        ValueError : there is no depth.
+        """
+
+    def agreeing_readings(
+        self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
+    ) -> tuple[Ints, Floats, Floats, int]:
+        """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
+
+        A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
+        differences in row and column.
+
+        Parameters
+        ----------
+        low, high
+            m, the range of the readings that are tested; neighbors may lie outside
+        half_width
+            px; the window of neighbors has 2 half_width + 1 rows and columns
+        slope
+            m per pixel of distance
+        min_agreeing
+            neighbors that must agree, or half of those with a reading if that is less
+
+        Returns
+        -------
+        pixels : (K, 2) int64 (u, v) of the K readings kept, in row-major order
+        depth : (K,) m
+        mean : (K,) m, of the reading and its neighbors that agree
+        dropped : number of readings between `low` and `high` that were not kept
+
+        Raises
+        ------
+        ValueError : there is no depth, or `half_width` is negative.
+        """
+
+    def depth_holes(self, kept: Ints, reach: int) -> Ints:
+        """Return the pixels in holes of the depth: farther than `reach` px from every kept reading, or as near to such.
+
+        Parameters
+        ----------
+        kept
+            (K, 2) int64, the pixels (u, v) whose readings were kept
+        reach
+            px, in rows or columns
+
+        Returns
+        -------
+        (Q, 2) int64 (u, v), in row-major order; all are pixels of the mask without a reading
+
+        Raises
+        ------
+        ValueError : there is no depth, or `reach` is negative.
+        """
 
 def arc_length(points: Floats) -> Floats:
     """Return the length along a polyline from its first point to each of its points.
@@ -136,70 +295,33 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
-class CloudFacts:
-    """What the stages ask of the points of a cloud, made once from every k-th of its N points, the sample.
+def classify_positions(
+    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, classes: Ints
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
 
     Parameters
     ----------
     points
-        (N, 3) float64 m, finite; they are not copied, and must not change
-    sample_points, sample_seeds
-        points of the sample at least, if there are so many, and seeds among them, around which the density is measured
-    strand_spacings
-        point spacings; parts of the cloud that are farther apart are strands
-    min_strand_fraction, min_large_fraction
-        fraction of the points that a strand has at least, and that all strands have together
+        (N, 3) float64 m in the camera's optical frame
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool, the object
+    margin
+        m by which a reading is behind a position to show that it is free, or in front of it to hide it
+    own_counts
+        True if a reading in the mask also shows that a position in front of it is free
+    classes
+        (6,) int64, the numbers for: outside the image; no reading outside the mask; no reading in the mask; surface of the
+        object; hidden; free
+
+    Returns
+    -------
+    class : (N,) int64, the number of each position
+    behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
+    pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
     """
-
-    def __init__(
-        self,
-        points: Floats,
-        sample_points: int,
-        sample_seeds: int,
-        strand_spacings: float,
-        min_strand_fraction: float,
-        min_large_fraction: float,
-    ) -> None: ...
-    @property
-    def spacing(self) -> float:
-        """Typical distance between neighboring points of a surface in m, at least 1e-6; 1 mm for fewer than two points.
-
-        It follows from the radius of the disc that holds a point's eight nearest neighbors.
-        """
-
-    @property
-    def strands(self) -> Ints:
-        """Number, from 0, of the strand of each point of the sample, (S,), read-only; -1 in a small part; empty if all touch."""
-
-    def without_outliers(self, cell_spacings: float, min_ratio: float) -> tuple[Floats, Floats]:
-        """Drop the points with few neighbors, and average each other point and its neighbors.
-
-        Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around, the
-        point itself included.
-
-        Parameters
-        ----------
-        cell_spacings
-            edge of a cell in point spacings
-        min_ratio
-            fraction of the median number of neighbors that a point has at least
-
-        Returns
-        -------
-        points : (K, 3) m, the points kept; the array of the cloud itself if all are.
-        means : (K, 3) m, for each point kept the mean of its neighbors; the points themselves if the cloud is too wide for such
-            small cells.
-        """
-
-    def strands_nearer(self, distance: float) -> bool:
-        """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
-
-    def strand_of(self, points: Floats) -> Ints:
-        """Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
-
-        points : (N, 3) float64 m, in the order of the points of the cloud. The strands lie where the points of the sample were
-        moved to. If all touch, the number is 0.
-        """
 
 def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
@@ -308,10 +430,45 @@ def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
     """
 
-def depth_differences(depth: Array, mask: Bools) -> Array:
-    """Return the absolute differences of horizontally neighboring depth readings in a mask, in row-major order.
+def depth_support(
+    joints: Floats,
+    bounds: Ints,
+    radius: Floats,
+    depth: Array,
+    mask: Bools,
+    camera: Floats,
+    positions: Floats,
+    lateral: Floats,
+    settings: Floats,
+    min_readings: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Compare the segments of chains with the depth readings in the mask beside them.
 
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (Q,) float32 m.
+    Parameters
+    ----------
+    joints
+        (J, 3) float64 m in the camera's optical frame, the joints of C chains, one chain after the other
+    bounds
+        (C + 1,) int64; the joints of chain c are joints[bounds[c]:bounds[c + 1]], the last entry is J
+    radius
+        (C,) float64 m, radius of each chain
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    positions, lateral
+        (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
+    settings
+        (4,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
+        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two
+    min_readings
+        readings of a segment that make a median
+
+    Returns
+    -------
+    supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
+        and by less than the chain's readings may; 0 for a segment behind the camera
+    residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     """
 
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
@@ -520,26 +677,10 @@ def is_simple(bits: int) -> bool:
     -1) to (1, 1, 1) in lexicographic order, without (0, 0, 0).
     """
 
-def lateral_sums(
-    points: Floats, distance: Floats, index: Ints, samples: Floats, normals: Floats, reach: Floats
-) -> tuple[Floats, Floats]:
-    """Count the points near each sample of a 2-D path, and sum their signed distances to the left or right of the path.
+def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
+    """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
-    Parameters
-    ----------
-    points
-        (N, 2) float64, N points
-    distance, index
-        (N,) float64 and (N,) int64, distance and index of each point's nearest sample, as `nearest` returns them
-    samples, normals
-        (S, 2) float64, S samples along the path, and the unit normal to the path at each
-    reach
-        (S,) float64; a point counts for its nearest sample only if it is nearer than this
-
-    Returns
-    -------
-    count : (S,) float64, number of points that count for each sample
-    total : (S,) float64, sum of their offsets from the sample along its normal, positive on the side to which the normal points
+    mask : (H, W) bool. step, slope : the pixels with u + slope v divisible by step are returned. Returns (K, 2) float64.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
@@ -641,6 +782,49 @@ def moving_mean(points: Floats, half_width: int) -> Floats:
     By running sums: 10 times as fast as the same sums by np.cumsum on 79 points (1.5 us against 15.6 us).
     """
 
+def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> Ints:
+    """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
+
+    A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
+    which share a joint, are left out too. In 2-D the cuboids lie in the plane z = 0.
+
+    Parameters
+    ----------
+    starts, ends
+        (S, D) float64, the two joints of each of S segments, D = 2 or 3
+    chain
+        (S,) int64, number of the chain of each segment
+    width
+        edge of the cross-section, in the unit of the joints
+
+    Returns
+    -------
+    (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
+
+    Notes
+    -----
+    One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
+    """
+
+def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
+    """Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.
+
+    The distance is a chamfer distance by steps on a 5 x 5 neighborhood, as that of `medial_axis`.
+
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    reach
+        px
+    inclusive
+        whether a pixel at the distance `reach` is near
+
+    Returns
+    -------
+    (H, W) bool; the pixels of the mask are near themselves
+    """
+
 def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tuple[Floats, Ints]:
     """Find the nearest target of each point; of several equally near, the one with the lowest index.
 
@@ -664,6 +848,23 @@ def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tup
     -----
     The points are sorted into cells, and each target competes for the points in the cells around it. Twenty times as fast as a
     k-d tree on the pixels of masks.
+    """
+
+def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds: Ints, reach: float) -> Ints:
+    """Return the index of the target nearest to each point, of the targets of the same path; of equally near ones the first.
+
+    Parameters
+    ----------
+    points, targets
+        (N, D) and (S, D) float64, points and targets of P paths, one path after the other
+    bounds, target_bounds
+        (P + 1,) int64; path p has points[bounds[p]:bounds[p + 1]], the last entry is N, and so for the targets
+    reach
+        distance within which most targets are found; it only sets the time taken
+
+    Returns
+    -------
+    (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
     """
 
 def nearest_points(points: Floats, positions: Floats, k: int) -> tuple[Floats, Ints]:
@@ -711,27 +912,35 @@ def neighborhood_spreads(points: Floats, centers: Floats, reach: float) -> tuple
     covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
     """
 
-def points_near_line(
-    points: Floats, origin: Floats, direction: Floats, half_edge: float, max_offset: float
-) -> tuple[Floats, Floats, Floats]:
-    """Select the points in a box that lie near a straight line through the center of the box.
+def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:
+    """Return the medians of parts of an array, without values that are not finite.
 
     Parameters
     ----------
-    points
-        (N, D) float64, N points
-    origin, direction
-        (D,) float64, the center of the box, and the unit direction of the line
-    half_edge
-        half the edge of the box, whose edges are along the axes of the coordinates
-    max_offset
-        points at this distance from the line or farther are left out
+    values
+        (N,) float64
+    first, last
+        (K,) int64; part k is values[first[k]:last[k]]
 
     Returns
     -------
-    kept : (K, D) float64, the K selected points, in the order given
-    along : (K,) float64, their positions along the line, 0 at the origin, positive in the direction
-    offset : (K,) float64, their distances from the line
+    median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
+        values
+    count : (K,) int64, number of finite values
+    """
+
+def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
+    """Return the length of each of C polylines, (C,) float64.
+
+    points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
+    points[bounds[c]:bounds[c + 1]], the last entry is P.
+    """
+
+def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> Floats:
+    """Return the unit tangents of C polylines at their points by central differences, pointing onwards: (P, D) float64.
+
+    points : (P, D) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. closed : (C,) bool, True if the last point is
+    followed by the first; the ends of others have one-sided differences. A single point has the tangent 0.
     """
 
 def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> None:
@@ -770,12 +979,6 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     Returns
     -------
     (H, W) bool
-    """
-
-def readings_in_mask(depth: Array, mask: Bools) -> Array:
-    """Return the depth readings (over 0) at the pixels of a mask, in row-major order.
-
-    depth : (H, W) float32 m, 0 = no reading. mask : (H, W) bool. Returns (K,) float32 m.
     """
 
 def ribbon_scores(image: Array, widths: Floats, noise: float, length_widths: float, min_length: int) -> tuple[Array, Array]:
@@ -835,6 +1038,26 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     Returns
     -------
     (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
+    """
+
+def sample_polylines(points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools) -> tuple[Floats, Ints]:
+    """Return evenly spaced samples along polylines, from the first point of each.
+
+    Parameters
+    ----------
+    points, bounds
+        the points of C polylines, as for `polyline_lengths`
+    spacing
+        (C,) float64, arc length between neighboring samples of each polyline
+    counts
+        (C,) int64, number of samples on each
+    to_end
+        (C,) bool, True if the last of two samples or more is the last point of the polyline exactly
+
+    Returns
+    -------
+    samples : (S, D) float64, of all polylines, one after the other; the last point for samples beyond it
+    segment : (S,) int64, the segment of its polyline on which each sample lies
     """
 
 def second_best_rise(
@@ -924,6 +1147,81 @@ def section_offsets(
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
     """
 
+def silhouette(
+    positions: Floats,
+    tangents: Floats,
+    lateral: Floats,
+    path: Ints,
+    pixels: Floats,
+    share: float,
+    camera: Floats,
+    reach: Floats,
+    half: int,
+    step: float,
+    min_scale: float,
+) -> tuple[Floats, Floats]:
+    """Measure the middle and half the width of a mask at samples along paths, across the paths.
+
+    Every pixel belongs to the sample that is nearest in the image. The number of pixels of a sample and of its neighbors over
+    their length in the image is the width; the mean of the pixels' lateral offsets is the middle.
+
+    Parameters
+    ----------
+    positions, tangents, lateral
+        (S, 3) float64, S samples m in the camera's optical frame, and two unit axes at each: along the path, and across it;
+        (S, 2) px without a camera
+    path
+        (S,) int64, number of the path of each sample; the samples of a path are consecutive
+    pixels, share
+        (N, 2) float64 px (u, v), and the number of pixels of the mask that each stands for
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px; (0,) if positions are px
+    reach
+        (S,) float64 m (px without a camera); pixels that are not nearer than this to their sample are left out
+    half
+        number of samples on either side, on the same path, whose pixels are pooled with those of a sample
+    step, min_scale
+        m along an axis whose projection tells the axis's direction and scale in the image; px per m of an axis at least
+
+    Returns
+    -------
+    offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
+    radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
+    """
+
+def smooth_strand_depth(
+    inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
+) -> tuple[Floats, float, float, float]:
+    """Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
+
+    Parameters
+    ----------
+    inverse
+        (S,) 1/m, inverse depth at each of S >= 4 samples one pixel apart
+    measured
+        (S,) bool, at least one; elsewhere the inverse depth is interpolated
+    radius
+        m, radius of the strand
+    focal
+        px
+    numbers
+        (7,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
+        curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
+        reading; standard deviation per median absolute deviation
+    smoothings
+        times the curve is smoothed, each time without what the last curve says are outliers
+
+    Returns
+    -------
+    depth : (S,) m, of the curve
+    waves : m, standard deviation of the readings behind the curve, averaged over a radius on either side
+    in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind
+
+    Raises
+    ------
+    ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
+    """
+
 def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
     """Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
 
@@ -980,6 +1278,90 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     closed.
 
     7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
+    """
+
+def strands_beside(
+    view: Floats,
+    tangents: Floats,
+    bounds: Ints,
+    reach: Floats,
+    along: Floats,
+    around: Floats,
+    reaches: float,
+    apart: float,
+    min_cosine: float,
+    max_pairs: float,
+) -> Bools:
+    """Tell which samples of chains have another strand beside them in the view, nearly parallel.
+
+    Parameters
+    ----------
+    view, tangents
+        (S, 2) float64, position in the view of S samples, of C chains one after the other, and the unit tangent there
+    bounds
+        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
+    reach, along
+        (S,) float64, radius of the strand in the view, and position along the chain
+    around
+        (C,) float64, length of a closed chain, in the unit of `along`; infinite for an open one
+    reaches
+        two strands are beside each other if they are nearer than this many of the larger `reach`
+    apart
+        difference of `along` from which on two samples of one chain are of two strands
+    min_cosine
+        cosine of the angle between the two strands at least
+    max_pairs
+        pairs of samples that are compared at most, or one of two samples, of four and so on is taken for its neighbors
+
+    Returns
+    -------
+    (S,) bool
+    """
+
+def surface_ahead(
+    points: Floats,
+    samples: Floats,
+    ends: Ints,
+    tangents: Floats,
+    reach: Floats,
+    max_offset: Floats,
+    max_gap: Floats,
+    window: int,
+) -> tuple[Floats, Floats, Ints]:
+    """Find the surface points ahead of free ends of paths and beside them, up to the first stretch ahead without points.
+
+    A point belongs to an end if it lies in a box around the end and near the tangent line there, and if the sample nearest to it
+    is at most `window` samples from the end.
+
+    Parameters
+    ----------
+    points
+        (N, D) float64, N surface points, D = 2 or 3; those that are not finite are left out
+    samples
+        (S, D) float64, samples along all paths
+    ends
+        (E,) int64, the sample at each of E free ends
+    tangents
+        (E, D) float64 unit, tangent at each end, pointing out of its path
+    reach
+        (E,) float64, half the edge of the box around each end, whose edges are along the axes of the coordinates
+    max_offset
+        (E,) float64; points at this distance from the tangent line or farther are left out
+    max_gap
+        (E,) float64; a stretch along the tangent without points that is longer than this ends the points ahead
+    window
+        number of samples, those of other paths too, by which the index of the nearest sample may differ from that of the end
+
+    Returns
+    -------
+    axial : (K,) float64, position of each point along the tangent, ascending for each end: 0 at the end, positive outside
+    lateral : (K,) float64, distance of each point from the tangent line
+    bounds : (E + 1,) int64; the points of end e are [bounds[e]:bounds[e + 1]], the last entry is K
+
+    Notes
+    -----
+    The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
+    not with that of ends.
     """
 
 def thin_pixels(coords: Ints) -> Bools:
@@ -1043,6 +1425,13 @@ def traverse_contour(points: Floats, length: float, min_cosine: float) -> tuple[
         C is 0 if the points do not reach over one segment
     """
 
+def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:
+    """Return the cosine of the sharpest turn of each of C polylines in the plane, (C,) float64; 1 for one that is too short.
+
+    points : (P, 2) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. apart : number of points over which the steps
+    before and after a turn are taken.
+    """
+
 def unit(vector: Floats) -> Floats:
     """Return a vector (D,) float64 scaled to length 1; a zero vector stays zero.
 
@@ -1059,6 +1448,13 @@ def values_at_ranks(points: Floats, ranks: Ints) -> Floats:
     """Return the coordinates that have the given ranks in ascending order, along each axis by itself.
 
     points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
+    """
+
+def visits() -> int:
+    """Return how many elements the kernels looked at in this thread since the last call, and start again at 0.
+
+    Elements are pixels, points, voxels, cells, or pairs of them, with their fixed neighborhoods; bytes that are only cleared or
+    searched for the first that is not 0 count eight as one. Equal arguments give equal counts.
     """
 
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int) -> Floats:
@@ -1096,23 +1492,4 @@ def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     Returns
     -------
     (S,) float64. The sums are differences of one running total, so they carry its rounding.
-    """
-
-def without_small_regions(mask: Bools, min_pixels: int) -> tuple[Bools, int, int, int]:
-    """Remove the small connected components of a mask, then fill its small holes.
-
-    Components are 8-connected, and the pixels of their holes count too; holes are 4-connected, and the background that reaches
-    the border of the image is none.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool
-    min_pixels
-        components and holes of fewer pixels are small
-
-    Returns
-    -------
-    result : (H, W) bool, a new array
-    selected, removed, filled : number of pixels in the mask, in its small components, and in the small holes
     """

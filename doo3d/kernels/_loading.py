@@ -31,7 +31,7 @@ def load_native() -> ModuleType:
         native = _imported()
     except ImportError as error:
         raise _unusable(f"cannot be loaded ({error})", "kernels-missing") from error
-    declared = re.findall(r"^def (\w+)", _text(STUB), re.MULTILINE)
+    declared = re.findall(r"^(?:class|def) (\w+)", _text(STUB), re.MULTILINE)
     if missing := [name for name in declared if not hasattr(native, name)]:
         del sys.modules[NAME]
         raise _unusable(f"were built of older sources, without {missing[0]}", "kernels-outdated")

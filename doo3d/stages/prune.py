@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
 from ..errors import require
 from ..geometry.polyline import unit
+from ..kernels import near_cuboids
 from ..types import Bools, Chain, Floats, Ints
 from . import FrameContext
 
 WIDTH_VOXELS = 1.5
 """Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
-
-CONTACTS_PER_PAIR = 64
-"""Contacts that FCL may report, per pair of cuboids; it stops looking when there are more."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +63,20 @@ def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pr
     owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
     starts = np.concatenate([chain.joints[:-1] for chain in chains])
     ends = np.concatenate([chain.joints[1:] for chain in chains])
-    kept = _keep(overlaps(starts, ends, width), owner, [chain.closed for chain in chains])
+    kept = _keep(Cuboids(starts, ends, width), owner, [chain.closed for chain in chains])
     left: list[Chain] = []
     for i, chain in enumerate(chains):
         left += _runs(chain, kept[owner == i])
     return Pruned(left, np.stack((starts[~kept], ends[~kept]), axis=1))
 
 
-def _keep(pairs: Sequence[tuple[int, int]], owner: Ints, closed: Sequence[bool]) -> Bools:
+def _keep(cuboids: Cuboids, owner: Ints, closed: Sequence[bool]) -> Bools:
     """Return the segments that are kept, (S,) bool.
 
     Parameters
     ----------
-    pairs
-        segments i < j that overlap, in order.
+    cuboids
+        the S segments.
     owner
         (S,), number of the chain of each segment.
     closed
@@ -87,11 +86,11 @@ def _keep(pairs: Sequence[tuple[int, int]], owner: Ints, closed: Sequence[bool])
     size = np.bincount(owner)
     first = np.concatenate(([0], np.cumsum(size)[:-1]))
     total = size.copy()
-    for i, j in pairs:
+    for i, j in cuboids.near_pairs(owner).tolist():
         a, b = owner[i], owner[j]
-        if a == b and (j - i == 1 or (closed[a] and i == first[a] and j - i == total[a] - 1)):
-            continue  # neighbors share a joint
-        if kept[i] and kept[j]:
+        if a == b and closed[a] and i == first[a] and j - i == total[a] - 1:
+            continue  # first and last of a ring share a joint
+        if kept[i] and kept[j] and cuboids.overlap(i, j):
             loser = j if size[b] <= size[a] else i
             kept[loser] = False
             size[owner[loser]] -= 1
@@ -106,10 +105,8 @@ def _runs(chain: Chain, kept: Bools) -> list[Chain]:
     return [Chain(chain.joints[a : b + 1], chain.segment_length) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]]:
-    """Find the pairs of segments that intersect, each taken as a cuboid with a square cross-section.
-
-    In 2-D the cuboids lie in the plane z = 0. The test is the box-box test of FCL (package python-fcl).
+class Cuboids:
+    """Segments as cuboids with a square cross-section; in 2-D they lie in the plane z = 0.
 
     Parameters
     ----------
@@ -117,50 +114,39 @@ def overlaps(starts: Floats, ends: Floats, width: float) -> list[tuple[int, int]
         (S, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of S segments, at least one.
     width
         edge of the cross-section, m (px in 2-D).
-
-    Returns
-    -------
-    Pairs (i, j) of segment indices with i < j, sorted. Ignore the pairs of segments that share a joint: they always touch, and
-    only some of them are listed.
     """
-    near = _crowded(starts, ends, width)
-    if not len(near):
-        return []
-    fcl = require("fcl")
-    if starts.shape[1] == 2:
-        zero = np.zeros((len(starts), 1))
-        starts, ends = np.hstack((starts, zero)), np.hstack((ends, zero))
-    lengths, rotations, middles = _boxes(starts[near], ends[near])
-    # contacts name the geometry, so it must live as long as they do
-    boxes = [fcl.Box(length, width, width) for length in lengths]
-    objects = [
-        fcl.CollisionObject(box, fcl.Transform(rotation, middle))
-        for box, rotation, middle in zip(boxes, rotations, middles, strict=True)
-    ]
-    index = {id(box): int(i) for box, i in zip(boxes, near, strict=True)}
-    manager = fcl.DynamicAABBTreeCollisionManager()
-    manager.registerObjects(objects)
-    manager.setup()
-    request = fcl.CollisionRequest(num_max_contacts=CONTACTS_PER_PAIR * len(boxes) ** 2, enable_contact=False)
-    data = fcl.CollisionData(request=request, result=fcl.CollisionResult())
-    manager.collide(data, fcl.defaultCollisionCallback)
-    pairs = {(index[id(contact.o1)], index[id(contact.o2)]) for contact in data.result.contacts}
-    return sorted((min(pair), max(pair)) for pair in pairs)
+
+    def __init__(self, starts: Floats, ends: Floats, width: float) -> None:
+        self.starts, self.ends, self.width = starts, ends, width
+
+    def near_pairs(self, owner: Ints) -> Ints:
+        """Return the pairs (i, j), i < j, that may intersect, in order: (K, 2); owner : (S,), chain of each segment.
+
+        Consecutive segments of a chain are left out.
+        """
+        return near_cuboids(self.starts, self.ends, owner, self.width)
+
+    def overlap(self, i: int, j: int) -> bool:
+        """Tell whether the cuboids of two segments intersect, by the box-box test of FCL (package python-fcl)."""
+        fcl, request = self._fcl
+        return bool(fcl.collide(self._object(i), self._object(j), request, fcl.CollisionResult()))
+
+    def _object(self, i: int) -> Any:
+        fcl, (lengths, rotations, middles) = self._fcl[0], self._boxes
+        return fcl.CollisionObject(fcl.Box(lengths[i], self.width, self.width), fcl.Transform(rotations[i], middles[i]))
+
+    @cached_property
+    def _fcl(self) -> tuple[Any, Any]:
+        fcl = require("fcl")
+        return fcl, fcl.CollisionRequest()
+
+    @cached_property
+    def _boxes(self) -> tuple[list[float], Floats, Floats]:
+        level = ((0, 0), (0, 3 - self.starts.shape[1]))
+        return _boxes_of(np.pad(self.starts, level), np.pad(self.ends, level))
 
 
-def _crowded(starts: Floats, ends: Floats, width: float) -> Ints:
-    """Return the segments with another one, not the next, whose cuboid could intersect theirs: ascending indices.
-
-    Of the nearest segments three may be the segment itself and the two next to it, so with one more there is another if any.
-    """
-    reach = float(np.linalg.norm(ends - starts, axis=1).max()) + np.sqrt(2.0) * width
-    middles = (starts + ends) / 2
-    near = cKDTree(middles).query(middles, k=4, distance_upper_bound=reach * (1 + 1e-9))[1]
-    count = np.arange(len(middles))
-    return np.flatnonzero(((near < len(middles)) & (np.abs(near - count[:, None]) > 1)).any(axis=1))
-
-
-def _boxes(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
+def _boxes_of(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:
     """Return lengths, rotations (S, 3, 3) whose first columns are the segments' directions, and middles (S, 3)."""
     offset = ends - starts
     length = np.linalg.norm(offset, axis=1)

@@ -10,12 +10,12 @@ import numpy as np
 from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
+from ..facts.frame_facts import FrameFacts, facts_of
 from ..geometry.closing import close_cells
 from ..geometry.limits import AT_ONCE, MAX_CELLS
-from ..geometry.mask import bounding_box, mask_radius
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
-from ..kernels import connected_components, neighbor_table, thin_pixels
+from ..kernels import connected_components, mask_pixels, near_mask, neighbor_table
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -92,7 +92,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     return _finish(grid, min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2))))
 
 
-def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
+def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
     """Tell which pixels lie in the core of a strand (stretch of the object), the part of the mask around its middle.
 
     A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of the pixel.
@@ -101,8 +101,8 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
 
     Parameters
     ----------
-    mask
-        (H, W) bool, not empty.
+    facts
+        the mask, not empty.
     pixels
         (N, 2) int64, N pixels (u, v) to test.
     core_fraction
@@ -116,31 +116,29 @@ def core_pixels(mask: Bools, pixels: Ints, core_fraction: float, radius: float, 
     -------
     (N,) bool, one per pixel; False for a pixel outside the mask.
     """
-    box = bounding_box(mask)
-    distance = cv2.distanceTransform(np.pad(mask[box], 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    side = 2 * min(max(1, math.ceil(radius)), max(distance.shape)) + 1
-    largest = cv2.dilate(distance, np.ones((side, side), np.uint8))
-    v, u = pixels[:, 1] - box[0].start, pixels[:, 0] - box[1].start
-    in_box = (v >= 0) & (v < len(distance)) & (u >= 0) & (u < distance.shape[1])
-    in_core = np.zeros(len(pixels), dtype=bool)
-    own, peak = distance[v[in_box], u[in_box]], largest[v[in_box], u[in_box]]
-    in_core[in_box] = (own > 0) & (own >= np.minimum(core_fraction * peak, peak - margin))
-    return in_core
+    return facts.core_pixels(np.ascontiguousarray(pixels), max(1, math.ceil(radius)), core_fraction, margin)
 
 
-def middle_pixels(mask: Bools, pixels: Ints, reach: float) -> Bools:
-    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px.
+def middle_pixels(facts: FrameFacts, pixels: Ints, reach: float) -> Bools:
+    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px: (N,) bool.
 
-    mask : (H, W) bool, thinned after Zhang and Suen. Returns (N,) bool.
+    facts : the mask, thinned after Zhang and Suen.
     """
-    off_line = np.ones(mask.shape, dtype=np.uint8)
-    if mask.any():
-        box = bounding_box(mask)
-        inside = np.argwhere(mask[box])
-        kept = inside[thin_pixels(inside + 1)]
-        off_line[box][kept[:, 0], kept[:, 1]] = 0
-    distance = cv2.distanceTransform(off_line, cv2.DIST_L2, 5) if reach > 1 else off_line
-    return np.asarray(distance[pixels[:, 1], pixels[:, 0]] < max(reach, 1))
+    return _are_near(pixels, facts.skeleton_pixels(), max(reach, 1.0), inclusive=False)
+
+
+def _are_near(pixels: Ints, marked: Ints, reach: float, *, inclusive: bool) -> Bools:
+    """Tell which of the pixels (N, 2) are nearer than `reach` px to a marked pixel (K, 2), or as near: (N,) bool."""
+    both = np.concatenate((pixels, marked))
+    if not len(both):
+        return np.zeros(0, dtype=bool)
+    corner = both.min(axis=0)
+    width, height = both.max(axis=0) - corner + 1
+    mask = np.zeros((height, width), dtype=bool)
+    u, v = (marked - corner).T
+    mask[v, u] = True
+    u, v = (pixels - corner).T
+    return np.asarray(near_mask(mask, reach, inclusive)[v, u])
 
 
 def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float) -> Bools:
@@ -168,7 +166,7 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
     at_edge = np.zeros(foreground.mask.shape, dtype=bool)
     if foreground.pixels is None or not len(foreground.pixels):
         return at_edge
-    box = bounding_box(foreground.mask)
+    box = facts_of(foreground).slices
     u, v = foreground.pixels[:, 0] - box[1].start, foreground.pixels[:, 1] - box[0].start
     filtered = foreground.points if foreground.filtered is None else foreground.filtered
     depth = np.full(foreground.mask[box].shape, np.inf, dtype=np.float32)
@@ -203,22 +201,23 @@ def _points_to_voxelize(
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
         return points if foreground.bridges is None else np.concatenate((points, foreground.bridges)), None
+    facts = facts_of(foreground)
     if config.split_at_depth_step:
-        mask = mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px)
-    in_core = core_pixels(mask, pixels, config.core_fraction, radius_px, config.core_margin_px)
+        facts = FrameFacts(mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px))
+    in_core = core_pixels(facts, pixels, config.core_fraction, radius_px, config.core_margin_px)
     if foreground.side_by_side is None:
         core = points[in_core]
         return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
     beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-    in_core = np.where(beside, middle_pixels(mask, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
-    off_core = np.ones(mask.shape, dtype=np.uint8)
-    off_core[pixels[in_core, 1], pixels[in_core, 0]] = 0
-    between = foreground.side_by_side & (
-        cv2.distanceTransform(off_core, cv2.DIST_L2, 5) > max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px)
-    )
+    in_core = np.where(beside, middle_pixels(facts, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
+    doubtful = mask_pixels(foreground.side_by_side)
+    far = ~_are_near(doubtful, pixels[in_core], max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px), inclusive=True)
+    between, on_core = np.zeros((2, *mask.shape), dtype=bool)
+    between[doubtful[far, 1], doubtful[far, 0]] = True
+    on_core[pixels[in_core, 1], pixels[in_core, 0]] = True
     core = points[in_core]
     if foreground.bridges is not None:
-        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, off_core > 0)]))
+        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, ~on_core)]))
     return core, between
 
 
@@ -242,8 +241,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
         raise _too_large(cells, KEY_LIMIT, size)
     if len(cells.keys) > MAX_CELLS:
         raise _too_large(len(cells.keys), MAX_CELLS, size)
-    if foreground.facts is not None and foreground.facts.strands_nearer(MAX_CLOSED_GAP * size):
-        part = foreground.facts.strand_of(points)
+    if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
+        part = foreground.cloud_facts.strand_of(points)
         closed = [
             close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
             for number in range(int(part.max()) + 1)
@@ -296,7 +295,7 @@ def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> 
         raise InputError(
             f"the mask has {len(pixels)} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many"
         )
-    radius = config.radius or max(mask_radius(mask), MIN_MASK_RADIUS_PX)
+    radius = config.radius or max(facts_of(foreground).radius(), MIN_MASK_RADIUS_PX)
     origin = np.array([pixels[0, 0], pixels[:, 1].min()]) - 1
     return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 

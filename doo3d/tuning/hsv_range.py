@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..config import HsvRange
-from ..kernels import without_small_regions
+from ..facts.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats, Ints
 from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of
 
@@ -147,7 +147,7 @@ def completed_mask(color: Array, thin: ThinObject) -> Bools:
     """
     diameter = max(3, 2 * round(thin.half_width) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
-    solid = without_small_regions(thin.mask, max(2, round(4 * thin.half_width**2)))[0]
+    solid = FrameFacts(thin.mask, None, max(2, round(4 * thin.half_width**2))).mask
     reach = 2 * max(1, round(thin.half_width / 3)) + 1
     closed = cv2.morphologyEx(solid.view(np.uint8), cv2.MORPH_CLOSE, disc)
     near = cv2.dilate(closed, np.ones((reach, reach), np.uint8)) > 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from .arrays import Array, Bools, Floats, Ints, set_sealed
@@ -66,8 +66,6 @@ class Foreground:
         such strands.
     sampling
         how the points of a cloud lie on its strands; None for a frame or an image, and for a cloud that was not measured.
-    facts
-        `kernels.CloudFacts` of the points of a cloud; None for a frame or an image, and where points are sparse.
     notes
         messages of the segmentation to the user, one sentence each.
     views
@@ -75,6 +73,11 @@ class Foreground:
     is_told
         whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
         it. False if strands were looked for by their shape alone.
+    facts
+        what follows from the mask and the depth in it (`facts.frame_facts.FrameFacts`), made once; None for a cloud.
+    cloud_facts
+        what follows from the points of a cloud (`kernels.CloudFacts`), made once; None for a frame or an image, and where
+        points are sparse.
     """
 
     points: Floats
@@ -89,10 +92,11 @@ class Foreground:
     mask_radius: float | None = None
     side_by_side: Bools | None = None
     sampling: CloudSampling | None = None
-    facts: Any = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
     is_told: bool = True
+    facts: Any = field(default=None, repr=False, compare=False)
+    cloud_facts: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):

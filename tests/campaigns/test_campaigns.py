@@ -35,3 +35,15 @@ def test_surroundings(tmp_path, monkeypatch):
     usual = {key: values[0] for key, values in CHOICES.items()}
     other = {"hash seed": "1", "threads": "8", "workers": "1", "language": "C", "zone": "Asia/Kathmandu"}
     assert compare(tmp_path, [usual | other]) == []
+
+
+def test_instructions_without_valgrind_are_not_counted(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert "valgrind is not installed" in campaign("instructions.py")
+
+
+def test_frames_with_over_2_percent_more_instructions_are_named(monkeypatch):
+    monkeypatch.syspath_prepend(str(HERE))
+    from instructions import above
+
+    assert above({"a": 102.1, "b": 101.9, "new": 7.0}, {"a": 100.0, "b": 100.0}) == ["a: 2.1 % more than the recorded 100.0"]

@@ -155,8 +155,22 @@ def test_bench_of_growing_frames(doo3d, tmp_path, monkeypatch):
 
 
 def test_bench_options_that_exclude_each_other(doo3d, capture):
-    assert "give no INPUT" in doo3d("bench", capture(), "--scale")[2]
+    folder = capture()
+    assert "give no INPUT" in doo3d("bench", folder, "--scale")[2]
     assert "--scale" in doo3d("bench", "--plot", "a.png")[2]
+    for option in ("--stages", "--large", "--only=cloud"):
+        assert "rendered frames" in doo3d("bench", folder, option)[2]
+        assert "rendered frames" in doo3d("bench", "--scale", option)[2]
+
+
+def test_bench_of_rendered_frames(doo3d):
+    code, out, _ = doo3d("bench", "--only", "1 cable, image", "--runs", "1", "--stages")
+    assert code == 0
+    assert "traverse" in out
+    assert out.splitlines()[-5].startswith("photograph, 1 cable, image")
+    code, _, error = doo3d("bench", "--only", "nothing")
+    assert code == 2
+    assert "cloud, 9,000 points" in error
 
 
 def test_bench(doo3d, capture):

@@ -30,6 +30,7 @@ OTHERS = {
     "sequences": "evaluate sequences --own dragged --seeds 1 --frames 4 --size 320x240",
     "trees": "evaluate trees --families tree --seeds 2 --size 320x240",
     "photos": "evaluate dataset mbest photos",
+    "cases": "bench --only cable, --runs 1",
 }
 """Name -> a command with a bar."""
 

@@ -46,9 +46,3 @@ def test_memory_is_at_least_what_is_held():
     peak = bench.peak_memory_mb()
     assert len(held)
     assert peak is None or peak > 200
-
-
-@pytest.mark.slow
-def test_without_input_a_frame_is_rendered():
-    (timing,) = bench.bench([], Config(), 1)
-    assert timing.size == "1280x720"

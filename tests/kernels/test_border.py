@@ -17,8 +17,8 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
+    "FrameFacts": (np.ones((3, 3), bool),),
     "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),
-    "agreeing_readings": (np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, 10.0, 1, 0.01, 3),
     "arc_line_arc": (np.eye(4, 3), 0.1, False),
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "arc_length": (POINTS,),
@@ -34,7 +34,6 @@ CALLS = {
     "count_near_planes": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
-    "depth_differences": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
     "fit_lines": (
@@ -42,24 +41,43 @@ CALLS = {
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "is_simple": (3,),
-    "lateral_sums": (np.zeros((2, 2)), np.zeros(2), np.zeros(2, int), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1)),
+    "silhouette": (
+        POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
+    ),
+    "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
     "mask_parts": (np.ones((3, 3), bool), 4),
     "mask_pixels": (np.ones((3, 3), bool),),
+    "nearest_of_own": (POINTS, np.array([0, 6]), POINTS, np.array([0, 6]), 0.1),
+    "polyline_lengths": (POINTS, np.array([0, 2, 6])),
+    "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
+    "strands_beside": (
+        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
+    ),
+    "classify_positions": (
+        POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
+    ),
+    "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
+    "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
+    "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
+    "depth_support": (
+        POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2),
+        np.ones(2), np.ones(4), 1,
+    ),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
     "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "moving_mean": (POINTS, 1),
+    "near_mask": (np.ones((3, 3), bool), 1.0, True),
+    "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "nearest": (POINTS, POINTS, 0.1, False),
     "nearest_points": (POINTS, POINTS[:2], 3),
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
-    "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "readings_in_mask": (np.ones((3, 3), np.float32), np.ones((3, 3), bool)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
@@ -68,20 +86,24 @@ CALLS = {
     ),
     "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
+    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "sort_into_cells": (POINTS, np.zeros(3), 0.01, 1, 1e18),
     "steps": (POINTS, False),
+    "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
     "traverse_contour": (POINTS, 0.01, 0.5),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "visits": (),
     "values_at_ranks": (POINTS, np.array([0, 5])),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
-    "without_small_regions": (np.ones((3, 3), bool), 4),
 }  # fmt: skip
+CONSTANT = {"arc_towards", "corner_radius", "is_simple", "unit", "visits"}
+"""Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 
 
@@ -92,6 +114,16 @@ def test_every_kernel_is_called():
 @pytest.mark.parametrize("name", CALLS)
 def test_the_call_works(name):
     getattr(kernels, name)(*CALLS[name])
+
+
+@pytest.mark.parametrize("name", sorted(set(CALLS) - CONSTANT))
+def test_every_kernel_counts_the_elements_that_it_looks_at(name):
+    counts = []
+    for _ in range(2):
+        kernels.visits()
+        getattr(kernels, name)(*CALLS[name])
+        counts.append(kernels.visits())
+    assert counts[0] == counts[1] > 0
 
 
 @pytest.mark.parametrize(("name", "index"), ARRAYS)

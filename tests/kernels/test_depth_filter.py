@@ -1,11 +1,11 @@
-"""Agreement of a depth reading with its neighbours."""
+"""Depth readings of a mask: their median and noise, and their agreement with their neighbours."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from doo3d.kernels import agreeing_readings, depth_differences, readings_in_mask
+from doo3d.kernels import FrameFacts
 
 
 def slow_agreement(depth, mask, row, column, half, slope):
@@ -43,9 +43,10 @@ def test_against_plain_loops(seed, half):
             dropped += 1
     assert dropped > 10 or half > 2
     assert len(expected) > 10
-    rows, columns, mean, number = agreeing_readings(depth, mask, low, high, half, 0.003, needed)
+    pixels, own, mean, number = FrameFacts(mask, depth).agreeing_readings(low, high, half, 0.003, needed)
     assert number == dropped
-    np.testing.assert_array_equal(np.column_stack((rows, columns)), [found[:2] for found in expected])
+    np.testing.assert_array_equal(pixels[:, ::-1], [found[:2] for found in expected])
+    np.testing.assert_array_equal(own, [depth[found[:2]] for found in expected])
     np.testing.assert_allclose(mean, [found[2] for found in expected], rtol=1e-6)
 
 
@@ -53,15 +54,28 @@ def test_a_flying_point_stands_alone():
     depth = np.full((9, 9), 0.5, np.float32)
     depth[:, 5:] = 0.6
     depth[4, 4] = 0.55
-    rows, columns, mean, dropped = agreeing_readings(depth, np.ones((9, 9), bool), 0.1, 10.0, 2, 0.003, 7)
+    pixels, _, mean, dropped = FrameFacts(np.ones((9, 9), bool), depth).agreeing_readings(0.1, 10.0, 2, 0.003, 7)
     assert dropped == 1
-    assert (4, 4) not in zip(rows, columns, strict=True)
-    assert mean[(rows == 4) & (columns == 2)] == pytest.approx(0.5)
+    assert [4, 4] not in pixels.tolist()
+    assert mean[(pixels == (2, 4)).all(axis=1)] == pytest.approx(0.5)
 
 
-def test_readings_and_differences_of_a_mask():
-    depth, mask = noisy_depth(0)
+@pytest.mark.parametrize("seed", range(6))
+def test_median_and_noise_against_numpy(seed):
+    depth, mask = noisy_depth(seed)
     readings = np.where(mask, depth, 0)
-    np.testing.assert_array_equal(readings_in_mask(depth, mask), readings[readings > 0])
     both = (readings[:, 1:] > 0) & (readings[:, :-1] > 0)
-    np.testing.assert_array_equal(depth_differences(depth, mask), np.abs(np.diff(readings, axis=1)[both]))
+    expected = (readings > 0).sum(), np.median(readings[readings > 0]), np.median(np.abs(np.diff(readings, axis=1)[both]))
+    assert FrameFacts(mask, depth).depth_summary() == expected
+
+
+def test_without_readings_all_is_zero():
+    assert FrameFacts(np.ones((3, 4), bool), np.zeros((3, 4), np.float32)).depth_summary() == (0, 0.0, 0.0)
+
+
+def test_without_depth_there_is_no_summary():
+    facts = FrameFacts(np.ones((3, 4), bool))
+    with pytest.raises(ValueError, match="made without depth"):
+        facts.depth_summary()
+    with pytest.raises(ValueError, match="made without depth"):
+        facts.agreeing_readings(0.1, 1.0, 2, 0.01, 7)

@@ -106,7 +106,7 @@ def test_a_module_that_cannot_be_loaded_is_told(tmp_path):
 
 def test_the_declarations_are_those_of_the_built_functions():
     stub = (ROOT / "doo3d/kernels/__init__.pyi").read_text(encoding="utf-8")
-    assert re.findall(r"^def (\w+)", stub, re.MULTILINE) == kernels.__all__
+    assert re.findall(r"^(?:class|def) (\w+)", stub, re.MULTILINE) == kernels.__all__
 
 
 def is_editable(package: str) -> bool:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import fill_cells, nearest, neighborhood_spreads, points_near_line, sample_bilinear
+from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads, sample_bilinear
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -39,6 +39,15 @@ def test_nothing_is_near_where_there_is_nothing():
     assert len(nearest(np.zeros((0, 3)), np.zeros((4, 3)), 1.0, False)[0]) == 0
 
 
+def test_of_own_targets_the_nearest_is_found():
+    rng = np.random.default_rng(0)
+    bounds, target_bounds = np.array([0, 20, 20, 50]), np.array([0, 30, 40, 45])
+    points, targets = rng.normal(size=(50, 3)), rng.normal(size=(45, 3))
+    found = nearest_of_own(points, bounds, targets, target_bounds, 0.3)
+    assert found[:20].tolist() == cKDTree(targets[:30]).query(points[:20])[1].tolist()
+    assert found[20:].tolist() == (40 + cKDTree(targets[40:]).query(points[20:])[1]).tolist()
+
+
 @pytest.mark.parametrize("reach", [0.05, 0.4, 9.0])
 def test_neighborhoods_are_those_of_a_tree(reach):
     rng = np.random.default_rng(0)
@@ -60,14 +69,6 @@ def test_neighborhoods_are_those_of_a_tree(reach):
         at = (centers[k : k + 1], reach, counts[k : k + 1], means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
         assert not occupied or fill_cells(points, *at, occupied - 0.5).all()
         assert not fill_cells(points, *at, occupied).any()
-
-
-def test_beside_a_line():
-    points = np.array([(1.0, 0.5, 0), (1.0, 2.0, 0), (9.0, 0, 0), (-2.0, 0, 0.5)])
-    kept, along, aside = points_near_line(points, np.zeros(3), np.array((1.0, 0, 0)), 5.0, 1.0)
-    assert kept.tolist() == [[1, 0.5, 0], [-2, 0, 0.5]]
-    assert along.tolist() == [1, -2]
-    assert aside.tolist() == [0.5, 0.5]
 
 
 def test_bilinear_between_four_pixels():

@@ -31,3 +31,50 @@ def test_the_mean_of_those_around(half):
     widths = np.minimum(np.minimum(np.arange(20), np.arange(20)[::-1]), half)
     expected = [points[i - width : i + width + 1].mean(axis=0) for i, width in enumerate(widths)]
     np.testing.assert_allclose(lines.moving_mean(points, half), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_samples_of_polylines_are_those_of_interpolation(dim):
+    rng = np.random.default_rng(dim)
+    parts = [rng.normal(size=(size, dim)) for size in (12, 1, 30, 2)]
+    parts[2][7] = parts[2][8]
+    bounds, counts = np.cumsum([0, *map(len, parts)]), np.array([9, 2, 40, 3])
+    length = lines.polyline_lengths(np.concatenate(parts), bounds)
+    assert length.tolist() == [lines.arc_length(part)[-1] for part in parts]
+    to_end = np.array([True, False, False, True])
+    spacing = length / (counts - to_end)
+    samples, segment = lines.sample_polylines(np.concatenate(parts), bounds, spacing, counts, to_end)
+    at = [np.linspace(0, total, count, endpoint=end) for total, count, end in zip(length, counts, to_end, strict=True)]
+    np.testing.assert_array_equal(samples, np.concatenate([resample(part, each) for part, each in zip(parts, at, strict=True)]))
+    steps = [
+        np.clip(np.searchsorted(lines.arc_length(part), each, side="right") - 1, 0, max(len(part) - 2, 0))
+        for part, each in zip(parts, at, strict=True)
+    ]
+    np.testing.assert_array_equal(segment, np.concatenate(steps))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_tangents_of_polylines_are_central_differences(dim):
+    rng = np.random.default_rng(dim)
+    parts = [rng.normal(size=(size, dim)) for size in (12, 2, 30, 5)]
+    closed = np.array([False, False, True, False])
+    found = lines.polyline_tangents(np.concatenate(parts), np.cumsum([0, *map(len, parts)]), closed)
+    expected = [
+        np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0) if ring else np.gradient(part, axis=0)
+        for part, ring in zip(parts, closed, strict=True)
+    ]
+    np.testing.assert_array_equal(found, lines.unit_rows(np.concatenate(expected)))
+    assert lines.polyline_tangents(np.ones((1, dim)), np.array([0, 1]), np.array([False])).tolist() == [[0.0] * dim]
+
+
+def test_the_sharpest_turn_is_the_least_cosine():
+    rng = np.random.default_rng(0)
+    parts = [np.cumsum(rng.normal(1, 0.5, (size, 2)), axis=0) for size in (30, 8, 12)]
+    bounds = np.cumsum([0, *map(len, parts)])
+    expected = [1.0] * 3
+    for c, part in enumerate(parts):
+        for i in range(4, len(part) - 4):
+            before, after = lines.unit(part[i] - part[i - 4]), lines.unit(part[i + 4] - part[i])
+            expected[c] = min(expected[c], float(before @ after))
+    np.testing.assert_allclose(lines.turn_cosines(np.concatenate(parts), bounds, 4), expected, rtol=1e-12)
+    assert expected[1] == 1.0

@@ -24,6 +24,19 @@ using namespace nb::literals;
 
 using Index = std::int64_t;
 
+// Add to the elements that the kernels looked at in this thread, which `visits` returns: pixels, points, voxels, cells, or pairs of
+// them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop.
+void count_visits(Index count);
+
+// Add the bytes of an image or table that is cleared or searched, eight at a time.
+inline void count_bytes(Index bytes) { count_visits(bytes / 8); }
+
+// The elements that nested loops look at, added when the scope ends.
+struct Visits {
+    Index count = 0;
+    ~Visits() { count_visits(count); }
+};
+
 // inputs
 template <class T>
 using Vector = nb::ndarray<const T, nb::ndim<1>, nb::device::cpu>;  // of any stride, such as a column
@@ -76,6 +89,7 @@ inline VectorResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags) 
 template <class T>
 std::vector<T> dense(const StridedMatrix<T>& matrix) {
     const std::size_t rows = matrix.shape(0), columns = matrix.shape(1);
+    count_visits(Index(rows));
     std::vector<T> values(rows * columns);
     for (std::size_t i = 0; i < rows; ++i) {
         for (std::size_t j = 0; j < columns; ++j) values[i * columns + j] = matrix(i, j);
@@ -86,6 +100,13 @@ std::vector<T> dense(const StridedMatrix<T>& matrix) {
 // Refuse arrays whose shapes do not fit each other.
 inline void require(bool condition, const char* sentence) {
     if (!condition) throw nb::value_error(sentence);
+}
+
+// Refuse bounds (C + 1,) that do not divide `count` rows into C parts, one after the other.
+inline void check_bounds(const Vector<Index>& bounds, Index count) {
+    require(bounds.shape(0) > 0 && bounds(0) == 0, "bounds do not start at 0");
+    for (std::size_t k = 1; k < bounds.shape(0); ++k) require(bounds(k) >= bounds(k - 1), "bounds are not ascending");
+    require(bounds(bounds.shape(0) - 1) == count, "bounds do not end at the number of points");
 }
 
 // Return the points of a polyline one after the other; refuse none, and coordinates that are not finite.
@@ -135,7 +156,10 @@ template <class Visit>
 void for_each_set(const Matrix<bool>& mask, Visit visit) {
     const Byte* bytes = bytes_of(mask);
     const Index end = mask.shape(0) * mask.shape(1);
+    Visits visits{end / 8};
     for (Index i = first_set(bytes, 0, end); i < end; i = first_set(bytes, i, end)) {
+        const Index begin = i;
         for (; i < end && bytes[i]; ++i) visit(i);
+        visits.count += i - begin;
     }
 }

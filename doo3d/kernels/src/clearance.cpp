@@ -93,12 +93,14 @@ auto first_clear(Matrix<double> points, Vector<Index> bounds, Vector<Index> coun
     std::vector<Index> first(lines);
     if (lines == 0) return to_numpy(std::move(first));
     const Cells cells(points, rows, clearance);
+    Visits visits{size + Index(rows.size())};
     for (Index e = 0; e < lines; ++e) {
         const Index count = counts(e), own = std::min(count, bounds(e + 1) - bounds(e));
         first[e] = own - 1;
         for (Index i = 0; i < own; ++i) {
             const double* point = points.data() + (bounds(e) + i) * dim;
             const bool close = !rows.empty() && cells.any(point, [&](Index row) {
+                ++visits.count;
                 const Index other = line[row];
                 return other != e && row - bounds(other) < count &&
                        !(std::sqrt(squared_distance(point, points.data() + row * dim, dim)) > clearance);

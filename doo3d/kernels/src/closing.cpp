@@ -10,6 +10,7 @@ using Keys = std::vector<Index>;
 // Return the ascending keys that are in `keys` or `stride` away from one of them.
 Keys dilated(const Keys& keys, Index stride) {
     const std::size_t size = keys.size();
+    count_visits(size);
     Keys result;
     result.reserve(3 * size);
     for (std::size_t below = 0, same = 0, above = 0; above < size;) {
@@ -28,6 +29,7 @@ Keys dilated(const Keys& keys, Index stride) {
 // Return the keys that have keys `stride` away on either side.
 Keys eroded(const Keys& keys, Index stride) {
     const std::size_t size = keys.size();
+    count_visits(size);
     Keys result;
     for (std::size_t i = 0, below = 0, above = 0; i < size; ++i) {
         while (keys[below] < keys[i] - stride) ++below;

@@ -111,7 +111,9 @@ std::vector<std::int32_t> CloudFacts::parts() const {
     std::vector<std::int32_t> parent(grid.cells.keys.size());
     std::iota(parent.begin(), parent.end(), 0);
     const double limit = apart_ * apart_;
+    Visits visits{size_};
     for_each_near_pair(grid.cells, 2, [&](Index i, Index j) {
+        ++visits.count;
         const std::int32_t one = root_of(parent, std::int32_t(i)), other = root_of(parent, std::int32_t(j));
         for (std::int32_t a = grid.start[i]; one != other && a < grid.start[i + 1]; ++a) {
             for (std::int32_t b = grid.start[j]; b < grid.start[j + 1]; ++b) {
@@ -151,6 +153,7 @@ using Sum = std::array<double, 4>;
 // `own` has three rows of 0 more than there are cells.
 std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& own) {
     std::vector<Sum> sums(cells.keys.size());
+    count_visits(27 * Index(sums.size()));
     std::vector<Index> keys = cells.keys;
     keys.insert(keys.end(), 3, INT64_MAX);
     std::size_t at[9] = {0};

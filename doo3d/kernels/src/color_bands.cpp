@@ -80,6 +80,7 @@ class Bands {
         : color(color), around(around), limits(limits), height(color.shape(0)), width(color.shape(1)),
           rows((height + TILE - 1) / TILE), columns((width + TILE - 1) / TILE), contrast(static_cast<float*>(std::calloc(height * width, sizeof(float)))),
           state(new bool[height * width]()), done(rows * columns, 0), seen(height * width, 0) {
+        count_bytes(3 * height * width);  // state, seen and the result
         for (Index k = 0; k < CHANNELS; ++k) scale[k] = 1.0f / deviation[k];
         along = positions(width, around.shape(1));
         down = positions(height, around.shape(0));
@@ -179,6 +180,7 @@ class Bands {
 
     void evaluate(Index tile) {
         done[tile] = 2;
+        count_visits(WIDE * WIDE);
         const Index top = tile / columns * TILE, left = tile % columns * TILE;
         const Index bottom = std::min(top + TILE, height), right = std::min(left + TILE, width);
         float across[WIDE][CHANNELS][TILE];
@@ -244,6 +246,7 @@ class Bands {
     // Collect the pixels of bands without those at an edge that have little of the contrast beside them.
     void cut_edges() {
         std::sort(queue.begin(), queue.end());
+        count_visits(Index(queue.size()) * TILE * TILE);
         for (const Index tile : queue) {
             const Index top = tile / columns * TILE, left = tile % columns * TILE, right = std::min(left + TILE, width);
             for (Index y = top; y < std::min(top + TILE, height); ++y) {
@@ -272,6 +275,7 @@ class Bands {
 
     // Keep the 8-connected parts of which enough pixels are well above the surface.
     void keep_seeded() {
+        count_visits(2 * Index(told.size()));
         std::vector<Index> part;
         for (const Index start : told) {
             if (seen[start] != DIFFERS) continue;
@@ -343,6 +347,8 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels) {
                                inside[at + across - 1] + DIAGONAL, inside[at + 1] + STRAIGHT});
     }
     std::vector<Byte> open(inside.size(), 0);
+    count_bytes(Index(inside.size()) * 5);
+    count_visits(2 * Index(set.size()));
     for (const Index at : set) open[at] = 1;
     for (Index x = 0; x < across; ++x) inside[x] = inside[(height + 1) * across + x] = 0.0f;
     for (Index y = 0; y < height + 2; ++y) inside[y * across] = inside[y * across + width + 1] = 0.0f;

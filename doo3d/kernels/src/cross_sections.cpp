@@ -1,30 +1,9 @@
 // Surface points in the cross-sections of samples along center lines, and what is pooled from them.
 #include "arrays.h"
-
-#include <algorithm>
+#include "medians.h"
+#include "pooling.h"
 
 namespace {
-
-// Of an even number of values the mean of the middle two, as NumPy takes it; the values are reordered.
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + values.size() / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
-
-std::vector<double> pooled(const double* values, const Vector<Index>& path, Index half) {
-    const Index size = path.shape(0);
-    half = std::min(half, size);
-    std::vector<double> total(size + 1), sums(size);
-    for (Index s = 0; s < size; ++s) total[s + 1] = total[s] + values[s];
-    for (Index start = 0; start < size;) {
-        Index end = start + 1;
-        while (end < size && path(end) == path(start)) ++end;
-        for (Index s = start; s < end; ++s) sums[s] = total[std::min(s + half + 1, end)] - total[std::max(s - half, start)];
-        start = end;
-    }
-    return sums;
-}
 
 auto window_sum(Vector<double> values, Vector<Index> path, Index half) {
     require(values.shape(0) == path.shape(0), "values and path have different lengths");
@@ -42,6 +21,7 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
     require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
     require(Index(lateral.shape(0)) == size && Index(depth.shape(0)) == size && Index(reach.shape(0)) == size,
             "lateral, depth and reach are not one per position");
+    count_visits(count);
     std::vector<Index> sample;
     std::vector<double> across, behind;
     for (Index n = 0; n < count; ++n) {
@@ -68,6 +48,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     require(Index(lateral.shape(0)) == count && Index(depth.shape(0)) == count, "lateral and depth are not one per point");
     require(Index(radius.shape(0)) == size, "radius is not one per sample");
     require(half >= 0, "half is negative");
+    count_visits(count);
     std::vector<Index> kept;
     std::vector<double> behind;
     for (Index k = 0; k < count; ++k) {
@@ -79,6 +60,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     }
     std::vector<double> counts, means;
     for (const bool last : {false, true}) {
+        count_visits(Index(kept.size()));
         std::vector<double> number(size), total(size);
         for (std::size_t k = 0; k < kept.size(); ++k) {
             number[kept[k]] += 1;
@@ -139,6 +121,7 @@ auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<doub
     require(positions.shape(1) == 3 && tangents.shape(1) == 3, "positions and tangents are not (S, 3)");
     require(Index(tangents.shape(0)) == size, "tangents are not one per position");
     require(viewpoint.shape(0) == 0 || viewpoint.shape(0) == 3, "viewpoint is neither (3,) nor (0,)");
+    count_visits(size);
     std::vector<double> lateral(3 * size), depth(3 * size);
     double side[3];
     for (Index s = 0; s < size; ++s) {

@@ -22,6 +22,7 @@ public:
             sum -= length;
         }
         mean_ = sum / double(t_.size());
+        count_visits(Index(t_.size()));
     }
 
     // Fill in the derivative at the end, and half the second derivative, (D,) each.

@@ -49,6 +49,7 @@ Chords lay(const double* points, Index count, Index dim, double length) {
         position = start = end;
         chords.arc_lengths.push_back(passed + std::sqrt(squared_distance(position.data(), point - dim, dim)));
     }
+    count_visits(count + chords.size());
     return chords;
 }
 

@@ -122,6 +122,7 @@ Pair aim(const Ends& ends, double radius, bool inside) {
     double moved = INFINITY;
     Arc first{ends.e1, ends.d1, ends.d1, 0.0, radius}, second = first;
     for (int round = 0; round < MAX_ITERATIONS; ++round) {
+        count_visits(1);
         bool found;
         std::tie(found, first) = turn_towards(ends.e1, ends.d1, target, radius, inside, ends.planar);
         if (!found) return {false, first, second};
@@ -156,6 +157,7 @@ Pair find_corners(const Ends& ends, double radius) {
     Vec line{way[0] / scale, way[1] / scale, way[2] / scale};
     double length = scale, ahead = 0.0, moved = INFINITY;
     for (int round = 0; round < MAX_ITERATIONS; ++round) {
+        count_visits(1);
         const double cosine1 = dot(ends.d1, line), cosine2 = -dot(ends.d2, line);
         if (least(cosine1, cosine2) < -0.999) return {false, none, none};
         const double ahead1 = radius * std::sqrt(most(0.0, 1 - cosine1) / (1 + cosine1));
@@ -321,6 +323,7 @@ auto sample_gap(Matrix<double> arcs, double spacing) {
     const Index before = step_count(first, spacing), after = step_count(second, spacing);
     const Index between = std::max<Index>(1, Index(std::ceil(norm(line) / spacing)));
     const Index count = before + between + after + 1;
+    count_visits(count);
     std::vector<double> points(count * dim);
     for (Index i = 0; i < count; ++i) {
         Vec point;

@@ -178,6 +178,7 @@ auto fit_lines(Matrix<double> points, Matrix<double> at, Matrix<double> distance
     require(Index(widths.shape(0)) == levels && Index(min_points.shape(0)) == levels, "widths and min_points are not one per scale");
     require(nearest >= 2 && candidates >= 1 && candidates <= 1000, "there are fewer than two neighbors, or no candidates");
     for (Index k = 0; k < size * nearest; ++k) require(index.data()[k] >= 0 && index.data()[k] < count, "an index lies outside the points");
+    count_visits(size * nearest * levels);
     Lines lines(size);
     std::copy(at.data(), at.data() + 3 * size, lines.center.begin());
     {

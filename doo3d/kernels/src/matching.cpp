@@ -26,6 +26,7 @@ public:
     // weight of the edge between vertices a and b of 0 to n - 1; 0 for none
     template <class Weight>
     Blossoms(Index n, const Weight& weight) : n_(n), used_(n), size_(n + n / 2 + 2), edges_(size_ * size_), flower_from_(size_ * (n + 1)) {
+        count_visits(size_ * size_);
         label_.assign(size_, 0);
         match_ = slack_ = outer_ = parent_ = label_;
         visited_.assign(size_, 0);
@@ -78,6 +79,7 @@ private:
     }
     void set_slack(Index x) {
         slack_[x] = 0;
+        count_visits(n_);
         for (Index u = 1; u <= n_; ++u) {
             if (edge(u, x).weight > 0 && outer_[u] != x && side_[outer_[u]] == EVEN) update_slack(u, x);
         }
@@ -152,6 +154,7 @@ private:
         std::reverse(flower_[b].begin() + 1, flower_[b].end());
         climb(v);
         set_outer(b, b);
+        count_visits(used_ * Index(flower_[b].size()));
         for (Index x = 1; x <= used_; ++x) edge(b, x).weight = edge(x, b).weight = 0;
         for (Index x = 1; x <= n_; ++x) flower_from(b, x) = 0;
         for (const Index part : flower_[b]) {
@@ -266,6 +269,7 @@ private:
                 const Index u = queue_.front();
                 queue_.pop_front();
                 if (side_[outer_[u]] == ODD) continue;
+                count_visits(Index(neighbors_[u].size()));
                 for (const Index v : neighbors_[u]) {
                     if (edge(u, v).weight > 0 && outer_[u] != outer_[v]) {
                         if (excess(edge(u, v)) == 0) {
@@ -290,6 +294,7 @@ private:
     // Change the labels until another edge is tight, a blossom may be expanded, or an EVEN vertex has the label 0, which is returned.
     Index adjust_labels() {
         std::int64_t change = INT64_MAX;
+        count_visits(used_);
         Index lowest = 0;
         for (Index u = 1; u <= n_; ++u) {
             if (side_[outer_[u]] == EVEN && label_[u] < change) {

@@ -1,189 +1,45 @@
 // Nearest targets of many points that lie near them, and sums over the points of each target.
-#include "arrays.h"
-
-#include <algorithm>
+#include "find_nearest.h"
 
 namespace {
 
-// Cells per `reach` along each axis, in which the points are sorted.
-constexpr double CELLS_PER_REACH = 3.0;
-
-// The points sorted into square cells along the two axes in which they extend farthest: coordinates cell by cell, with the least
-// squared distance so far and whose it is. The edge of the cells is doubled until their number is in proportion to the points.
-class Cells {
-public:
-    Cells(const double* points, Index count, Index dim, double edge)
-        : Cells(points, count, dim, edge, [](const double*) { return true; }) {}
-
-    // The same cells, without the points of which `is_wanted` is false.
-    template <class IsWanted>
-    Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted) : dim_(dim) {
-        double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
-        if (dim == 2) {
-            bound<2>(points, count, low, high);
-        } else {
-            bound<3>(points, count, low, high);
-        }
-        for (Index d = 0; d < dim; ++d) extent[d] = high[d] - low[d];
-        const Index shortest = dim == 2 ? 2 : Index(std::min_element(extent, extent + 3) - extent);
-        for (Index d = 0, k = 0; d < dim; ++d) {
-            if (d != shortest) axis_[k++] = d;
-        }
-        const double rows = extent[axis_[0]], columns = extent[axis_[1]];
-        while ((std::floor(rows / edge) + 1) * (std::floor(columns / edge) + 1) > double(count) + 4096.0) edge *= 2;
-        per_unit_ = 1 / edge;
-        for (Index k = 0; k < 2; ++k) {
-            low_[k] = low[axis_[k]];
-            shape_[k] = Index(extent[axis_[k]] * per_unit_) + 1;
-        }
-        start_.assign(shape_[0] * shape_[1] + 2, 0);
-        std::vector<std::int32_t> cell(count, -1);
-        for (Index n = 0; n < count; ++n) {
-            const double* p = points + n * dim;
-            if (!finite(p) || !is_wanted(p)) continue;
-            cell[n] = std::int32_t(Index((p[axis_[0]] - low_[0]) * per_unit_) * shape_[1] + Index((p[axis_[1]] - low_[1]) * per_unit_));
-            ++start_[cell[n] + 2];
-        }
-        for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
-        size = start_.back();
-        order.resize(size);
-        position_.resize(size * dim);
-        for (Index n = 0; n < count; ++n) {
-            if (cell[n] < 0) continue;
-            const Index k = start_[cell[n] + 1]++;
-            order[k] = std::int32_t(n);
-            for (Index d = 0; d < dim; ++d) position_[d * size + k] = points[n * dim + d];
-        }
-        square.assign(size, INFINITY);
-        owner.assign(size, 0);
-    }
-
-    // Let target `number` compete for the points in the cells within `reach` of it; of equally near ones the first wins.
-    void offer(const double* target, Index number, double reach) {
-        for_each_run(target, reach, [&](Index begin, Index end) {
-            if (dim_ == 2) {
-                offer_run<2>(begin, end, target, number);
-            } else {
-                offer_run<3>(begin, end, target, number);
-            }
-        });
-    }
-
-    // Call `visit` with each sorted point in the cells within `reach` of a position.
-    template <class Visit>
-    void for_each_around(const double* at, double reach, Visit visit) const {
-        for_each_run(at, reach, [&](Index begin, Index end) {
-            for (Index k = begin; k < end; ++k) visit(k);
-        });
-    }
-
-    // Write the offset from a position in space to a sorted point.
-    void offset(Index k, const double* from, double* result) const {
-        for (Index d = 0; d < 3; ++d) result[d] = position_[d * size + k] - from[d];
-    }
-
-    Index size = 0;                    // number of sorted points; those that are not finite are left out
-    std::vector<std::int32_t> order;   // the index of each
-    std::vector<double> square;        // least squared distance from a target so far
-    std::vector<Index> owner;          // whose it is
-
-private:
-    bool finite(const double* p) const { return (p[0] - p[0]) + (p[1] - p[1]) + (dim_ == 3 ? p[2] - p[2] : 0.0) == 0.0; }
-
-    // Find the lowest and the highest coordinates of finite points; of none both stay.
-    template <int D>
-    void bound(const double* points, Index count, double* low, double* high) const {
-        double least[D], most[D];
-        std::fill(least, least + D, INFINITY);
-        std::fill(most, most + D, -INFINITY);
-        for (const double* p = points; p != points + count * D; p += D) {
-            if (!finite(p)) continue;
-            for (int d = 0; d < D; ++d) {
-                least[d] = p[d] < least[d] ? p[d] : least[d];
-                most[d] = p[d] > most[d] ? p[d] : most[d];
-            }
-        }
-        if (!(least[0] <= most[0])) return;
-        std::copy(least, least + D, low);
-        std::copy(most, most + D, high);
-    }
-
-    // Call `visit` with the first and one more than the last point of each row of cells within `reach` of a position.
-    template <class Visit>
-    void for_each_run(const double* position, double reach, Visit visit) const {
-        Index first[2], last[2];
-        for (Index k = 0; k < 2; ++k) {
-            const double cells = double(shape_[k]), at = position[axis_[k]] - low_[k];
-            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
-            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
-        }
-        if (last[1] <= first[1]) return;
-        for (Index row = first[0]; row < last[0]; ++row) {
-            visit(start_[row * shape_[1] + first[1]], start_[row * shape_[1] + last[1]]);
-        }
-    }
-
-    template <int D>
-    void offer_run(Index begin, Index end, const double* target, Index number) {
-        const double *x = position_.data(), *y = x + size, *z = y + size;
-        double* best = square.data();
-        Index* whose = owner.data();
-        for (Index k = begin; k < end; ++k) {
-            const double dx = x[k] - target[0], dy = y[k] - target[1];
-            double between = dx * dx + dy * dy;
-            if constexpr (D == 3) {
-                const double dz = z[k] - target[2];
-                between += dz * dz;
-            }
-            const bool nearer = between < best[k];  // without a branch, so that compilers can vectorize
-            best[k] = nearer ? between : best[k];
-            whose[k] = nearer ? number : whose[k];
-        }
-    }
-
-    Index dim_;
-    double per_unit_ = 1.0;
-    Index axis_[2] = {0, 1};
-    double low_[2] = {0, 0};
-    Index shape_[2] = {1, 1};
-    std::vector<Index> start_;       // of each cell, the first of its points
-    std::vector<double> position_;  // axis by axis
-};
-
-// Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
-// the points of a cell lie one behind the other in memory. A point without a target within reach is compared with all targets,
-// unless the search is limited.
-auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
-    const Index count = points.shape(0), size = targets.shape(0), dim = points.shape(1);
+void check_targets(const Matrix<double>& points, const Matrix<double>& targets, double reach) {
+    const Index dim = points.shape(1);
     require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
     require(Index(targets.shape(1)) == dim, "points and targets have different numbers of coordinates");
     require(reach > 0 && std::isfinite(reach), "reach is not positive and finite");
-    for (Index k = 0; k < size * dim; ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
+    for (std::size_t k = 0; k < targets.size(); ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
+}
+
+auto nearest(Matrix<double> points, Matrix<double> targets, double reach, bool limited) {
+    check_targets(points, targets, reach);
+    const Index count = points.shape(0), dim = points.shape(1);
     std::vector<double> distance(count, INFINITY);
     std::vector<Index> index(count);
-    if (size > 0 && count > 0) {
-        Cells cells(points.data(), count, dim, reach / CELLS_PER_REACH);
-        for (Index s = 0; s < size && cells.size > 0; ++s) cells.offer(targets.data() + s * dim, s, reach);
-        for (Index k = 0; k < cells.size; ++k) {
-            const Index n = cells.order[k];
-            double best = cells.square[k];
-            Index owner = cells.owner[k];
-            if (!(best <= reach * reach)) {
-                if (limited) continue;
-                best = INFINITY;
-                for (Index s = 0; s < size; ++s) {
-                    const double between = squared_distance(points.data() + n * dim, targets.data() + s * dim, dim);
-                    if (between < best) {
-                        best = between;
-                        owner = s;
-                    }
-                }
-            }
-            distance[n] = std::sqrt(best);
-            index[n] = owner;
-        }
+    {
+        nb::gil_scoped_release released;
+        const NearestSearch search{targets.data(), Index(targets.shape(0)), dim, distance.data(), index.data()};
+        find_nearest(search, points.data(), count, reach, limited);
     }
     return std::make_tuple(to_numpy(std::move(distance)), to_numpy(std::move(index)));
+}
+
+auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> targets, Vector<Index> target_bounds, double reach) {
+    check_targets(points, targets, reach);
+    check_bounds(bounds, points.shape(0));
+    check_bounds(target_bounds, targets.shape(0));
+    require(bounds.shape(0) == target_bounds.shape(0), "points and targets are of different numbers of paths");
+    const Index dim = points.shape(1), paths = Index(bounds.shape(0)) - 1;
+    std::vector<double> distance(points.shape(0));
+    std::vector<Index> index(points.shape(0));
+    for (Index p = 0; p < paths; ++p) {
+        const Index first = bounds(p), target = target_bounds(p), size = target_bounds(p + 1) - target;
+        require(size > 0 || bounds(p + 1) == first, "a path has points but no targets");
+        const NearestSearch search{targets.data() + target * dim, size, dim, distance.data() + first, index.data() + first};
+        find_nearest(search, points.data() + first * dim, bounds(p + 1) - first, reach, false);
+        for (Index n = first; n < bounds(p + 1); ++n) index[n] += target;
+    }
+    return to_numpy(std::move(index));
 }
 
 void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& centers, double reach) {
@@ -286,68 +142,13 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     return to_numpy_bool(is_filled);
 }
 
-auto lateral_sums(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> samples, Matrix<double> normals,
-                  Vector<double> reach) {
-    const Index count = points.shape(0), size = samples.shape(0);
-    require(points.shape(1) == 2 && samples.shape(1) == 2 && normals.shape(1) == 2, "points, samples and normals are not (., 2)");
-    require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
-    require(Index(normals.shape(0)) == size && Index(reach.shape(0)) == size, "normals and reach are not one per sample");
-    std::vector<double> counts(size), totals(size);
-    for (Index n = 0; n < count; ++n) {
-        const Index s = index(n);
-        require(s >= 0 && s < std::max<Index>(size, 1), "an index lies outside the samples");
-        if (size > 0 && distance(n) < reach(s)) {
-            counts[s] += 1;
-            totals[s] += (points(n, 0) - samples(s, 0)) * normals(s, 0) + (points(n, 1) - samples(s, 1)) * normals(s, 1);
-        }
-    }
-    return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(totals)));
-}
-
-auto points_near_line(Matrix<double> points, Vector<double> origin, Vector<double> direction, double half_edge, double max_offset) {
-    const Index count = points.shape(0), dim = points.shape(1);
-    require(Index(origin.shape(0)) == dim && Index(direction.shape(0)) == dim, "origin and direction are not (D,)");
-    require(dim >= 1 && dim <= 3, "points are not (N, 1) to (N, 3)");
-    double start[3] = {0, 0, 0}, heading[3] = {0, 0, 0};
-    for (Index d = 0; d < dim; ++d) {
-        start[d] = origin(d);
-        heading[d] = direction(d);
-    }
-    std::vector<double> kept, along, offsets;
-    for (Index n = 0; n < count; ++n) {
-        const double* point = points.data() + n * dim;
-        bool inside = std::fabs(point[0] - start[0]) < half_edge;
-        if (!inside) continue;  // as most points are
-        double ahead = 0.0, square = 0.0;
-        for (Index d = 0; d < dim; ++d) {
-            const double step = point[d] - start[d];
-            inside = inside && std::fabs(step) < half_edge;
-            ahead += step * heading[d];
-        }
-        if (!inside) continue;
-        for (Index d = 0; d < dim; ++d) {
-            const double lateral = point[d] - start[d] - ahead * heading[d];
-            square += lateral * lateral;
-        }
-        if (square < max_offset * max_offset) {
-            kept.insert(kept.end(), point, point + dim);
-            along.push_back(ahead);
-            offsets.push_back(std::sqrt(square));
-        }
-    }
-    const Index size = along.size();
-    return std::make_tuple(to_numpy(std::move(kept), size, dim), to_numpy(std::move(along)), to_numpy(std::move(offsets)));
-}
-
 }  // namespace
 
 void bind_nearest(nb::module_& m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a, "limited"_a);
-    m.def("lateral_sums", &lateral_sums, "points"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
-          "samples"_a.noconvert(), "normals"_a.noconvert(), "reach"_a.noconvert());
+    m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
+          "target_bounds"_a.noconvert(), "reach"_a);
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
-    m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(),
-          "origins"_a.noconvert(), "axes"_a.noconvert(), "edge"_a, "cells"_a);
-    m.def("points_near_line", &points_near_line, "points"_a.noconvert(), "origin"_a.noconvert(), "direction"_a.noconvert(),
-          "half_edge"_a, "max_offset"_a);
+    m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(), "origins"_a.noconvert(),
+          "axes"_a.noconvert(), "edge"_a, "cells"_a);
 }

@@ -9,6 +9,7 @@ auto count_near_planes(Matrix<double> points, Matrix<double> normals, Vector<dou
     const Index count = points.shape(0), planes = normals.shape(0);
     require(points.shape(1) == 3 && normals.shape(1) == 3, "points and normals are not (., 3)");
     require(Index(offsets.shape(0)) == planes, "offsets are not one per normal");
+    count_visits(count * (1 + planes));
     std::vector<double> axes(3 * count);  // axis by axis, for vector instructions
     for (Index n = 0; n < count; ++n) {
         for (Index d = 0; d < 3; ++d) axes[d * count + n] = points(n, d);
@@ -41,6 +42,9 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
     auto* selected = new bool[std::max<Index>(height * width, 1)]();
     nb::capsule owner(selected, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
     std::vector<Index> stack;
+    count_visits(height * width);
+    count_bytes(height * width);
+    Visits visits;
     for (Index row = 0; row < height; ++row) {
         const float v = along_v(row);
         int seeds = 0;
@@ -55,6 +59,7 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
             while (!stack.empty()) {
                 const Index r0 = stack.back() / width, c0 = stack.back() % width;
                 stack.pop_back();
+                ++visits.count;
                 for (Index r = std::max<Index>(r0 - 1, 0); r < std::min(r0 + 2, height); ++r) {
                     for (Index c = std::max<Index>(c0 - 1, 0); c < std::min(c0 + 2, width); ++c) {
                         const Index pixel = r * width + c;

@@ -69,6 +69,7 @@ PointCells::PointCells(const double* points, Index count, Index dim, const doubl
 template <class Key>
 void PointCells::number(const double* points, Index count, Index dim, const double* origin, double size) {
     std::vector<Tagged<Key>> tagged(count);
+    count_visits(4 * count);  // for the bounds, the keys, the order and the cells
     for (Index n = 0; n < count; ++n) {
         Index key = 0;
         for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((points[n * dim + d] - origin[d]) / size);
@@ -143,7 +144,9 @@ Index PointColumns::points_in(const Window& window) const {
 
 void PointColumns::collect(const Window& window, const double* at, std::vector<Near>& found) const {
     found.clear();
+    Visits visits;
     for (Index row = window.first[0] * shape_[1]; row <= window.last[0] * shape_[1]; row += shape_[1]) {
+        visits.count += start_[row + window.last[1] + 1] - start_[row + window.first[1]];
         for (std::int32_t k = start_[row + window.first[1]]; k < start_[row + window.last[1] + 1]; ++k) {
             found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
         }
@@ -183,6 +186,7 @@ std::vector<double> ranked(const double* points, Index count, Index dim, const s
     constexpr Index BINS = 4096;
     std::vector<double> low(dim), high(dim), result(ranks.size() * dim);
     bounds(points, count, dim, low.data(), high.data());
+    count_visits(2 * dim * count);
     for (Index d = 0; d < dim; ++d) {
         const double scale = double(BINS) / (high[d] - low[d]);
         const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), BINS - 1) : 0; };

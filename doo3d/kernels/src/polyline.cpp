@@ -17,12 +17,14 @@ double step_length(const Points& points, Index from, Index to) {
 
 auto steps(Points points, bool closed) {
     const Index count = points.shape(0);
+    count_visits(count);
     std::vector<double> lengths(closed ? count : (count > 0 ? count - 1 : 0));
     for (Index i = 0; i < Index(lengths.size()); ++i) lengths[i] = step_length(points, i, i + 1 < count ? i + 1 : 0);
     return to_numpy(std::move(lengths));
 }
 
 auto arc_length(Points points) {
+    count_visits(Index(points.shape(0)));
     std::vector<double> along(points.shape(0));
     for (Index i = 1; i < Index(along.size()); ++i) along[i] = along[i - 1] + step_length(points, i - 1, i);
     return to_numpy(std::move(along));
@@ -30,6 +32,7 @@ auto arc_length(Points points) {
 
 auto moving_mean(Points points, Index half_width) {
     const Index count = points.shape(0), dim = points.shape(1);
+    count_visits(count);
     std::vector<double> total((count + 1) * dim), means(count * dim);
     for (Index i = 0; i < count; ++i) {
         for (Index d = 0; d < dim; ++d) total[(i + 1) * dim + d] = total[i * dim + d] + points(i, d);
@@ -45,6 +48,7 @@ auto moving_mean(Points points, Index half_width) {
 
 auto unit_rows(Points vectors) {
     const Index count = vectors.shape(0), dim = vectors.shape(1);
+    count_visits(count);
     std::vector<double> units(count * dim);
     for (Index n = 0; n < count; ++n) {
         double square = 0.0;
@@ -69,11 +73,114 @@ auto unit(Values vector) {
     return to_numpy(std::move(result));
 }
 
+auto polyline_lengths(Matrix<double> points, Vector<Index> bounds) {
+    check_bounds(bounds, points.shape(0));
+    std::vector<double> lengths(bounds.shape(0) - 1);
+    const Index dim = points.shape(1);
+    count_visits(points.shape(0));
+    for (std::size_t c = 0; c < lengths.size(); ++c) {
+        for (Index i = bounds(c) + 1; i < bounds(c + 1); ++i) {
+            lengths[c] += std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim));
+        }
+    }
+    return to_numpy(std::move(lengths));
+}
+
+// The place between two points is computed as by np.interp.
+auto sample_polylines(Matrix<double> points, Vector<Index> bounds, Vector<double> spacing, Vector<Index> counts, Vector<bool> to_end) {
+    const Index dim = points.shape(1), lines = Index(bounds.shape(0)) - 1;
+    check_bounds(bounds, points.shape(0));
+    require(Index(spacing.shape(0)) == lines && Index(counts.shape(0)) == lines && Index(to_end.shape(0)) == lines,
+            "spacing, counts and to_end are not one per polyline");
+    Index size = 0;
+    for (Index c = 0; c < lines; ++c) {
+        require(counts(c) >= 0 && counts(c) < Index(1) << 32, "a count is negative or too large");
+        require(counts(c) == 0 || bounds(c + 1) > bounds(c), "a polyline without points has samples");
+        require(spacing(c) >= 0, "a spacing is negative or no number");
+        size += counts(c);
+    }
+    count_visits(size + Index(points.shape(0)));
+    std::vector<double> positions(size * dim), along;
+    std::vector<Index> segment(size);
+    for (Index c = 0, s = 0; c < lines; ++c) {
+        const Index first = bounds(c), last = bounds(c + 1) - 1;
+        along.assign(1, 0.0);
+        for (Index i = first + 1; i <= last; ++i) {
+            const double* point = points.data() + i * dim;
+            along.push_back(along.back() + std::sqrt(squared_distance(point, point - dim, dim)));
+        }
+        Index j = 0;  // the last point at or before the sample
+        for (Index k = 0; k < counts(c); ++k, ++s) {
+            const double at = to_end(c) && k > 0 && k == counts(c) - 1 ? along.back() : double(k) * spacing(c);
+            while (j < last - first && along[j + 1] <= at) ++j;
+            segment[s] = std::max<Index>(std::min(j, last - first - 1), 0);
+            const double* point = points.data() + (first + j) * dim;
+            for (Index d = 0; d < dim; ++d) {
+                const bool on_point = j == last - first || along[j] == at;
+                positions[s * dim + d] = on_point ? point[d] : (point[dim + d] - point[d]) / (along[j + 1] - along[j]) * (at - along[j]) + point[d];
+            }
+        }
+    }
+    return std::make_tuple(to_numpy(std::move(positions), size, dim), to_numpy(std::move(segment)));
+}
+
+// By central differences; at the ends of an open polyline by one-sided ones.
+auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed) {
+    check_bounds(bounds, points.shape(0));
+    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
+    const Index dim = points.shape(1);
+    std::vector<double> tangents(points.size());
+    count_visits(points.shape(0));
+    for (std::size_t c = 0; c < closed.shape(0); ++c) {
+        const Index first = bounds(c), last = bounds(c + 1) - 1;
+        for (Index i = first; i <= last; ++i) {
+            const Index before = i > first ? i - 1 : (closed(c) ? last : first), after = i < last ? i + 1 : (closed(c) ? first : last);
+            double square = 0.0;
+            for (Index d = 0; d < dim; ++d) {
+                const double step = points(after, d) - points(before, d);
+                tangents[i * dim + d] = step;
+                square += step * step;
+            }
+            const double norm = square > 0 ? std::sqrt(square) : 1.0;
+            for (Index d = 0; d < dim; ++d) tangents[i * dim + d] /= norm;
+        }
+    }
+    return to_numpy(std::move(tangents), points.shape(0), dim);
+}
+
+// The steps before and after a point are each over `apart` points.
+auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
+    check_bounds(bounds, points.shape(0));
+    require(points.shape(1) == 2 && apart > 0, "points are not (N, 2), or apart is not positive");
+    std::vector<double> least(bounds.shape(0) - 1, 1.0);
+    count_visits(points.shape(0));
+    for (std::size_t c = 0; c < least.size(); ++c) {
+        for (Index i = bounds(c) + apart; i + apart < bounds(c + 1); ++i) {
+            double before[2], after[2];
+            for (Index d = 0; d < 2; ++d) {
+                before[d] = points(i, d) - points(i - apart, d);
+                after[d] = points(i + apart, d) - points(i, d);
+            }
+            const double from = std::sqrt(before[0] * before[0] + before[1] * before[1]);
+            const double to = std::sqrt(after[0] * after[0] + after[1] * after[1]);
+            const bool moves = from > 0 && to > 0;
+            const double cosine = moves ? before[0] / from * (after[0] / to) + before[1] / from * (after[1] / to) : 0.0;
+            least[c] = std::min(least[c], std::max(cosine, -1.0));
+        }
+    }
+    return to_numpy(std::move(least));
+}
+
 }  // namespace
 
 void bind_polyline(nb::module_& m) {
     m.def("steps", &steps, "points"_a.noconvert(), "closed"_a = false);
     m.def("arc_length", &arc_length, "points"_a.noconvert());
+    m.def("polyline_lengths", &polyline_lengths, "points"_a.noconvert(), "bounds"_a.noconvert());
+    m.def("sample_polylines", &sample_polylines, "points"_a.noconvert(), "bounds"_a.noconvert(), "spacing"_a.noconvert(),
+          "counts"_a.noconvert(), "to_end"_a.noconvert());
+    m.def("polyline_tangents", &polyline_tangents, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
+    m.def("turn_cosines", &turn_cosines, "points"_a.noconvert(), "bounds"_a.noconvert(), "apart"_a);
     m.def("moving_mean", &moving_mean, "points"_a.noconvert(), "half_width"_a);
     m.def("unit_rows", &unit_rows, "vectors"_a.noconvert());
     m.def("unit", &unit, "vector"_a.noconvert());

@@ -35,6 +35,7 @@ struct RowWindow {
 
 // Fill `planes`, (PLANES + 1, H, W), with the means along a window of 2 half + 1 pixels of each row, and with the variance in it.
 void average_along(const std::vector<float>& image, Index height, Index width, Index half, std::vector<float>& planes) {
+    count_visits(height * width);
     const float share = 1.0f / float(2 * half + 1);
     for (Index row = 0; row < PLANES * height; ++row) {
         const float* from = image.data() + row * width;
@@ -70,6 +71,7 @@ auto ribbon_scores(Volume<float> image, Vector<double> widths, double noise, dou
     }
     std::vector<std::uint8_t> which(size, 0);
     const float floor = float(noise);
+    count_visits(size * Index(1 + widths.shape(0)));
     Index last_half = -1;
     for (Index w = 0; w < Index(widths.shape(0)); ++w) {
         const double px = widths(w);

@@ -5,6 +5,7 @@ template <class T>
 static auto sample_bilinear(Volume<T> image, Matrix<double> positions) {
     const Index height = image.shape(0), width = image.shape(1), channels = image.shape(2), count = positions.shape(0);
     require(count == 0 || positions.shape(1) == 2, "positions are not (N, 2)");
+    count_visits(count);
     std::vector<double> values(count * channels, NAN);
     for (Index n = 0; n < count; ++n) {
         const double x = positions(n, 0), y = positions(n, 1);

@@ -38,6 +38,7 @@ public:
         for (Index e = 0; e < count_; ++e) {
             require(partner(e) >= -1 && partner(e) < count_ && free_partner(e) >= -1 && free_partner(e) < count_, "partner or free_partner is no end");
         }
+        count_visits(count_ * count_);
         cheapest_.assign(count_, INFINITY);
         double largest = std::fabs(free_cost);
         for (Index e = 0; e < count_; ++e) {
@@ -66,6 +67,7 @@ public:
             while (!estimates_.empty() && (bounds_.empty() || estimates_.top().value - cost_(a, b) - tolerance_ <= bounds_.top().value)) {
                 const Option next = estimates_.top();
                 estimates_.pop();
+                count_visits(1);
                 if (next.value - cost_(a, b) - tolerance_ >= least_rise) {
                     estimates_ = {};
                     break;
@@ -104,6 +106,7 @@ private:
     // Estimate the share of each end that an end may be joined to instead, the lowest first; the end `count_` is none.
     void estimate(Index end, Index other, std::vector<Estimate>& shares) const {
         shares.clear();
+        count_visits(count_);
         for (Index c = 0; c < count_; ++c) {
             if (c == end || c == other || !(cost_(end, c) < INFINITY)) continue;
             double share = cost_(end, c) + release_(c);
@@ -174,6 +177,7 @@ private:
 
     // Tell whether an exchange closes a ring of chains; ends e and e ^ 1 are those of one chain.
     bool closes_ring(const Exchange& exchange) const {
+        count_visits(count_);
         std::vector<Index> now(count_);
         for (Index e = 0; e < count_; ++e) now[e] = partner_(e);
         for (int k = 0; k < exchange.broken_count; ++k) now[exchange.broken[k]] = -1;

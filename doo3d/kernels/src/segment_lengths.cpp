@@ -11,6 +11,7 @@ auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobil
     std::vector<double> moved(joints.data(), joints.data() + count * dim);
     for (Index round = 0; round < rounds; ++round) {
         double worst = 0.0;
+        count_visits(count);
         for (Index first = 0; first < 2; ++first) {
             for (Index k = first; k + 1 < count; k += 2) {
                 double *a = moved.data() + k * dim, *b = a + dim, square = 0.0;

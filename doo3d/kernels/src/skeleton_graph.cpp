@@ -13,6 +13,7 @@ constexpr Index FREE = -1, LOOP = -2;
 std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted) {
     std::vector<Index> label(table.size(), -1), stack;
     Index components = 0;
+    count_visits(table.size());
     for (Index seed = 0; seed < table.size(); ++seed) {
         if (!wanted[seed] || label[seed] >= 0) continue;
         label[seed] = components;
@@ -49,6 +50,7 @@ auto connected_components(Matrix<std::int32_t> table) {
 class Branches {
 public:
     explicit Branches(const NeighborTable& table) : bounds{0}, table_(table), degree_(table.size()), visited_(table.size()) {
+        count_visits(4 * table.size());  // degrees, starts of three kinds
         std::vector<std::uint8_t> crowded(table.size());
         for (Index i = 0; i < table.size(); ++i) {
             for (int n = 0; n < NEIGHBORS; ++n) degree_[i] += table.row(i)[n] >= 0;
@@ -142,6 +144,7 @@ public:
 
     void check(const Vector<Index>& rows, const Vector<Index>& columns) const {
         require(rows.shape(0) == columns.shape(0), "rows and columns have different lengths");
+        count_visits(Index(rows.shape(0)) + 2 * (height_ + width_));
         for (std::size_t k = 0; k < rows.shape(0); ++k) {
             require(rows(k) > 0 && rows(k) < height_ - 1 && columns(k) > 0 && columns(k) < width_ - 1,
                     "a pixel lies in the outermost rows or columns of the image");
@@ -211,6 +214,7 @@ std::pair<double, bool> walk_from_tip(LineImage& image, Index pixel, double limi
         meets = image.crossing_number(pixel) > 2;
         image.set(before, false);
     }
+    count_visits(Index(trail.size()));
     for (const Index walked : trail) image.set(walked, true);
     return {length, meets};
 }
@@ -221,12 +225,13 @@ std::pair<double, bool> walk_from_tip(LineImage& image, Index pixel, double limi
 // after a removal the walks are made anew that passed a pixel beside a removed one, and those from pixels beside it that are tips now.
 class Spurs {
 public:
-    Spurs(LineImage& lines, std::vector<Index>&& pixels, Index image_size, double min_length)
-        : lines_(lines), pixels_(std::move(pixels)), min_length_(min_length), version_(pixels_.size()), start_at_(image_size, -1),
-          first_walk_(image_size, -1) {
-        for (Index start = Index(pixels_.size()) - 1; start >= 0; --start) start_at_[pixels_[start]] = start;
+    Spurs(LineImage& lines, std::vector<Index>&& pixels, double min_length)
+        : lines_(lines), pixels_(std::move(pixels)), min_length_(min_length), version_(pixels_.size()), first_walk_(pixels_.size(), -1) {
+        count_visits(2 * Index(pixels_.size()));
+        for (Index start = 0; start < Index(pixels_.size()); ++start) starts_.push_back({pixels_[start], start});
+        std::sort(starts_.begin(), starts_.end());
         for (Index start = 0; start < Index(pixels_.size()); ++start) {
-            if (start_at_[pixels_[start]] == start) walk(start);
+            if (start_at(pixels_[start]) == start) walk(start);
         }
     }
 
@@ -276,19 +281,30 @@ private:
     }
 
     void note(Index pixel, Index start) {
-        walks_.push_back({start, version_[start], first_walk_[pixel]});
-        first_walk_[pixel] = Index(walks_.size()) - 1;
+        const Index at = start_at(pixel);
+        if (at < 0) return;
+        walks_.push_back({start, version_[start], first_walk_[at]});
+        first_walk_[at] = Index(walks_.size()) - 1;
+    }
+
+    // The number of a pixel, of equal ones the first; -1 for one that is not among those given. There are far fewer than in the image.
+    Index start_at(Index pixel) const {
+        const auto found = std::lower_bound(starts_.begin(), starts_.end(), std::make_pair(pixel, Index(0)));
+        return found != starts_.end() && found->first == pixel ? found->second : -1;
     }
 
     void update_beside(const std::vector<Index>& spur) {
         std::vector<Index> starts;
         const auto visit = [&](Index pixel) {
-            if (start_at_[pixel] >= 0) starts.push_back(start_at_[pixel]);
-            for (Index w = first_walk_[pixel]; w >= 0; w = walks_[w].next) {
+            const Index at = start_at(pixel);
+            if (at < 0) return;
+            starts.push_back(at);
+            for (Index w = first_walk_[at]; w >= 0; w = walks_[w].next) {
                 if (walks_[w].version == version_[walks_[w].start]) starts.push_back(walks_[w].start);
             }
-            first_walk_[pixel] = -1;
+            first_walk_[at] = -1;
         };
+        count_visits(Index(spur.size()));
         for (const Index pixel : spur) {
             visit(pixel);
             for (int k = 0; k < 8; ++k) visit(lines_.neighbor(pixel, k));
@@ -301,7 +317,8 @@ private:
     LineImage& lines_;
     const std::vector<Index> pixels_;
     const double min_length_;
-    std::vector<Index> version_, start_at_, first_walk_, trail_;
+    std::vector<Index> version_, first_walk_, trail_;
+    std::vector<std::pair<Index, Index>> starts_;
     std::vector<Walk> walks_;
     std::priority_queue<Candidate> queue_;
 };
@@ -312,7 +329,7 @@ void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device
     lines.check(rows, columns);
     std::vector<Index> pixels(rows.shape(0));
     for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k] = lines.at(rows(k), columns(k));
-    Spurs(lines, std::move(pixels), Index(image.shape(0) * image.shape(1)), min_length).remove_all();
+    Spurs(lines, std::move(pixels), min_length).remove_all();
 }
 
 }  // namespace

@@ -16,70 +16,60 @@ namespace {
 
 using Bits = std::uint32_t;
 
-// What is known of the 26 neighbors among themselves.
+// What is known of the 26 neighbors.
 struct Tables {
-    std::array<Bits, NEIGHBORS> adjacent_26{}, adjacent_6_in_18{};
     std::array<std::uint8_t, NEIGHBORS> parity{};  // the axes along which the step to each neighbor is odd
-    Bits in_18 = 0, faces = 0;
     std::array<int, 6> directions{};  // the neighbors beyond each face, in the order in which the directions take turns
 
     Tables() {
-        for (int a = 0; a < NEIGHBORS; ++a) {
-            const Offset p = offset_of(a);
-            if (manhattan(p) <= 2) in_18 |= Bits(1) << a;
-            if (manhattan(p) == 1) faces |= Bits(1) << a;
-            parity[a] = std::uint8_t(4 * std::abs(p.x) + 2 * std::abs(p.y) + std::abs(p.z));
-        }
-        for (int a = 0; a < NEIGHBORS; ++a) {
-            for (int b = 0; b < NEIGHBORS; ++b) {
-                const Offset p = offset_of(a), q = offset_of(b);
-                const Offset step{std::abs(p.x - q.x), std::abs(p.y - q.y), std::abs(p.z - q.z)};
-                if (std::max({step.x, step.y, step.z}) == 1) adjacent_26[a] |= Bits(1) << b;
-                const bool both_in_18 = (in_18 >> a & 1) && (in_18 >> b & 1);
-                if (both_in_18 && manhattan(step) == 1) adjacent_6_in_18[a] |= Bits(1) << b;
-            }
-        }
         constexpr Offset order[6] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
-        for (int d = 0; d < 6; ++d) {
-            for (int n = 0; n < NEIGHBORS; ++n) {
-                const Offset p = offset_of(n);
+        for (int n = 0; n < NEIGHBORS; ++n) {
+            const Offset p = offset_of(n);
+            parity[n] = std::uint8_t(4 * std::abs(p.x) + 2 * std::abs(p.y) + std::abs(p.z));
+            for (int d = 0; d < 6; ++d) {
                 if (p.x == order[d].x && p.y == order[d].y && p.z == order[d].z) directions[d] = n;
             }
         }
     }
-
-    static int manhattan(const Offset& p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z); }
 };
 
 const Tables TABLES;
 
-int lowest_bit(Bits bits) {
-    int n = 0;
-    while (!(bits & 1)) {
-        bits >>= 1;
-        ++n;
+// A cube of 3 x 3 x 3 cells is a bit set, too: bit 9 x + 3 y + z, the voxel itself is bit 13. A shift by 1, 3 or 9 bits moves all
+// cells by one along z, y or x at once; those that would leave the cube at a side are masked out before.
+struct Cube {
+    static Bits of_neighbors(Bits bits) { return (bits & 0x1FFF) | (bits >> 13 << 14); }
+    static Bits along_z(Bits b) { return (b & 0x36DB6DB) << 1 | (b & 0x6DB6DB6) >> 1; }
+    static Bits along_y(Bits b) { return (b & 0x0FC7E3F) << 3 | (b & 0x7E3F1F8) >> 3; }
+    static Bits along_x(Bits b) { return (b & 0x003FFFF) << 9 | b >> 9; }
+
+    // Return the cells with all that touch them by a face, or at all.
+    static Bits with_6(Bits b) { return b | along_z(b) | along_y(b) | along_x(b); }
+    static Bits with_26(Bits b) {
+        b |= along_z(b);
+        b |= along_y(b);
+        return b | along_x(b);
     }
-    return n;
-}
+};
 
 // Tell whether the cells hold exactly one connected piece that holds a bit of `seeds`.
-bool is_one_piece(Bits cells, const std::array<Bits, NEIGHBORS>& adjacent, Bits seeds) {
+template <Bits (*GROW)(Bits)>
+bool is_one_piece(Bits cells, Bits seeds) {
     const Bits rest = cells & seeds;
     if (!rest) return false;
-    Bits piece = rest & (~rest + 1), frontier = piece;
-    while (frontier) {
-        Bits reach = 0;
-        for (Bits left = frontier; left; left &= left - 1) reach |= adjacent[lowest_bit(left)];
-        frontier = reach & cells & ~piece;
-        piece |= frontier;
+    Bits piece = rest & (~rest + 1);
+    for (Bits before = 0; piece != before;) {
+        before = piece;
+        piece = GROW(piece) & cells;
     }
     return !(rest & ~piece);
 }
 
 // Tell whether a voxel with these neighbors can be deleted without a change of the topology.
 bool is_simple(Bits bits) {
-    return is_one_piece(bits, TABLES.adjacent_26, bits) &&
-           is_one_piece(~bits & TABLES.in_18, TABLES.adjacent_6_in_18, TABLES.faces);
+    constexpr Bits IN_18 = 0x2EBDEBA, FACES = 0x0415410;
+    const Bits cube = Cube::of_neighbors(bits);
+    return is_one_piece<Cube::with_26>(cube, cube) && is_one_piece<Cube::with_6>(~cube & IN_18, FACES);
 }
 
 // Tell whether a voxel with these neighbors is simple and no end of a curve, which has one neighbor or none.
@@ -97,6 +87,7 @@ public:
             }
         }
         label_subgrids();
+        count_visits(2 * table.size());
     }
 
     // Go once through the six directions; tell whether a voxel was deleted.
@@ -104,6 +95,7 @@ public:
         bool changed = false;
         for (const int face : TABLES.directions) {
             collect(face);
+            count_visits(table_.size() + 8 * Index(chosen_.size()));
             if (remove()) changed = true;
         }
         return changed;
@@ -195,6 +187,7 @@ auto neighbor_table(StridedMatrix<Index> coords) {
         require(i == 0 || keys[i - 1] < keys[i], "coords are not in lexicographic order");
     }
     std::vector<std::int32_t> table(count * NEIGHBORS, -1);
+    count_visits(count * NEIGHBORS);
     for (int n = 13; n < NEIGHBORS; ++n) {
         const Offset step = offset_of(n);
         const Index stride = (step.x * shape[1] + step.y) * shape[2] + step.z;

@@ -19,6 +19,7 @@ class NeighborTable {
 public:
     explicit NeighborTable(const Matrix<std::int32_t>& table) : table_(table.data()), size_(table.shape(0)) {
         require(table.shape(1) == NEIGHBORS, "table is not (M, 26)");
+        count_visits(size_);
         for (Index k = 0; k < size_ * NEIGHBORS; ++k) {
             require(table_[k] >= -1 && table_[k] < size_, "an entry of the table is no voxel");
         }

@@ -1,23 +1,17 @@
-// Whittaker's smoother of a sequence of points.
-#include "arrays.h"
+#include "whittaker.h"
 
 #include <algorithm>
 
-namespace {
-
 // The normal equations are banded, symmetric and positive definite: they are solved by Cholesky's factorization within the band.
 // band[i][k] is the entry in row i and column i - reach + k, and the factor takes its place.
-auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double strength, Index order) {
-    const Index count = values.shape(0), dim = values.shape(1);
-    require(order >= 1 && order <= 8, "order is not from 1 to 8");
-    require(Index(weights.shape(0)) == count && Index(weights.shape(1)) == dim && Index(weights.shape(2)) == dim,
-            "weights are not one matrix (D, D) per point");
-    std::vector<double> result(values.data(), values.data() + count * dim);
-    if (count <= order || !(strength > 0) || dim == 0) return to_numpy(std::move(result), count, dim);
+std::vector<double> whittaker(const double* values, const double* weights, Index count, Index dim, double strength, Index order) {
+    std::vector<double> result(values, values + count * dim);
+    if (count <= order || !(strength > 0) || dim == 0) return result;
     const Index reach = order * dim, size = count * dim, stride = reach + 1;
     std::vector<double> difference(order + 1, 1.0);  // binomial coefficients with alternating signs
     for (Index k = 1; k <= order; ++k) difference[k] = -difference[k - 1] * double(order - k + 1) / double(k);
     std::vector<double> band(size * stride);
+    count_visits(size * stride);
     for (Index first = 0; first + order < count; ++first) {
         for (Index a = 0; a <= order; ++a) {
             for (Index b = 0; b <= a; ++b) {
@@ -30,8 +24,9 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
         for (Index a = 0; a < dim; ++a) {
             double sum = 0.0;
             for (Index b = 0; b < dim; ++b) {
-                sum += weights(p, a, b) * values(p, b);
-                if (b <= a) band[(p * dim + a) * stride + reach - (a - b)] += weights(p, a, b);
+                const double weight = weights[(p * dim + a) * dim + b];
+                sum += weight * values[p * dim + b];
+                if (b <= a) band[(p * dim + a) * stride + reach - (a - b)] += weight;
             }
             result[p * dim + a] = sum;
         }
@@ -59,7 +54,17 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
         result[i] /= row[reach];
         for (Index j = std::max<Index>(i - reach, 0); j < i; ++j) result[j] -= row[j - i + reach] * result[i];
     }
-    return to_numpy(std::move(result), count, dim);
+    return result;
+}
+
+namespace {
+
+auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double strength, Index order) {
+    const Index count = values.shape(0), dim = values.shape(1);
+    require(order >= 1 && order <= 8, "order is not from 1 to 8");
+    require(Index(weights.shape(0)) == count && Index(weights.shape(1)) == dim && Index(weights.shape(2)) == dim,
+            "weights are not one matrix (D, D) per point");
+    return to_numpy(whittaker(values.data(), weights.data(), count, dim, strength, order), count, dim);
 }
 
 }  // namespace

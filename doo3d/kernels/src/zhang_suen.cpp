@@ -2,17 +2,12 @@
 //
 // The two sub-iterations are those of the paper (Zhang and Suen, CACM 27, 1984). The original deletes in parallel and can lose small
 // blobs and leave lines two pixels wide; with the check at each deletion connected stays connected, and holes stay holes.
-//
-// A neighborhood is a bit set: bit k is the neighbor P(k + 2) of the paper, clockwise from above.
-#include "arrays.h"
+#include "zhang_suen.h"
 
 #include <algorithm>
-
 #include <array>
 
 namespace {
-
-constexpr int RING_ROWS[8] = {-1, -1, 0, 1, 1, 1, 0, -1}, RING_COLUMNS[8] = {0, 1, 1, 1, 0, -1, -1, -1};
 
 // The rules for the 256 neighborhoods: deletable in the first and in the second sub-iteration; simple and no end.
 //
@@ -42,9 +37,48 @@ struct Rules {
 
 const Rules RULES;
 
-// Every pixel of the box has a code, its neighborhood, which every deletion updates. A sub-iteration collects the pixels with a
-// deletable code and then deletes them. A deleted pixel has the code 0, and so has one without neighbors, which stays; a
-// pixel never loses its last neighbor. The two sub-iterations repeat until none deletes; a last pass takes the corners of staircases.
+}  // namespace
+
+// A sub-iteration collects the pixels with a deletable code and then deletes them, each if it still is simple. A deleted pixel has the
+// code 0, and so has one without neighbors, which stays; a pixel never loses its last neighbor. The two repeat until none deletes; a
+// last pass takes the corners of staircases. Which pixels are deletable no processor can foresee: both lists are written without
+// branches.
+void thin_codes(std::vector<Byte>& codes, Index width, std::vector<std::int32_t> active) {
+    std::int32_t offsets[8];
+    for (int k = 0; k < 8; ++k) offsets[k] = std::int32_t(RING_ROWS[k] * width + RING_COLUMNS[k]);
+    std::vector<std::int32_t> chosen(active.size());
+    Visits visits;
+    const auto remove_simple = [&](const std::vector<std::int32_t>& pixels, std::size_t count) {
+        bool changed = false;
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::int32_t pixel = pixels[i];
+            if (!RULES.simple[codes[pixel]]) continue;
+            codes[pixel] = 0;
+            for (int k = 0; k < 8; ++k) codes[pixel - offsets[k]] &= Byte(~(1 << k));
+            changed = true;
+        }
+        return changed;
+    };
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const auto& deletable : RULES.deletable) {
+            std::size_t left = 0, count = 0;
+            for (const std::int32_t pixel : active) {
+                const Byte code = codes[pixel];
+                active[left] = chosen[count] = pixel;
+                left += code != 0;
+                count += deletable[code];
+            }
+            visits.count += Index(active.size() + count);
+            active.resize(left);
+            changed |= remove_simple(chosen, count);
+        }
+    }
+    remove_simple(active, active.size());
+}
+
+namespace {
+
 auto thin_pixels(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 2, "coords are not (N, 2)");
@@ -55,45 +89,21 @@ auto thin_pixels(StridedMatrix<Index> coords) {
         width = std::max(width, coords(i, 1) + 2);
     }
     require(double(height) * double(width) < 2e9, "the box of the pixels is too large");
-    Index offsets[8];
-    for (int k = 0; k < 8; ++k) offsets[k] = RING_ROWS[k] * width + RING_COLUMNS[k];
-    std::vector<Index> pixels(count);
-    std::vector<std::uint8_t> codes(height * width);
+    std::vector<std::int32_t> pixels(count);
+    std::vector<Byte> object(height * width), kept(count);
+    count_bytes(2 * height * width);
+    count_visits(3 * count);
     for (Index i = 0; i < count; ++i) {
-        pixels[i] = coords(i, 0) * width + coords(i, 1);
+        pixels[i] = std::int32_t(coords(i, 0) * width + coords(i, 1));
         require(i == 0 || pixels[i - 1] < pixels[i], "coords are not in lexicographic order");
-        for (int k = 0; k < 8; ++k) codes[pixels[i] - offsets[k]] |= std::uint8_t(1 << k);
+        object[pixels[i]] = 1;
     }
-    std::vector<std::uint8_t> kept(count);
-    for (Index i = 0; i < count; ++i) kept[i] = codes[pixels[i]] == 0;
-
-    // Delete the pixels that still are simple, one after the other; tell whether there was one.
-    auto remove = [&](const std::vector<Index>& chosen) {
-        bool changed = false;
-        for (const Index pixel : chosen) {
-            if (!RULES.simple[codes[pixel]]) continue;
-            codes[pixel] = 0;
-            changed = true;
-            for (int k = 0; k < 8; ++k) codes[pixel - offsets[k]] &= std::uint8_t(~(1 << k));
-        }
-        return changed;
-    };
-    std::vector<Index> active(pixels), chosen;
-    for (bool changed = true; changed;) {
-        changed = false;
-        for (const auto& deletable : RULES.deletable) {
-            chosen.clear();
-            std::size_t left = 0;
-            for (const Index pixel : active) {
-                const std::uint8_t code = codes[pixel];
-                if (code) active[left++] = pixel;
-                if (deletable[code]) chosen.push_back(pixel);
-            }
-            active.resize(left);
-            changed |= remove(chosen);
-        }
+    std::vector<Byte> codes(object.size());
+    for (Index i = 0; i < count; ++i) {
+        for (int k = 0; k < 8; ++k) codes[pixels[i]] |= Byte(object[pixels[i] + RING_ROWS[k] * width + RING_COLUMNS[k]] << k);
+        kept[i] = codes[pixels[i]] == 0;
     }
-    remove(active);
+    thin_codes(codes, width, pixels);
     for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
     return to_numpy_bool(kept);
 }

@@ -7,13 +7,13 @@ scenes with known truth; docs/pages/accuracy.md says on which, and how the confi
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 from scipy.special import expit
 
 from ...config import Config
@@ -21,11 +21,11 @@ from ...geometry.depth_support import depth_support
 from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
-from ...geometry.polyline import arc_length, unit
 from ...geometry.radii import STEP_RADII
-from ...types import Bools, Chain, Crossing, Floats, Foreground
+from ...kernels import polyline_lengths, polyline_tangents, sample_polylines, strands_beside, turn_cosines
+from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
-from .looks import Looks, looks_of, tangents
+from .looks import Looks, looks_of
 
 TOLD = {
     "base": 5.06,
@@ -222,26 +222,28 @@ def with_confidence(
     foreground = context.foreground
     lengths = _object_lengths(chains, bodies)
     longest = int(np.argmax(lengths))
-    least_step = sum(chain.length for chain in chains) / MAX_SAMPLES
-    samples = [_samples(chain, foreground, least_step) for chain in chains]
+    samples = _samples(chains, foreground)
     beside = _beside(samples, chains)
+    turns = np.arccos(turn_cosines(samples.view, samples.bounds, BEND_SAMPLES)).tolist()
+    doubts = _depth_doubts(chains, foreground)
     unclaimed = math.sqrt(_unclaimed(samples, foreground))
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
-        unsupported, residual = _depth_doubts(chain, foreground)
+        unsupported, residual = doubts[i]
         is_stray = config.merge.chains is None and lengths[i] <= STRAY_LENGTH_SHARE * lengths[longest]
         looks = Looks()
         if is_stray or not foreground.is_told:
-            looks = looks_of(chain, lengths[i], samples[i].view, samples[i].reach, foreground)
+            part = samples.of_chain(i)
+            looks = looks_of(chain, lengths[i], samples.view[part], samples.reach[part], foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
                 unsupported=math.sqrt(unsupported),
                 residual=residual,
-                bend=_sharpest_turn(samples[i].view),
+                bend=turns[i],
                 undecided=sum(1 - each.confidence for each in crossings if i in (each.upper.chain, each.lower.chain)),
-                beside=math.sqrt(float(beside[i].mean())),
+                beside=math.sqrt(beside[i]),
                 unclaimed=unclaimed,
                 dropped=share_dropped,
                 **looks._asdict(),
@@ -270,70 +272,68 @@ def _radius_ratio(first: Chain, second: Chain) -> float:
 
 @dataclass(frozen=True)
 class _Samples:
-    """S samples along one chain: `view` (S, 2) and `reach` (S,), position and radius in the view; `along` (S,) radii."""
+    """S samples along all of C chains, one chain after the other.
+
+    view : (S, 2), position in the view. reach : (S,), radius in the view. along : (S,) radii, position along the chain.
+    bounds : (C + 1,), first sample of each chain, and S.
+    """
 
     view: Floats
     reach: Floats
     along: Floats
+    bounds: Ints
+
+    def of_chain(self, number: int) -> slice:
+        """Return the slice of the samples of a chain."""
+        return slice(*self.bounds[number : number + 2].tolist())
 
 
-def _samples(chain: Chain, foreground: Foreground, least_step: float) -> _Samples:
-    radius = chain.radius if chain.radius > 0 else chain.segment_length
-    length = arc_length(chain.joints)
-    along = np.arange(0, length[-1], max(STEP_RADII * radius, least_step))
-    points = np.column_stack([np.interp(along, length, axis) for axis in chain.joints.T])
+def _samples(chains: Sequence[Chain], foreground: Foreground) -> _Samples:
+    """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
+    radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
+    joints, bounds = np.concatenate([chain.joints for chain in chains]), np.cumsum([0, *(len(chain.joints) for chain in chains)])
+    length = polyline_lengths(joints, bounds)
+    spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
+    counts = np.ceil(length / spacing).astype(int)
+    points = sample_polylines(joints, bounds, spacing, counts, np.zeros(len(chains), dtype=bool))[0]
+    number = np.repeat(np.arange(len(chains)), counts)
+    along = (np.arange(len(points)) - (np.cumsum(counts) - counts)[number]) * spacing[number]
     view = projection_of(foreground)
     positions = view.project(points)
     seen = np.isfinite(positions).all(axis=1)
-    points = points[seen]
-    return _Samples(positions[seen], radius * view.scale(view.distance(points)), along[seen] / radius)
+    points, number = points[seen], number[seen]
+    reach = radius[number] * view.scale(view.distance(points))
+    starts = np.searchsorted(number, np.arange(len(chains) + 1))
+    return _Samples(np.ascontiguousarray(positions[seen]), reach, along[seen] / radius[number], starts)
 
 
-def _sharpest_turn(view: Floats) -> float:
-    """Return the largest angle, radians, between the steps before and after a sample (S, 2), each of BEND_SAMPLES samples."""
-    if len(view) <= 2 * BEND_SAMPLES:
-        return 0.0
-    step = unit(view[BEND_SAMPLES:] - view[:-BEND_SAMPLES])
-    cosine = (step[:-BEND_SAMPLES] * step[BEND_SAMPLES:]).sum(axis=1)
-    return float(np.arccos(np.clip(cosine, -1, 1)).max())
+def _depth_doubts(chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
+    """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
+    supports = depth_support([chain.joints for chain in chains], [chain.radius for chain in chains], foreground)
+    doubts = []
+    for i, chain in enumerate(chains):
+        support = None if supports is None else supports[i]
+        if support is None or not chain.radius > 0:
+            doubts.append((float(chain.occluded.mean()), 0.0))
+            continue
+        measured = support.residual[np.isfinite(support.residual)]
+        residual = float(np.percentile(measured, RESIDUAL_PERCENTILE)) if len(measured) else MAX_RESIDUAL_RADII
+        unsupported = float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean())
+        doubts.append((unsupported, min(residual, MAX_RESIDUAL_RADII)))
+    return doubts
 
 
-def _depth_doubts(chain: Chain, foreground: Foreground) -> tuple[float, float]:
-    """Return the share of segments whose depth is doubtful, and the residual of the readings in radii."""
-    support = depth_support(chain.joints, chain.radius, foreground) if chain.radius > 0 else None
-    if support is None:
-        return float(chain.occluded.mean()), 0.0
-    measured = support.residual[np.isfinite(support.residual)]
-    residual = float(np.percentile(measured, RESIDUAL_PERCENTILE)) if len(measured) else MAX_RESIDUAL_RADII
-    return float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean()), min(residual, MAX_RESIDUAL_RADII)
+def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
+    """Return for each chain the share of its samples that have another strand beside them in the view, nearly parallel."""
+    around = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
+    tangents = polyline_tangents(samples.view, samples.bounds, np.zeros(len(chains), dtype=bool))
+    alike = BESIDE_RADII, APART_RADII, math.cos(BESIDE_ANGLE), MAX_CELLS
+    flags = strands_beside(samples.view, tangents, samples.bounds, samples.reach, samples.along, around, *alike)
+    total = np.append(0, np.cumsum(flags))[samples.bounds]
+    return [float(share) for share in np.diff(total) / np.maximum(np.diff(samples.bounds), 1)]
 
 
-def _beside(samples: Sequence[_Samples], chains: Sequence[Chain]) -> list[Bools]:
-    """Return for each chain which of its samples have another strand beside them in the view, nearly parallel."""
-    bounds = np.cumsum([len(each.view) for each in samples])
-    flags = np.zeros(bounds[-1], dtype=bool)
-    view, reach, along = (np.concatenate(part) for part in zip(*((s.view, s.reach, s.along) for s in samples), strict=True))
-    if len(view):
-        number = np.repeat(np.arange(len(samples)), np.diff(bounds, prepend=0))
-        tangent = np.concatenate([tangents(each.view) for each in samples])
-        tree, stride, limit = cKDTree(view), 1, BESIDE_RADII * float(reach.max())
-        while tree.n**2 > MAX_CELLS and tree.count_neighbors(tree, limit) > MAX_CELLS:
-            stride *= 2
-            tree = cKDTree(view[::stride])
-        a, b = stride * tree.query_pairs(limit, output_type="ndarray").T
-        circumference = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
-        difference = np.abs(along[a] - along[b])
-        difference = np.minimum(difference, np.abs(circumference[number[a]] - difference))
-        other = (number[a] != number[b]) | (difference > APART_RADII)
-        near = np.linalg.norm(view[a] - view[b], axis=1) < BESIDE_RADII * np.maximum(reach[a], reach[b])
-        parallel = np.abs((tangent[a] * tangent[b]).sum(axis=1)) > math.cos(BESIDE_ANGLE)
-        found = other & near & parallel
-        flags[a[found]] = flags[b[found]] = True
-        flags = np.repeat(flags[::stride], stride)[: len(flags)]
-    return [part if len(part) else np.zeros(1, dtype=bool) for part in np.split(flags, bounds[:-1])]
-
-
-def _unclaimed(samples: Sequence[_Samples], foreground: Foreground) -> float:
+def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
     """Return the share of the pixels of the mask that are near no chain; 0 for a cloud."""
     mask = foreground.mask
     if mask is None or not mask.any():
@@ -342,12 +342,20 @@ def _unclaimed(samples: Sequence[_Samples], foreground: Foreground) -> float:
     left = mask[box].astype(np.uint8)
     total = int(np.count_nonzero(left))
     corner = np.array((box[1].start, box[0].start))
-    for each in samples:
-        every = max(DRAWN_EVERY, len(each.view) // MAX_LINES)
-        view, reach = each.view[::every], each.reach[::every]
-        if len(view) and np.abs(view).max() < MAX_PIXEL:
-            pixels = np.rint(view - corner).astype(int).tolist()
-            thickness = np.rint(2 * (CLAIMED_RADII * reach + CLAIMED_MARGIN_PX)).astype(int).clip(1, MAX_THICKNESS_PX)
-            for start, end, width in zip(pixels, [*pixels[1:], pixels[-1]], thickness.tolist(), strict=True):
-                cv2.line(left, start, end, 0, width)
+    pixels = np.rint(samples.view - corner)
+    thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
+    for c in range(len(samples.bounds) - 1):
+        part = samples.of_chain(c)
+        count = part.stop - part.start
+        every = max(DRAWN_EVERY, count // MAX_LINES)
+        if count and np.abs(samples.view[part]).max() < MAX_PIXEL:
+            _draw_line(left, pixels[part][::every].astype(np.int32), thickness[part][::every].astype(int))
     return int(np.count_nonzero(left)) / total
+
+
+def _draw_line(image: Array, pixels: Ints, thickness: Ints) -> None:
+    """Draw zeros along pixels (P, 2), (u, v), in place, between two of them as thick as at the first, (P,)."""
+    pixels = np.concatenate((pixels, pixels[-1:]))
+    bounds = [0, *(np.flatnonzero(np.diff(thickness)) + 1).tolist(), len(thickness)]
+    for start, end in itertools.pairwise(bounds):
+        cv2.polylines(image, [pixels[start : end + 1]], False, 0, int(thickness[start]))

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.noise import DEVIATIONS
+from ...kernels import part_medians
 from ...types import Array, Floats, Ints
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -172,11 +173,8 @@ def depth_order(strands: CrossingStrands, surface: Lookup, radius: Floats) -> Fl
 
 def _medians(values: Floats) -> Floats:
     """Return the medians over the last axis of the values that are not NaN; NaN where all are."""
-    ordered = np.sort(values, axis=-1)
-    count = np.isfinite(ordered).sum(axis=-1)
-    low, high = np.maximum(count - 1, 0) // 2, np.maximum(count, 1) // 2
-    pick = np.stack((low, np.where(count > 0, high, 0)), axis=-1)
-    return np.asarray(np.take_along_axis(ordered, pick, axis=-1).mean(axis=-1))
+    last = values.shape[-1] * np.arange(1, values[..., 0].size + 1)
+    return part_medians(values.ravel(), last - values.shape[-1], last)[0].reshape(values.shape[:-1])
 
 
 def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:

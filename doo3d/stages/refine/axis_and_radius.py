@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...geometry.mask import mask_pixels
 from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import steps, whittaker_smooth
 from ...geometry.radii import TOUCHING_RADII
-from ...kernels import nearest, window_sum
+from ...kernels import nearest, part_medians, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     MIN_POINTS,
@@ -26,7 +25,7 @@ from .cross_sections import (
 )
 from .multiview import measure_in_view, median_radius
 from .samples import Samples
-from .silhouette import measure_silhouette
+from .silhouette import MaskSample, measure_silhouette
 
 SMOOTHING_RADII = 1.2
 """Radii; details of the axis shorter than about 2 pi times this are smoothed."""
@@ -87,7 +86,7 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     return replace(foreground, viewpoint=origin) if half_shell else foreground
 
 
-def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Samples:
+def estimate_axis_and_radius(samples: Samples, foreground: Foreground, mask: MaskSample | None = None) -> Samples:
     """Move samples from the seen surface to the axis of the object, and estimate the radius at each; one iteration.
 
     The axis is measured in the mask (and depth) if there is one, else in the masks of the camera views, else in the points: as
@@ -100,6 +99,8 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
         samples along all paths, m (px in 2-D).
     foreground
         the object's points, with mask, camera views or viewpoint if there are any.
+    mask
+        the pixels of the mask; None without one.
 
     Returns
     -------
@@ -110,8 +111,8 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground) -> Sample
     planar = samples.positions.shape[1] == 2
     tangent = samples.tangents()
     axes = planar_axes(tangent) if planar else section_axes(samples.positions, tangent, foreground.viewpoint)
-    if foreground.mask is not None:
-        estimate = _from_mask(samples, axes, foreground)
+    if mask is not None:
+        estimate = _from_mask(samples, axes, foreground, mask)
     elif foreground.views:
         estimate = _from_views(samples, axes, foreground)
     elif foreground.viewpoint is not None:
@@ -155,12 +156,10 @@ def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Float
     return np.asarray(weight + np.einsum("s,si,sj->sij", depth, axes.depth, axes.depth))
 
 
-def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
+def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask: MaskSample) -> _Estimate:
     """Estimate the lateral offset and the radius from the mask, the depth from the surface points."""
-    assert foreground.mask is not None
     reach = TOUCHING_RADII * samples.radius
-    pixels = mask_pixels(foreground.mask) if foreground.camera is not None else foreground.points
-    seen = measure_silhouette(samples.positions, axes, samples.path, pixels, foreground.camera, reach, samples.window_half)
+    seen = measure_silhouette(samples.positions, axes, samples.path, mask, foreground.camera, reach, samples.window_half)
     samples = replace(samples, radius=_path_radius(samples, seen.radius, ~samples.filled & (seen.radius > 0)))
     trust = _trust(seen.radius / samples.radius) * (seen.radius > 0)
     radii = _along_paths(seen.radius, (trust > 0.5) & ~samples.filled, samples)
@@ -304,12 +303,8 @@ def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Sam
 
 def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
     """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
-    radius = samples.radius.copy()
-    for p in range(len(samples.closed)):
-        part = samples.of_path(p)
-        if usable[part].any():
-            radius[part] = float(np.median(measured[part][usable[part]]))
-    return radius
+    median = part_medians(np.where(usable, measured, np.nan), samples.bounds[:-1], samples.bounds[1:])[0][samples.path]
+    return np.where(np.isnan(median), samples.radius, median)
 
 
 def _along_paths(measured: Floats, good: Bools, samples: Samples) -> Floats:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.blocks import Blocks
+from ... import kernels
 from ...geometry.polyline import unit
 from ...geometry.radii import OWN_RADII
-from ...kernels import nearest, points_near_line
 from ...types import Floats, Path
 from .samples import Samples
 
@@ -28,73 +28,65 @@ class SurfaceAhead:
         (N,) m (px in 2-D), position of each point along the tangent, ascending: 0 at the end, positive outside the path.
     lateral
         (N,) m (px in 2-D), distance of each point from the tangent line.
+    tip
+        (D,) m (px in 2-D), D = 2 or 3, position of the end.
     tangent
-        (D,) unit, D = 2 or 3, tangent at the end, pointing out of the path.
+        (D,) unit, tangent at the end, pointing out of the path.
     """
 
     axial: Floats
     lateral: Floats
+    tip: Floats
     tangent: Floats
 
+    @property
+    def length(self) -> float:
+        """The position along the tangent of the farthest point, m (px in 2-D); negative behind the end, 0 without points."""
+        return float(self.axial[-1]) if len(self.axial) else 0.0
 
-def free_ends(samples: Samples, path: int) -> tuple[tuple[int, int], ...]:
-    """Return the free ends of one path as (sample index, direction) pairs; an empty tuple for a ring.
-
-    The direction is that of the sample indices from the end into the path: 1 at the path's first sample, -1 at its last.
-
-    Parameters
-    ----------
-    samples
-        samples along all paths.
-    path
-        index of the path.
-    """
-    part = samples.of_path(path)
-    return () if samples.closed[path] else ((part.start, 1), (part.stop - 1, -1))
+    @property
+    def farthest(self) -> Floats:
+        """The position on the tangent line beside the farthest point: (D,) m (px in 2-D)."""
+        return np.asarray(self.tip + self.length * self.tangent)
 
 
-def surface_ahead(samples: Samples, end: int, inwards: int, surface: Blocks, spacing: float) -> SurfaceAhead:
-    """Find the surface points near the tangent line at a free end of a path, up to the first stretch ahead without points.
+def surface_ahead(samples: Samples, points: Floats, spacing: float) -> list[tuple[SurfaceAhead, SurfaceAhead] | None]:
+    """Find the surface points near the tangent line at each free end of paths, up to the first stretch ahead without points.
 
     That stretch is a radius long, or two `spacing` if that is more. Points are taken up to 6 radii from the end along each
-    coordinate axis and up to 1.6 radii from the tangent line. Points that are nearer to another path, or to a part of the path
+    coordinate axis and up to 1.5 radii from the tangent line. Points that are nearer to another path, or to a part of the path
     far from the end, are left out.
 
     Parameters
     ----------
     samples
         samples along all paths.
-    end
-        index of the sample at the end.
-    inwards
-        direction from the end into its path: 1 towards higher sample indices, -1 towards lower.
-    surface
-        the N surface points, (N, D) m, D = 3 (in 2-D: px, D = 2).
+    points
+        (N, D) m, D = 3 (in 2-D: px, D = 2), the N surface points.
     spacing
         m (px in 2-D), distance up to which gaps between neighboring surface points are normal.
 
     Returns
     -------
-    The points found, in the order of their position along the tangent; no points if there is no surface.
+    For each path the points at its first end and at its last; None for a ring.
     """
-    tip, radius = samples.positions[end], float(samples.radius[end])
-    tangent = unit(tip - samples.position_inside(end, inwards, 2 * radius))
-    reach = MAX_END_EXTENSION * radius
-    near, axial, lateral = points_near_line(
-        surface.points[surface.within(tip - reach, tip + reach)], tip, tangent, reach, OWN_RADII * radius
+    is_open = ~np.array(samples.closed)
+    first, last = samples.bounds[:-1][is_open], samples.bounds[1:][is_open] - 1
+    radius = samples.radius[first]
+    inside = np.maximum(1, np.rint(2 * radius / samples.spacing).astype(int))
+    ends = np.column_stack((first, last)).ravel()
+    inner = np.column_stack((np.minimum(first + inside, last), np.maximum(last - inside, first))).ravel()
+    tangents, radius = unit(samples.positions[ends] - samples.positions[inner]), np.repeat(radius, 2)
+    window = 3 * samples.window_half + 3
+    max_gap = np.maximum(radius, 2 * spacing)
+    axial, lateral, bounds = kernels.surface_ahead(
+        points, samples.positions, ends, tangents, MAX_END_EXTENSION * radius, OWN_RADII * radius, max_gap, window
     )
-    if not len(near):
-        return SurfaceAhead(np.zeros(0), np.zeros(0), tangent)
-    # the end itself is a sample, so the nearest of each point lies no farther from it than that
-    margin = float(np.linalg.norm(near - tip, axis=1).max())
-    around = samples.blocks.within(near.min(axis=0) - margin, near.max(axis=0) + margin)
-    own = np.abs(around[nearest(near, samples.positions[around], 2 * radius, False)[1]] - end) <= 3 * samples.window_half + 3
-    axial, lateral = axial[own], lateral[own]
-    order = np.argsort(axial)
-    axial, lateral = axial[order], lateral[order]
-    empty = np.flatnonzero((np.diff(axial) > max(radius, 2 * spacing)) & (axial[1:] > 0))
-    stop = empty[0] + 1 if len(empty) else len(axial)
-    return SurfaceAhead(axial[:stop], lateral[:stop], tangent)
+    found = (
+        SurfaceAhead(axial[a:b], lateral[a:b], tip, tangent)
+        for (a, b), tip, tangent in zip(itertools.pairwise(bounds.tolist()), samples.positions[ends], tangents, strict=True)
+    )
+    return [None if closed else (next(found), next(found)) for closed in samples.closed]
 
 
 def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, spacing: float) -> list[Path]:
@@ -117,16 +109,17 @@ def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, s
     -------
     The paths in the same order, with one point more at each end that was extended.
     """
-    result, surface = [], Blocks(points)
-    for p, path in enumerate(paths):
-        points_of_path, filled, joins = path.points, path.filled, path.joins
-        for end, inwards in free_ends(samples, p):
-            ahead = surface_ahead(samples, end, inwards, surface, spacing)
-            if len(ahead.axial) and ahead.axial[-1] > 0:
-                tip = samples.positions[end] + ahead.axial[-1] * ahead.tangent
-                points_of_path = np.concatenate(([tip], points_of_path) if inwards == 1 else (points_of_path, [tip]))
-                joins = tuple((step + (inwards == 1), confidence) for step, confidence in joins)
-                if filled is not None:
-                    filled = np.concatenate(([False], filled) if inwards == 1 else (filled, [False]))
-        result.append(Path(points_of_path, path.closed, filled, joins))
-    return result
+    ahead = surface_ahead(samples, points, spacing)
+    return [path if ends is None else _extended(path, *ends) for path, ends in zip(paths, ahead, strict=True)]
+
+
+def _extended(path: Path, first: SurfaceAhead, last: SurfaceAhead) -> Path:
+    """Return a path with a point more at each end that surface lies ahead of."""
+    points, filled, joins = path.points, path.filled, path.joins
+    if first.length > 0:
+        points, joins = np.concatenate(([first.farthest], points)), tuple((step + 1, confidence) for step, confidence in joins)
+        filled = None if filled is None else np.concatenate(([False], filled))
+    if last.length > 0:
+        points = np.concatenate((points, [last.farthest]))
+        filled = None if filled is None else np.concatenate((filled, [False]))
+    return Path(points, path.closed, filled, joins)

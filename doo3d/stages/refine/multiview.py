@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.mask import mask_pixels
 from ...geometry.polyline import unit
 from ...types import CameraView, Floats, Ints
 from .cross_sections import section_axes
 from .samples import Samples
-from .silhouette import measure_silhouette
+from .silhouette import MaskSample, measure_silhouette
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     local, along = local[index], unit(tangent[index] @ turn)
     axes = section_axes(local, along, np.zeros(3))
     limit = reach * samples.radius[index]
-    seen = measure_silhouette(local, axes, path, mask_pixels(view.mask), camera, limit, samples.window_half)
+    seen = measure_silhouette(local, axes, path, MaskSample.of(view.mask), camera, limit, samples.window_half)
     return ViewMeasurement(index, axes.lateral @ turn.T, seen.offset, seen.radius)
 
 

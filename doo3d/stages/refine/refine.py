@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ...config import RefineConfig
-from ...geometry.blocks import Blocks
-from ...geometry.depth_support import depth_is_filled
+from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
 from ...geometry.radii import OWN_RADII
-from ...kernels import nearest
-from ...types import Chain, Connection, Floats, Foreground, Path
+from ...kernels import nearest, nearest_of_own
+from ...types import Bools, Chain, Connection, Floats, Foreground, Ints, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
+from .silhouette import MaskSample
 
 WALL_LATERAL_RADII = 0.9
 """Radii from the axis at which surface is the wall of a cylinder and not its end."""
@@ -95,8 +95,9 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
     if not paths:
         return None
     samples = sample_paths(paths, context.radius, context.segment_length)
+    mask = None if context.foreground.mask is None else MaskSample.of(context.foreground.mask)
     for _ in range(config.iterations):
-        samples = estimate_axis_and_radius(samples, context.foreground)
+        samples = estimate_axis_and_radius(samples, context.foreground, mask)
     return samples
 
 
@@ -122,30 +123,44 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     """
     if samples is None:
         return []
-    points = Blocks(context.foreground.points)
-    surface = thinned(context.grid.centroids)
+    ahead = surface_ahead(samples, context.foreground.points, context.point_gap)
+    joints = [_joints(samples, p, ahead[p], context.segment_length) for p in range(len(paths))]
+    laid = [p for p in range(len(paths)) if len(joints[p]) > 1]
+    if not laid:
+        return []
+    radius = samples.radius[samples.bounds[:-1]].tolist()
+    of_path = _Laid.of([each if len(each) > 1 else each[:0] for each in joints], samples, context, config)
+    support = depth_support([joints[p] for p in laid], [radius[p] for p in laid], context.foreground)
+    is_reversed = _are_reversed([joints[p] for p in laid], [samples.closed[p] for p in laid], context.foreground)
     chains = []
-    for p, path in enumerate(paths):
-        joints = _joints(samples, p, points, context)
-        if len(joints) > 1:
-            chain = _chain(joints, samples, p, surface, context, config)
-            positions = samples.positions[samples.of_path(p)]
-            chains.append(replace(chain, connections=_connections(path, chain, positions)))
-    thickest = max((chain.radius for chain in chains), default=0.0)
-    kept = [chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest]
-    return sorted((_directed(chain, context.foreground) for chain in kept), key=lambda chain: -chain.length)
+    for k, p in enumerate(laid):
+        size, order = len(joints[p]) - 1, -1 if is_reversed[k] else 1
+        chains.append(
+            Chain(
+                joints[p][::order],
+                context.segment_length,
+                radius[p],
+                samples.radii[of_path.joint_sample[p]][::order],
+                of_path.occluded[p][::order],
+                samples.closed[p],
+                _connections(paths[p], of_path.segment_sample[p] - samples.bounds[p], samples.of_path(p), order),
+                depth_filled=np.zeros(size, dtype=bool) if support is None else support[k].is_filled[::order],
+            )
+        )
+    thickest = max(chain.radius for chain in chains)
+    return sorted(
+        (chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest), key=lambda chain: -chain.length
+    )
 
 
-def _joints(samples: Samples, p: int, points: Blocks, context: FrameContext) -> Floats:
-    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment."""
-    part, length = samples.of_path(p), context.segment_length
+def _joints(samples: Samples, p: int, ahead: tuple[SurfaceAhead, SurfaceAhead] | None, length: float) -> Floats:
+    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment; ahead : None for a ring."""
+    part = samples.of_path(p)
     axis = samples.positions[part]
-    if samples.closed[p]:
+    if ahead is None:
         return equal_ring(axis, length)
     end_of = _strip_end if axis.shape[1] == 2 else _wall_end
-    radius = float(samples.radius[part.start])
-    first = end_of(surface_ahead(samples, part.start, 1, points, context.point_gap), radius)
-    last = end_of(surface_ahead(samples, part.stop - 1, -1, points, context.point_gap), radius)
+    first, last = (end_of(each, float(samples.radius[part.start])) for each in ahead)
     return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 
@@ -165,55 +180,68 @@ def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
     return count / (2 * radius) - back if count else 0.0
 
 
-def _chain(joints: Floats, samples: Samples, p: int, surface: Floats, context: FrameContext, config: RefineConfig) -> Chain:
-    """Return the chain with its radii, its occluded segments (Keipour et al., RA-L 2022, section III-H) and its filled depth."""
-    part, length = samples.of_path(p), context.segment_length
-    radius = float(samples.radius[part.start])
-    middle = (joints[1:] + joints[:-1]) / 2
-    occluded = np.ones(len(middle), dtype=bool)
-    if config.occluded != "from_depth":
-        occluded = samples.filled[part][nearest(middle, samples.positions[part], length, False)[1]]
-    if config.occluded != "from_gaps" and occluded.any():
-        reach = OWN_RADII * radius + context.voxel
-        unseen = np.isinf(nearest(middle[occluded], surface, reach, True)[0])
-        if context.visibility is not None:
-            unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
-        occluded[occluded] = unseen
-    radii = samples.radii[part][nearest(joints, samples.positions[part], length, False)[1]]
-    filled = depth_is_filled(joints, radius, context.foreground)
-    return Chain(joints, length, radius, radii, occluded, samples.closed[p], depth_filled=filled)
+class _Laid(NamedTuple):
+    """The chains laid along paths: of each path, arrays of N + 1 joints and N segments; of a path without a chain they are empty.
+
+    Attributes
+    ----------
+    joint_sample, segment_sample
+        (N + 1,) and (N,), the sample nearest to each joint, and to the middle of each segment.
+    occluded
+        (N,) bool, True for an occluded segment (Keipour et al., RA-L 2022, section III-H).
+    """
+
+    joint_sample: list[Ints]
+    segment_sample: list[Ints]
+    occluded: list[Bools]
+
+    @staticmethod
+    def of(joints: Sequence[Floats], samples: Samples, context: FrameContext, config: RefineConfig) -> _Laid:
+        """Return the samples at the joints of each path, (N + 1, D), and which segments are occluded."""
+        middles = [(each[1:] + each[:-1]) / 2 for each in joints]
+        joint_bounds, bounds = (np.cumsum([0, *map(len, each)]) for each in (joints, middles))
+        middle = np.concatenate(middles)
+        length = context.segment_length
+        at_joint = nearest_of_own(np.concatenate(joints), joint_bounds, samples.positions, samples.bounds, length)
+        at_middle = nearest_of_own(middle, bounds, samples.positions, samples.bounds, length)
+        occluded = np.ones(len(middle), dtype=bool)
+        if config.occluded != "from_depth":
+            occluded = samples.filled[at_middle]
+        if config.occluded != "from_gaps" and occluded.any():
+            reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
+            surface = thinned(context.grid.centroids)
+            unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
+            if context.visibility is not None:
+                unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
+            occluded[occluded] = unseen
+        return _Laid(np.split(at_joint, joint_bounds[1:-1]), np.split(at_middle, bounds[1:-1]), np.split(occluded, bounds[1:-1]))
 
 
-def _connections(path: Path, chain: Chain, positions: Floats) -> tuple[Connection, ...]:
-    """Return the connections of a path at the segments that lie there; positions (S, D) : the path's samples."""
+def _connections(path: Path, near: Ints, samples: slice, order: int) -> tuple[Connection, ...]:
+    """Return the connections of a path at the segments that lie there.
+
+    near : (N,), the sample of the path, its first being 0, that is nearest to the middle of each segment. samples : those of the
+    path. order : -1 if the chain runs against the path, else 1.
+    """
     if not path.joins:
         return ()
+    count = samples.stop - samples.start
     along = arc_length(np.concatenate((path.points, path.points[:1])) if path.closed else path.points)
-    near = nearest((chain.joints[1:] + chain.joints[:-1]) / 2, positions, chain.segment_length, False)[1]
     connections = []
     for step, confidence in path.joins:
-        sample = (along[step] + along[step + 1]) / 2 / along[-1] * (len(positions) - (not path.closed))
+        sample = (along[step] + along[step + 1]) / 2 / along[-1] * (count - (not path.closed))
         distance = np.abs(near - sample)
-        distance = np.minimum(distance, len(positions) - distance) if path.closed else distance
+        distance = np.minimum(distance, count - distance) if path.closed else distance
         connections.append(Connection(int(distance.argmin()), confidence))
-    return tuple(sorted(connections))
+    if order == 1:
+        return tuple(sorted(connections))
+    return tuple(Connection(len(near) - 1 - segment, confidence) for segment, confidence in sorted(connections)[::-1])
 
 
-def _directed(chain: Chain, foreground: Foreground) -> Chain:
-    """Return the chain from the end nearer the left edge of the view (ties: nearer the top)."""
-    ends = chain.joints[[0, -1]] if not chain.closed else chain.joints[[1, -2]]
+def _are_reversed(joints: Sequence[Floats], closed: Sequence[bool], foreground: Foreground) -> Bools:
+    """Tell which lines (N + 1, D) of joints do not start at the end nearer the left edge of the view (ties: nearer the top)."""
+    ends = np.concatenate([each[[1, -2] if ring else [0, -1]] for each, ring in zip(joints, closed, strict=True)])
     if foreground.camera is not None:
         ends = foreground.camera.project(ends)
-    first, last = (tuple(end.tolist()) for end in ends[:, :2])
-    if first <= last:
-        return chain
-    last_segment = len(chain.occluded) - 1
-    connections = tuple(Connection(last_segment - segment, confidence) for segment, confidence in chain.connections[::-1])
-    return replace(
-        chain,
-        joints=chain.joints[::-1],
-        radii=chain.radii[::-1],
-        occluded=chain.occluded[::-1],
-        depth_filled=chain.depth_filled[::-1],
-        connections=connections,
-    )
+    (u, v), (last_u, last_v) = ends[::2, :2].T, ends[1::2, :2].T
+    return np.asarray(~((u < last_u) | ((u == last_u) & (v <= last_v))))

@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...geometry.blocks import Blocks
-from ...geometry.polyline import arc_length, resample, tangents
 from ...geometry.radii import STEP_RADII
+from ...kernels import polyline_lengths, polyline_tangents, sample_polylines
 from ...types import Bools, Floats, Ints, Path
 
 WINDOW_RADII = 1.0
@@ -55,36 +54,18 @@ class Samples:
     window_half: int
     spacing: float
 
+    @cached_property
+    def bounds(self) -> Ints:
+        """The first sample of each of P paths, and the number of samples: (P + 1,)."""
+        return np.searchsorted(self.path, np.arange(len(self.closed) + 1))
+
     def of_path(self, number: int) -> slice:
         """Return the slice that selects the samples of path `number` (its index) in the arrays over all samples."""
-        return slice(*np.searchsorted(self.path, [number, number + 1]).tolist())
-
-    def position_inside(self, end: int, inwards: int, distance: float) -> Floats:
-        """Return the position of the sample at a given distance along a path from one of the path's ends: (3,) m, in 2-D (2,) px.
-
-        The sample is at least one sample away from the end; on a path shorter than `distance` it is the opposite end.
-
-        Parameters
-        ----------
-        end
-            index of the path's first or last sample.
-        inwards
-            direction into the path: 1 from its first sample, -1 from its last.
-        distance
-            m (px in 2-D), from the end along the path; rounded to whole samples.
-        """
-        path = self.of_path(int(self.path[end]))
-        index = end + inwards * max(1, round(distance / self.spacing))
-        return np.asarray(self.positions[min(max(index, path.start), path.stop - 1)])
-
-    @cached_property
-    def blocks(self) -> Blocks:
-        """The positions in blocks, to find those near a place."""
-        return Blocks(self.positions)
+        return slice(*self.bounds[number : number + 2].tolist())
 
     def tangents(self) -> Floats:
         """Return the unit tangent of the path at each of the S samples, (S, 3), in 2-D (S, 2), towards higher sample indices."""
-        return np.concatenate([tangents(self.positions[self.of_path(p)], closed) for p, closed in enumerate(self.closed)])
+        return polyline_tangents(self.positions, self.bounds, np.array(self.closed))
 
 
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
@@ -104,24 +85,24 @@ def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) ->
     The samples of all paths, at least four per path. Both ends of an open path are samples.
     """
     spacing = min(STEP_RADII * radius, segment_length / 2)
-    positions, numbers, filled = [], [], []
-    for p, path in enumerate(paths):
-        points = np.concatenate((path.points, path.points[:1])) if path.closed else path.points
-        along = arc_length(points)
-        count = max(MIN_SAMPLES, round(along[-1] / spacing) + 1)
-        at = np.linspace(0, along[-1], count, endpoint=not path.closed)
-        positions.append(resample(points, at))
-        step = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(along) - 2)
-        filled.append(path.filled[step] if path.filled is not None else np.zeros(count, dtype=bool))
-        numbers.append(np.full(count, p))
-    size = sum(len(part) for part in positions)
+    closed = np.array([path.closed for path in paths])
+    lines = [np.concatenate((path.points, path.points[:1])) if path.closed else path.points for path in paths]
+    points, bounds = np.concatenate(lines), np.cumsum([0, *map(len, lines)])
+    length = polyline_lengths(points, bounds)
+    counts = np.maximum(MIN_SAMPLES, np.rint(length / spacing).astype(int) + 1)
+    positions, segment = sample_polylines(points, bounds, length / (counts - ~closed), counts, ~closed)
+    number = np.repeat(np.arange(len(paths)), counts)
+    filled = [
+        np.zeros(len(line) - 1, dtype=bool) if path.filled is None else path.filled
+        for path, line in zip(paths, lines, strict=True)
+    ]
     return Samples(
-        np.concatenate(positions),
-        np.concatenate(numbers),
-        np.concatenate(filled),
+        positions,
+        number,
+        np.concatenate(filled)[(bounds[:-1] - np.arange(len(paths)))[number] + segment],
         tuple(path.closed for path in paths),
-        np.full(size, radius),
-        np.full(size, radius),
+        np.full(len(positions), radius),
+        np.full(len(positions), radius),
         round(WINDOW_RADII * radius / spacing),
         spacing,
     )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.constants import golden
 
+from ... import kernels
 from ...geometry.noise import SURFACE_SAMPLES
-from ...geometry.polyline import unit
-from ...kernels import lateral_sums, nearest, window_sum
-from ...types import Array, Camera, Floats, Ints
+from ...types import Bools, Camera, Floats, Ints
 from .cross_sections import SectionAxes
 
 PROJECTION_STEP = 1e-4
@@ -38,11 +38,40 @@ class Silhouette:
     radius: Floats
 
 
+class MaskSample(NamedTuple):
+    """About SURFACE_SAMPLES (20,000) pixels of a mask, evenly distributed; all of them if there are not more.
+
+    Attributes
+    ----------
+    pixels
+        (K, 2) px, (u, v), sorted by u and then v.
+    share
+        number of pixels of the mask that each stands for.
+    """
+
+    pixels: Floats
+    share: float
+
+    @staticmethod
+    def of(mask: Bools) -> MaskSample:
+        """Return the sample of a mask (H, W).
+
+        Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
+        section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
+        """
+        mask = np.ascontiguousarray(mask)
+        count = int(np.count_nonzero(mask))
+        step = max(1, -(-count // SURFACE_SAMPLES))
+        slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden), default=0)
+        pixels = kernels.lattice_pixels(mask, step, slope)
+        return MaskSample(pixels, count / max(1, len(pixels)))
+
+
 def measure_silhouette(
     positions: Floats,
     axes: SectionAxes,
     path: Ints,
-    mask_pixels: Array,
+    mask: MaskSample,
     camera: Camera | None,
     reach: Floats,
     window_half: int,
@@ -60,8 +89,8 @@ def measure_silhouette(
         the axes of the cross-section at each sample.
     path
         (S,) int, index of the path that each sample lies on; the samples of one path are consecutive.
-    mask_pixels
-        (N, 2) int, the N pixels (u, v) of the mask.
+    mask
+        the pixels of the mask.
     camera
         the intrinsics; None if the positions are pixels.
     reach
@@ -73,58 +102,9 @@ def measure_silhouette(
     -------
     Offset of the middle and half-width at each sample, m (px in 2-D).
     """
-    pixels, across, scale = _project_axes(positions, axes, camera)
-    some = on_lattice(mask_pixels).astype(float)
-    pixels_per_sample = len(mask_pixels) / max(1, len(some))
-    reach = reach * np.abs(scale)
-    distance, near = nearest(some, pixels, float(reach.max()), True)
-    sums = lateral_sums(some, distance, near, pixels, across, reach)
-    count, total = (window_sum(pixels_per_sample * each, path, window_half) for each in sums)
-    length = np.maximum(window_sum(_image_lengths(pixels, path), path, window_half), 1e-9)
-    return Silhouette(total / np.maximum(count, 1e-9) / scale, count / length / np.abs(scale) / 2)
-
-
-def _project_axes(positions: Floats, axes: SectionAxes, camera: Camera | None) -> tuple[Floats, Floats, Floats]:
-    """Project samples and their lateral axes.
-
-    Returns
-    -------
-    pixels : (S, 2) px. across : (S, 2) unit, across the path in the image.
-    scale : (S,) px across the path per unit along the lateral axis, signed: it depends on the place in the image and on depth.
-    """
-    if camera is None:
-        return positions, axes.lateral, np.ones(len(positions))
-    pixels = camera.project(positions)
-    along = unit(camera.project(positions + PROJECTION_STEP * axes.tangent) - pixels)
-    across = np.column_stack((-along[:, 1], along[:, 0]))
-    moved = camera.project(positions + PROJECTION_STEP * axes.lateral) - pixels
-    scale = np.einsum("ij,ij->i", moved, across) / PROJECTION_STEP
-    return pixels, across, np.where(np.abs(scale) > MIN_SCALE, scale, MIN_SCALE)
-
-
-def on_lattice(pixels: Array) -> Array:
-    """Return about SURFACE_SAMPLES (20,000) of N pixels (N, 2), evenly distributed; all of them if there are not more.
-
-    Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
-    section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
-
-    Parameters
-    ----------
-    pixels
-        (N, 2) int (u, v).
-
-    Returns
-    -------
-    (K, 2) int, the K pixels kept, in the order given.
-    """
-    step = -(-len(pixels) // SURFACE_SAMPLES)
-    if step <= 1:
-        return pixels
-    slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden))
-    return np.asarray(pixels[(pixels[:, 0] + slope * pixels[:, 1]) % step == 0])
-
-
-def _image_lengths(pixels: Floats, path: Ints) -> Floats:
-    """Return the length of image, px, that each sample stands for: half way to either neighbor on its path."""
-    step = np.linalg.norm(np.diff(pixels, axis=0), axis=1) * (np.diff(path) == 0)
-    return np.asarray((np.concatenate(([0.0], step)) + np.concatenate((step, [0.0]))) / 2)
+    intrinsics = np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy))
+    return Silhouette(
+        *kernels.silhouette(
+            positions, axes.tangent, axes.lateral, path, *mask, intrinsics, reach, window_half, PROJECTION_STEP, MIN_SCALE
+        )
+    )

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ...config import SegmentConfig
+from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS
-from ...kernels import agreeing_readings, depth_differences
-from ...types import Array, Bools, Floats, Frame, Ints
+from ...types import Floats, Ints
 
 OUTLIER_WINDOW_PX = 2
 """px; half-width of the window in which a depth reading is compared with its neighbors: 5 x 5, less than a thin cable."""
@@ -36,7 +34,7 @@ class Readings(NamedTuple):
     filtered: Floats
 
 
-def filter_readings(frame: Frame, mask: Bools, config: SegmentConfig) -> tuple[Readings, float, int]:
+def filter_readings(facts: FrameFacts, config: SegmentConfig) -> tuple[Readings, float, int]:
     """Drop the outliers among the depth readings of a mask, and average the noise of the remaining readings away.
 
     A reading is kept if it agrees with at least 7 of the 24 pixels around it, or with half of those in the mask that have a
@@ -45,10 +43,8 @@ def filter_readings(frame: Frame, mask: Bools, config: SegmentConfig) -> tuple[R
 
     Parameters
     ----------
-    frame
-        the depth and the camera.
-    mask
-        (H, W) bool, the pixels of the object.
+    facts
+        the mask of the object, with the depth.
     config
         section `segment` of the settings: `min_depth`, `max_depth`, `outlier_slope`.
 
@@ -59,25 +55,8 @@ def filter_readings(frame: Frame, mask: Bools, config: SegmentConfig) -> tuple[R
         measured depth noise if that is more.
     outliers : number of readings in the mask, between `min_depth` and `max_depth`, that were dropped.
     """
-    noise = depth_noise(frame.depth, mask)
-    slope = max(config.outlier_slope, DEVIATIONS * noise)
-    v, u, mean, outliers = agreeing_readings(
-        frame.depth, mask, config.min_depth, config.max_depth, OUTLIER_WINDOW_PX, slope, OUTLIER_MIN_NEIGHBORS
+    slope = max(config.outlier_slope, DEVIATIONS * facts.depth_noise)
+    pixels, depth, mean, outliers = facts.agreeing_readings(
+        config.min_depth, config.max_depth, OUTLIER_WINDOW_PX, slope, OUTLIER_MIN_NEIGHBORS
     )
-    return Readings(np.column_stack((u, v)), frame.depth[v, u].astype(float), mean), slope, outliers
-
-
-def depth_noise(depth: Array, mask: Bools) -> float:
-    """Return the depth noise in a mask, m: the median absolute difference of horizontally neighboring readings.
-
-    The result is 0 if no two readings are horizontal neighbors.
-
-    Parameters
-    ----------
-    depth
-        (H, W) m, 0 = no reading.
-    mask
-        (H, W) bool; only readings of pixels in the mask are compared.
-    """
-    differences = depth_differences(depth, mask)
-    return float(np.median(differences)) if len(differences) else 0.0
+    return Readings(pixels, depth, mean), slope, outliers

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from ...config import SegmentConfig
-from ...geometry.mask import bounding_box, ridge_radius
-from ...kernels import without_small_regions
+from ...facts.frame_facts import FrameFacts
+from ...geometry.mask import ridge_radius
 from ...types import Array, Bools
 
 WIDE_REGION_MARGIN = 1.5
@@ -17,12 +17,12 @@ WIDE_REGION_MARGIN = 1.5
 
 
 class CleanedMask(NamedTuple):
-    """A cleaned mask, and the number of pixels that each step changed.
+    """The facts of a cleaned mask, and the number of pixels that each step changed.
 
     Attributes
     ----------
-    mask
-        (H, W) bool, after all steps.
+    facts
+        the mask after all steps, and what follows from it.
     selected
         number of pixels in the mask before the first step.
     removed_small
@@ -33,7 +33,7 @@ class CleanedMask(NamedTuple):
         pixels removed as wide regions.
     """
 
-    mask: Bools
+    facts: FrameFacts
     selected: int
     removed_small: int
     closed_holes: int
@@ -60,45 +60,41 @@ def clean_mask(
 
     Returns
     -------
-    The cleaned mask, and the number of pixels that each step changed.
+    The facts of the cleaned mask, and the number of pixels that each step changed.
     """
-    solid, selected, removed, filled = without_small_regions(mask, config.min_component)
-    left = selected - removed + filled
-    kept = remove_wide_regions(solid, config, depth, focal) if may_have_wide and left else solid
-    wide = 0 if kept is solid else left - int(np.count_nonzero(kept))
-    return CleanedMask(kept, selected, removed, filled, wide)
+    solid = FrameFacts(mask, depth, config.min_component)
+    kept = remove_wide_regions(solid, config, focal) if may_have_wide and solid.count else solid
+    return CleanedMask(kept, solid.selected, solid.removed, solid.filled, solid.count - kept.count)
 
 
-def remove_wide_regions(mask: Bools, config: SegmentConfig, depth: Array | None = None, focal: float = 1.0) -> Bools:
-    """Return the mask without regions that are wide in every direction, such as a gripper.
+def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0) -> FrameFacts:
+    """Return the facts of a mask without regions that are wide in every direction, such as a gripper.
 
     A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask.
 
     Parameters
     ----------
-    mask
-        (H, W) bool, not empty.
+    facts
+        the mask, not empty, with the depth; without depth widths are measured in pixels.
     config
         section `segment` of the settings.
-    depth
-        (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
 
     Returns
     -------
-    (H, W) bool; `mask` itself if nothing is wide.
+    The facts of the mask that is left; `facts` itself if nothing is wide.
     """
-    box = bounding_box(mask)
-    part = mask[box]
-    scale = np.ones(part.shape) if depth is None else depth[box] / focal
+    box = facts.slices
+    part = facts.mask[box]
+    scale = np.ones(part.shape) if facts.depth is None else facts.depth[box] / focal
     distance = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     usual = ridge_radius(distance, scale)
     limit = min(config.max_width / 2, config.max_width_ratio * usual) if usual else config.max_width / 2
     core = distance * scale > limit
     if not core.any():
-        return mask
+        return facts
     margin = WIDE_REGION_MARGIN * limit / float(np.median(scale[core]))
-    result = np.zeros_like(mask)
+    result = np.zeros_like(facts.mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
-    return result
+    return FrameFacts(result, facts.depth)

@@ -8,10 +8,9 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
+from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
-from ...geometry.mask import mask_pixels, mask_radius
 from ...geometry.noise import SAMPLES
-from ...kernels import readings_in_mask
 from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
@@ -119,31 +118,32 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     is_told = _is_told(method, config)
     may_have_wide = method not in (MASK, "everything")
     if method != "everything":
-        _check_size(selected)
+        _check_size(int(np.count_nonzero(selected)))
     given = selected
     if frame.color is not None and method not in ("everything", "plane", "strands"):
         selected = repair_mask(given, frame.color)
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
-    pixels = int(np.count_nonzero(cleaned.mask))
+    facts, pixels = cleaned.facts, cleaned.facts.count
     if pixels:
-        _check_distance(readings_in_mask(frame.depth, cleaned.mask), frame, pixels, "object", config)
-    split = SplitMask(cleaned.mask, 0, None)
+        _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
+    split = SplitMask(facts.mask, 0, None)
     if method != "everything":
-        split = split_strands(cleaned.mask, selected, frame.color, frame.depth, config.equal_widths)
-        cleaned = cleaned._replace(mask=split.mask)
-    radius = mask_radius(cleaned.mask, frame.depth, frame.camera.fx)
-    readings, slope, outliers = filter_readings(frame, cleaned.mask, config)
+        split = split_strands(facts.mask, selected, frame.color, frame.depth, config.equal_widths)
+        facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
+    radius = facts.radius(frame.camera.fx)
+    readings, slope, outliers = filter_readings(facts, config)
     measured = len(readings.pixels)
     bridges, smoothed = None, 0
     if method != "everything":
-        readings, bridges, smoothed = filter_along_strands(readings, cleaned.mask, radius, frame)
-        readings = inpaint_readings(readings, cleaned.mask, frame.depth, slope)
+        readings, bridges, smoothed = filter_along_strands(readings, facts, radius, frame)
+        readings = inpaint_readings(readings, facts, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
         bridges=bridges,
         pixels=readings.pixels,
-        mask=cleaned.mask,
+        mask=facts.mask,
+        facts=facts,
         mask_radius=radius,
         side_by_side=split.side_by_side,
         depth=frame.depth,
@@ -171,14 +171,16 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     cleaned = clean_mask(selected, config, mask is None)
-    _check_size(cleaned.mask)
-    split = split_strands(cleaned.mask, selected, color, None, config.equal_widths)
-    cleaned = cleaned._replace(mask=split.mask)
-    pixels = mask_pixels(cleaned.mask)
+    facts = cleaned.facts
+    _check_size(facts.count)
+    split = split_strands(facts.mask, selected, color, None, config.equal_widths)
+    facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
+    pixels = facts.pixels
     foreground = Foreground(
         points=pixels.astype(float),
         pixels=pixels,
-        mask=cleaned.mask,
+        mask=facts.mask,
+        facts=facts,
         side_by_side=split.side_by_side,
         color=color,
         notes=_notes(method, note, len(pixels) > 0),
@@ -208,7 +210,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         filtered=means,
         bridges=bridges,
         sampling=sampling,
-        facts=facts if sparse is None and len(points) else None,
+        cloud_facts=facts if sparse is None and len(points) else None,
         viewpoint=cloud.viewpoint,
         notes=_notes(method, note, bool(len(chosen))),
         views=cloud.views,
@@ -233,9 +235,8 @@ def _select(
     return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note
 
 
-def _check_size(mask: Bools) -> None:
-    """Refuse a mask (H, W) of so many pixels that the stages would take too much time and memory, before any of them."""
-    pixels = int(np.count_nonzero(mask))
+def _check_size(pixels: int) -> None:
+    """Refuse a mask of so many pixels that the stages would take too much time and memory, before any of them."""
     if pixels > MAX_CELLS:
         raise InputError(f"the mask has {pixels} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many")
 
@@ -281,17 +282,17 @@ def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
     step = max(1, int(np.sqrt(frame.depth.size / SAMPLES)))
     some = frame.depth[::step, ::step]
     readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
-    _check_distance(readings[:: max(1, readings.size // SAMPLES)], frame, frame.depth.size, "frame", config)
+    some = readings[:: max(1, readings.size // SAMPLES)]
+    _check_distance(float(np.median(some)) if len(some) else None, frame, frame.depth.size, "frame", config)
 
 
-def _check_distance(readings: Array, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
-    """Refuse a part of the frame of so many pixels without readings (K,) m, and one whose median tells of a wrong unit."""
-    if not len(readings):
+def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
+    """Refuse a part of the frame of so many pixels without a median reading, m, and one whose median tells of a wrong unit."""
+    if median is None:
         raise InputError(
             f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
             code="mask-without-depth" if frame.depth.any() else "depth-none",
         )
-    median = float(np.median(readings))
     if not config.min_depth <= median <= config.max_depth:
         raise InputError(
             f"the {part} is {median:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "

@@ -11,12 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
-from ...geometry.mask import bounding_box
+from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import whittaker_smooth
-from ...kernels import nearest, neighbor_table, thin_pixels, trace_branches
+from ...kernels import nearest, smooth_strand_depth
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
@@ -93,7 +93,7 @@ class StrandDepth(NamedTuple):
     smoothed: int
 
 
-def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: Frame) -> StrandDepth:
+def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, frame: Frame) -> StrandDepth:
     """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
 
     Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
@@ -106,8 +106,8 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     ----------
     readings
         the readings in the mask, without outliers.
-    mask
-        (H, W) bool, the pixels of the object.
+    facts
+        the mask of the object.
     radius
         m, radius of the object; 0 if unknown, which leaves everything as it is.
     frame
@@ -116,9 +116,8 @@ def filter_along_strands(readings: Readings, mask: Bools, radius: float, frame: 
     none = StrandDepth(readings, np.zeros((0, 3)), 0)
     if not len(readings.pixels) or not radius:
         return none
-    line, bounds = _skeleton(mask)
-    if not len(line):
-        return none
+    line, bounds = facts.skeleton
+    mask = facts.mask
     smoothed = 0
     if _is_torn(_depth_at(line, readings, mask), bounds, radius):
         own = _smooth_readings(readings, line, bounds, mask, radius, frame)
@@ -159,15 +158,6 @@ def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
     return near
 
 
-def _skeleton(mask: Bools) -> tuple[Ints, Ints]:
-    """Return the pixels (S, 2) (u, v) of the mask's skeleton, branch by branch, and where each branch begins, (B + 1,)."""
-    rows, columns = bounding_box(mask)
-    coords = np.argwhere(mask[rows, columns]) + 1
-    pixels = coords[thin_pixels(coords)]
-    _, order, bounds, _ = trace_branches(neighbor_table(np.column_stack((pixels, np.ones(len(pixels), dtype=np.int64)))))
-    return pixels[order][:, ::-1] + (columns.start - 1, rows.start - 1), bounds
-
-
 def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
     """Return the nearer inverse depth at each of so many samples, 0 without readings, and the number of readings: (S,), (S,)."""
     order = np.lexsort((inverse, sample))
@@ -203,49 +193,11 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
 
     value : (S,) 1/m, inverse depth where measured (S,). line : (S, 2) px, the branch.
     """
-    at = np.flatnonzero(measured)
-    filled = np.interp(np.arange(len(value)), at, value[at])
-    radius_px = radius * frame.camera.fx * float(np.median(value[at]))
-    half = max(2, round(MEDIAN_RADII * radius_px))
-    first = _running_median(filled, min(half, len(value) // 4))
-    per_meter = float(np.median(first)) ** 2  # of depth, in inverse depth
-    smooth, cut, deviation = first, np.full(len(value), np.inf), np.inf
-    for _ in range(SMOOTHINGS):
-        residual = filled - smooth
-        deviation = min(deviation, _deviation(residual[at]))  # never more than before: what is smoothed too much looks noisy
-        cut = np.maximum(DEVIATIONS * deviation, TORN_RADII * radius * smooth**2)
-        inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
-        noise = max(deviation / per_meter / radius, SMOOTHING_NOISE_RADII)
-        length = SMOOTHING_RADII * radius_px * np.sqrt(noise / SMOOTHING_NOISE_RADII)
-        weight = inlier + FIRST_WEIGHT
-        target = (inlier * filled + FIRST_WEIGHT * first) / weight
-        smooth = whittaker_smooth(target[:, None], weight[:, None, None], length**4)[:, 0]
-    depth = 1 / smooth
-    behind = 1 / filled - depth
-    behind[~measured] = 0.0
-    noise = _waves(behind, radius_px)
-    if np.mean((filled - smooth > cut) & measured) > MAX_IN_FRONT_SHARE:
+    numbers = (MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, SMOOTHING_NOISE_RADII, FIRST_WEIGHT, MAD_TO_DEVIATION)
+    depth, waves, in_front, torn = smooth_strand_depth(value, measured, radius, frame.camera.fx, np.array(numbers), SMOOTHINGS)
+    if in_front > MAX_IN_FRONT_SHARE or (waves <= MAX_WAVES_RADII * radius and torn <= MAX_TORN_SHARE):
         return np.zeros(len(value))
-    if noise <= MAX_WAVES_RADII * radius and np.mean(behind > TORN_RADII * radius) <= MAX_TORN_SHARE:
-        return np.zeros(len(value))
-    return _drawn_to_surface(depth, noise, line, mask, radius, frame) if noise > MAX_WAVES_RADII * radius else depth
-
-
-def _running_median(values: Floats, half: int) -> Floats:
-    """Return the median (S,) of so many values on either side; beyond both ends the values go on straight."""
-    third = max(1, half // 3)
-    padded = [values]
-    for end in (values[:half], values[::-1][:half]):
-        near, far = float(np.median(end[:third])), float(np.median(end[-third:]))
-        slope = (far - near) / max(1, len(end) - third)
-        padded.append(near - slope * (np.arange(1, half + 1) + (third - 1) / 2))
-    before, after = padded[1][::-1], padded[2]
-    return np.asarray(median_filter(np.concatenate((before, values, after)), 2 * half + 1)[half : half + len(values)])
-
-
-def _waves(residual: Floats, radius_px: float) -> float:
-    """Return the standard deviation of residuals (S,) averaged over a radius on either side: of what does not average away."""
-    return _deviation(uniform_filter1d(residual, 2 * max(1, round(radius_px)) + 1, mode="nearest"))
+    return _drawn_to_surface(depth, waves, line, mask, radius, frame) if waves > MAX_WAVES_RADII * radius else depth
 
 
 def _deviation(residual: Floats) -> float:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...errors import ConfigError
 from ...kernels import crossing_numbers, prune_spurs
-from ...types import Floats, Path, Skeleton
+from ...types import Array, Ints, Path, Skeleton
 
-TIP_REACH_PX, JUNCTION_REACH_PX = 1.0, 2.0
+TIP_REACH_PX, JUNCTION_REACH_PX = 1, 2
 """px in rows or columns between a contour and the tip, or the junction, that it starts at: it runs around the line, and a
 contour inside a loop around the corner of a junction."""
 
@@ -47,22 +46,25 @@ def trace_contours(skeleton: Skeleton, min_branch: float) -> tuple[list[Path], i
     lines = crossing_numbers(image, v, u)
     tips, junctions = (np.column_stack((u, v))[kind] for kind in (lines == 1, lines > 2))
     contours, _ = cv2.findContours(cv2.dilate(image, np.ones((3, 3), np.uint8)), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    trees = [(cKDTree(tips) if len(tips) else None, TIP_REACH_PX)]
-    trees.append((cKDTree(junctions) if len(junctions) else None, JUNCTION_REACH_PX))
+    near = [_nearness(tips, TIP_REACH_PX, image.shape), _nearness(junctions, JUNCTION_REACH_PX, image.shape)]
     offset = skeleton.points[0] - (u[0], v[0])
     paths = []
     for contour in contours:
-        points = contour[:, 0].astype(float)
-        starts = (_nearest_index(points, *targets) for targets in trees)
-        points = np.roll(points, -next((start for start in starts if start is not None), 0), axis=0)
+        column, row = contour[:, 0].T + JUNCTION_REACH_PX
+        found = (each[row, column] for each in near)
+        start = next((int(nearness.argmax()) for nearness in found if nearness.any()), 0)
+        points = np.roll(contour[:, 0].astype(float), -start, axis=0)
         paths.append(Path(np.concatenate((points, points[:1])) + offset))
     return paths, len(u) - int(np.count_nonzero(image))
 
 
-def _nearest_index(points: Floats, targets: cKDTree | None, max_distance: float) -> int | None:
-    """Return the first of the points (P, 2) nearest to a target; None if it is farther (in rows or columns) than that."""
-    if targets is None:
-        return None
-    distance = targets.query(points, p=np.inf)[0]
-    nearest = int(np.argmin(distance))
-    return nearest if distance[nearest] <= max_distance else None
+def _nearness(targets: Ints, reach: int, shape: tuple[int, ...]) -> Array:
+    """Return an image, 0 farther than `reach` from each target (K, 2), (u, v), in rows or columns, and 1 more for each px nearer.
+
+    It is larger than an image of the shape by JUNCTION_REACH_PX at each side. Only the places of targets are touched.
+    """
+    near = np.zeros((shape[0] + 2 * JUNCTION_REACH_PX, shape[1] + 2 * JUNCTION_REACH_PX), dtype=np.uint8)
+    for distance in range(reach, -1, -1):
+        step = np.arange(-distance, distance + 1) + JUNCTION_REACH_PX
+        near[(targets[:, 1, None] + step)[:, :, None], (targets[:, 0, None] + step)[:, None]] = reach - distance + 1
+    return near

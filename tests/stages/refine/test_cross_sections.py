@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, depth_of, line, surface
 
-from doo3d.geometry.mask import mask_pixels
 from doo3d.geometry.polyline import densify, perpendicular, tangents, unit
 from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
-from doo3d.stages.refine.silhouette import measure_silhouette
+from doo3d.stages.refine.silhouette import MaskSample, measure_silhouette
 
 RADIUS = 0.006
 AXIS = densify(line([-0.1, 0.03, 0.5], [0.12, -0.02, 0.6]), 0.002)
@@ -141,12 +140,12 @@ def test_the_mask_tells_the_middle_and_the_width(aside):
     _, which = depth_of([AXIS], [RADIUS])
     found = frames()
     places = AXIS + aside * RADIUS * found.lateral
-    seen = measure_silhouette(places, found, PATH, mask_pixels(which >= 0), CAMERA, REACH, 3)
+    seen = measure_silhouette(places, found, PATH, MaskSample.of(which >= 0), CAMERA, REACH, 3)
     np.testing.assert_allclose(seen.radius[INNER], RADIUS, rtol=0.05)
     np.testing.assert_allclose(seen.offset[INNER], -aside * RADIUS, atol=0.08 * RADIUS)
     assert np.median(seen.radius[INNER]) == pytest.approx(RADIUS, rel=0.02)
 
 
 def test_an_empty_mask_tells_nothing():
-    seen = measure_silhouette(AXIS, frames(), PATH, np.zeros((0, 2), np.int64), CAMERA, REACH, 3)
+    seen = measure_silhouette(AXIS, frames(), PATH, MaskSample.of(np.zeros((4, 4), bool)), CAMERA, REACH, 3)
     assert not seen.radius.any()

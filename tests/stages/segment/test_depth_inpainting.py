@@ -9,8 +9,10 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from doo3d.config import SegmentConfig
+from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment import depth_inpainting
-from doo3d.stages.segment.depth_inpainting import inpaint_depth
+from doo3d.stages.segment.depth_filter import Readings
+from doo3d.stages.segment.depth_inpainting import inpaint_readings
 
 
 def strip(width: int = 9, length: int = 200):
@@ -20,16 +22,21 @@ def strip(width: int = 9, length: int = 200):
     return mask, np.where(mask, 0.5 + 0.001 * np.arange(length + 20), 0.0)
 
 
-def readings(depth):
-    v, u = np.nonzero(depth)
-    return np.column_stack((u, v)), depth[v, u]
+def inpainted(mask, depth):
+    """The pixels that are inpainted, and their depth."""
+    v, u = np.nonzero(mask & (depth > 0))
+    measured = Readings(np.column_stack((u, v)), depth[v, u], depth[v, u])
+    found = inpaint_readings(measured, FrameFacts(mask, depth.astype(np.float32)), 0.003)
+    assert found.pixels.tolist() == sorted(found.pixels.tolist(), key=lambda pixel: pixel[::-1])
+    new = depth[found.pixels[:, 1], found.pixels[:, 0]] == 0
+    return found.pixels[new], found.filtered[new]
 
 
 def test_a_hole_is_inpainted_in_a_line():
     mask, exact = strip()
     depth = exact.copy()
     depth[:, 80:140] = 0
-    pixels, found = inpaint_depth(mask, *readings(depth), 2, 0.003)
+    pixels, found = inpainted(mask, depth)
     assert len(pixels) == (mask & (depth == 0)).sum()
     np.testing.assert_allclose(found, exact[pixels[:, 1], pixels[:, 0]], atol=1e-9)
 
@@ -38,7 +45,7 @@ def test_beyond_the_last_reading_it_is_level():
     mask, exact = strip()
     depth = exact.copy()
     depth[:, 180:] = 0
-    pixels, found = inpaint_depth(mask, *readings(depth), 2, 0.003)
+    pixels, found = inpainted(mask, depth)
     assert len(pixels) == 9 * 30
     np.testing.assert_allclose(found, 0.5 + 0.179, atol=1e-9)
 
@@ -48,17 +55,17 @@ def test_between_strands_of_different_depth_there_is_nothing():
     depth[mask] = 0.5
     depth[:, 110:] += 0.1 * mask[:, 110:]
     depth[:, 105:115] = 0
-    assert len(inpaint_depth(mask, *readings(depth), 2, 0.003)[0]) == 0
+    assert len(inpainted(mask, depth)[0]) == 0
 
 
 def test_single_pixels_are_no_holes_and_pieces_without_readings_stay_empty():
     mask, depth = strip()
     depth[mask & (np.random.default_rng(0).random(mask.shape) < 0.2)] = 0
     mask[30:38, 20:80] = True
-    assert len(inpaint_depth(mask, *readings(depth), 2, 0.003)[0]) == 0
-    assert len(inpaint_depth(mask, np.zeros((0, 2), dtype=np.int64), np.zeros(0), 2, 0.003)[0]) == 0
+    assert len(inpainted(mask, depth)[0]) == 0
+    assert len(inpainted(mask, np.zeros_like(depth))[0]) == 0
     full, exact = strip()
-    assert len(inpaint_depth(full, *readings(exact), 2, 0.003)[0]) == 0
+    assert len(inpainted(full, exact)[0]) == 0
 
 
 def test_holes_get_the_depth_of_the_readings_around_them(monkeypatch):

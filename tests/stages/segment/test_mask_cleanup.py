@@ -8,7 +8,7 @@ from builders.blue_cable import BLUE, DEPTH, SEEN, foreground_of, frame, painted
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label
 
 from doo3d.config import SegmentConfig
-from doo3d.kernels import without_small_regions
+from doo3d.kernels import FrameFacts
 
 
 @pytest.mark.parametrize("given", [True, False])
@@ -40,9 +40,10 @@ def test_small_components_and_holes_against_labels(seed, least):
     noise = gaussian_filter(np.random.default_rng(seed).normal(size=(60, 80)), 0.8)
     mask = noise > np.quantile(noise, 0.8 - 0.12 * seed)
     expected = slow_removal(mask, least)
-    result, selected, removed, filled = without_small_regions(mask, least)
-    np.testing.assert_array_equal(result, expected)
-    assert (selected, removed, filled) == (mask.sum(), (mask & ~expected).sum(), (expected & ~mask).sum())
+    facts = FrameFacts(mask, None, least)
+    np.testing.assert_array_equal(facts.image(), expected)
+    assert (facts.selected, facts.removed, facts.filled) == (mask.sum(), (mask & ~expected).sum(), (expected & ~mask).sum())
+    assert facts.count == expected.sum()
 
 
 def test_a_wide_region_is_not_the_object():

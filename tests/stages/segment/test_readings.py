@@ -9,8 +9,8 @@ from builders.drawn_masks import CAMERA, wave
 from scipy.spatial import cKDTree
 
 from doo3d.config import SegmentConfig
+from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment import depth_filter
-from doo3d.stages.segment.depth_filter import depth_noise
 
 CONFIG = SegmentConfig()
 
@@ -64,12 +64,12 @@ def test_noise_is_no_flying_point(monkeypatch):
 def test_the_noise_of_depth():
     depth = np.full((40, 60), 0.5, np.float32)
     mask = np.zeros((40, 60), dtype=bool)
-    assert depth_noise(depth, mask) == 0
+    assert FrameFacts(mask, depth).depth_noise == 0
     mask[10:20, 10:50] = True
     depth[:, ::2] += 0.004
     depth[12] = 0
-    assert depth_noise(depth, mask) == pytest.approx(0.004, rel=1e-5)
-    assert depth_noise(np.zeros_like(depth), mask) == 0
+    assert FrameFacts(mask, depth).depth_noise == pytest.approx(0.004, rel=1e-5)
+    assert FrameFacts(mask, np.zeros_like(depth)).depth_noise == 0
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, -1.0, 0.0])

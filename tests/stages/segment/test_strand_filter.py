@@ -12,7 +12,6 @@ from doo3d import Frame, load_config
 from doo3d.config import SegmentConfig
 from doo3d.pipeline import detect
 from doo3d.stages.segment import segment
-from doo3d.stages.segment.strand_filter import _running_median
 
 AXIS = wave()
 TABLE = 0.6
@@ -77,14 +76,6 @@ def test_a_noisy_strand_on_a_table_is_drawn_to_it():
     top = TABLE - 1.6 * RADIUS
     before = np.abs(noisy[mask] - top).mean()
     assert np.abs(record.foreground.filtered[:, 2] - top).mean() < 0.6 * before
-
-
-def test_a_running_median_of_a_straight_line_is_the_line_up_to_its_ends():
-    values = 1 / np.linspace(1.3, 0.5, 200)
-    median = _running_median(values, 40)
-    np.testing.assert_allclose(median, values, rtol=0.01)
-    straight = np.linspace(2.0, 0.8, 200)
-    np.testing.assert_allclose(_running_median(straight, 40), straight, atol=1e-12)
 
 
 def test_noise_that_grows_with_depth_is_smoothed_up_to_the_far_end():

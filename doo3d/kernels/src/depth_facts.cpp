@@ -1,0 +1,176 @@
+#include "depth_facts.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+// A second version of a loop for processors with AVX2, where the compiler and the C library choose at load time.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#define WITH_AVX2 __attribute__((target_clones("avx2", "default")))
+#else
+#define WITH_AVX2
+#endif
+
+namespace {
+
+// Return the median as NumPy does for float32; 0 of nothing.
+float median(std::vector<float>& values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + Index(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
+}
+
+// Return the least float that is not less than a limit: a float is below the one exactly if it is below the other.
+float least_float(double limit) {
+    const auto near = float(limit);
+    return double(near) < limit ? std::nextafter(near, std::numeric_limits<float>::infinity()) : near;
+}
+
+// What the neighbors of BLOCK consecutive pixels of a row say: the sum of the readings that agree and of the pixel's own, the number of
+// those that agree, and the number of neighbors with a reading.
+constexpr Index BLOCK = 16;
+struct Votes {
+    double total[BLOCK];
+    std::int32_t agreeing[BLOCK], neighbors[BLOCK];
+};
+
+// Return the bits of a float where a mask of bits is set.
+inline float masked_float(float value, std::int32_t mask) {
+    std::int32_t bits;
+    std::memcpy(&bits, &value, 4);
+    bits &= mask;
+    std::memcpy(&value, &bits, 4);
+    return value;
+}
+
+// Count the votes of the neighbors, row by row; `limits` holds for each distance by how much readings may differ. Loops of a fixed
+// length without branches, to be vectorized: where readings do not agree, 0 is added.
+WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, Votes& votes) {
+    for (Index i = 0; i < BLOCK; ++i) {
+        votes.total[i] = own[i];
+        votes.agreeing[i] = votes.neighbors[i] = 0;
+    }
+    for (Index dy = -half_width; dy <= half_width; ++dy) {
+        for (Index dx = -half_width; dx <= half_width; ++dx) {
+            if (!dx && !dy) continue;
+            const float limit = limits[std::max(std::abs(dx), std::abs(dy))];
+            const float* other = own + dy * pitch + dx;
+            for (Index i = 0; i < BLOCK; ++i) {
+                const std::int32_t there = -std::int32_t(other[i] > 0);
+                const std::int32_t agrees = there & -std::int32_t(std::fabs(other[i] - own[i]) < limit);
+                votes.neighbors[i] -= there;
+                votes.agreeing[i] -= agrees;
+                votes.total[i] += double(masked_float(other[i], agrees));
+            }
+        }
+    }
+}
+
+// The readings of the mask as an image of its box with some pixels without reading around it.
+struct MaskedDepth {
+    Index pitch, padding;
+    std::vector<float> image;
+
+    MaskedDepth(const FrameFacts& facts, const float* depth, Index padding)
+        : pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
+        count_bytes(4 * Index(image.size()));
+        count_visits(facts.count());
+        for (const Run& run : facts.runs()) {
+            const float* from = depth + run.row * facts.width();
+            std::copy(from + run.start, from + run.end, image.begin() + offset(facts, run.row, run.start));
+        }
+    }
+
+    Index offset(const FrameFacts& facts, Index row, Index column) const {
+        return (row - facts.box().top + padding) * pitch + column - facts.box().left + padding;
+    }
+};
+
+}  // namespace
+
+DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
+    std::vector<float> readings, steps;
+    count_visits(3 * facts.count());
+    readings.reserve(facts.count());
+    steps.reserve(facts.count());
+    for (const Run& run : facts.runs()) {
+        const float* z = depth + run.row * facts.width();
+        for (Index column = run.start; column < run.end; ++column) {
+            if (!(z[column] > 0)) continue;
+            readings.push_back(z[column]);
+            if (column > run.start && z[column - 1] > 0) steps.push_back(std::fabs(z[column] - z[column - 1]));
+        }
+    }
+    return {Index(readings.size()), median(readings), median(steps)};
+}
+
+// Along the runs in blocks; the neighbors of a reading are added in row-major order.
+AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
+                                   Index min_agreeing) {
+    AgreeingReadings result;
+    half_width = std::min(half_width, std::max(facts.rows(), facts.columns()));
+    const MaskedDepth masked(facts, depth, half_width);
+    std::vector<float> limits(half_width + 1);
+    for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
+    Votes votes;
+    count_visits(facts.count() * (2 * half_width + 1) * (2 * half_width + 1));
+    for (const Run& run : facts.runs()) {
+        for (Index start = run.start; start < run.end; start += BLOCK) {
+            const Index count = std::min<Index>(BLOCK, run.end - start);
+            const float* own = masked.image.data() + masked.offset(facts, run.row, start);
+            count_votes(own, masked.pitch, half_width, limits.data(), votes);
+            for (Index i = 0; i < count; ++i) {
+                if (!(own[i] >= low && own[i] <= high)) continue;
+                if (double(votes.agreeing[i]) < std::min(double(min_agreeing), double(votes.neighbors[i]) / 2)) {
+                    ++result.dropped;
+                    continue;
+                }
+                result.pixels.insert(result.pixels.end(), {start + i, Index(run.row)});
+                result.depth.push_back(own[i]);
+                result.means.push_back(votes.total[i] / double(votes.agreeing[i] + 1));
+            }
+        }
+    }
+    return result;
+}
+
+// Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
+// far from all of them.
+std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
+    constexpr Byte KEPT = 1, FAR = 2;
+    const Box& box = facts.box();
+    reach = std::min(reach, std::max(facts.rows(), facts.columns()));
+    const Index pitch = facts.columns() + 2 * reach;
+    std::vector<Byte> image((facts.rows() + 2 * reach) * pitch);
+    const auto at = [&](Index column, Index row) { return (row - box.top + reach) * pitch + column - box.left + reach; };
+    for (Index k = 0; k < count; ++k) {
+        const Index u = kept[2 * k], v = kept[2 * k + 1];
+        if (u >= box.left && u < box.right && v >= box.top && v < box.bottom) image[at(u, v)] = KEPT;
+    }
+    const auto has_near = [&](Index center, Byte wanted) {
+        for (Index row = center - reach * pitch; row <= center + reach * pitch; row += pitch) {
+            for (Index i = row - reach; i <= row + reach; ++i) {
+                if (image[i] == wanted) return true;
+            }
+        }
+        return false;
+    };
+    std::vector<Index> empty, holes;
+    count_bytes(Index(image.size()));
+    count_visits(count + facts.count());
+    facts.for_each_pixel([&](Index row, Index column) {
+        const Index i = at(column, row);
+        if (!(depth[row * facts.width() + column] > 0) && image[i] != KEPT) empty.insert(empty.end(), {column, row, i});
+    });
+    std::vector<Index> far;
+    for (std::size_t k = 0; k < empty.size(); k += 3) {
+        if (!has_near(empty[k + 2], KEPT)) far.push_back(empty[k + 2]);
+    }
+    if (far.empty()) return holes;
+    for (const Index i : far) image[i] = FAR;
+    for (std::size_t k = 0; k < empty.size(); k += 3) {
+        if (has_near(empty[k + 2], FAR)) holes.insert(holes.end(), {empty[k], empty[k + 1]});
+    }
+    return holes;
+}

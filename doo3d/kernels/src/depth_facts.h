@@ -1,0 +1,30 @@
+// The depth readings of a mask: their median and noise, and the readings that agree with their neighbors.
+#pragma once
+
+#include "frame_facts.h"
+
+// Number of readings, their median and the median step between horizontal neighbors, m; the medians are 0 without any.
+struct DepthSummary {
+    Index readings = 0;
+    float median = 0, noise = 0;
+};
+
+// Readings in row-major order, with the mean of each and of its neighbors that agree, and the number of those without enough.
+struct AgreeingReadings {
+    std::vector<Index> pixels;  // u and v in turn
+    std::vector<double> depth, means;
+    Index dropped = 0;
+};
+
+// depth : the depth (height, width) of the frame, m, 0 = no reading.
+DepthSummary summarize_depth(const FrameFacts& facts, const float* depth);
+
+// Return the pixels of the mask without a reading in the holes of its depth, u and v in turn: those farther than `reach` px, in rows or
+// columns, from every kept reading, and those as near to one of these.
+//
+// kept : `count` pixels (u, v) whose readings were kept.
+std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach);
+
+// low, high : m, the range of readings. half_width : px, of the window. slope : m per px of distance by which readings agree.
+AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
+                                   Index min_agreeing);

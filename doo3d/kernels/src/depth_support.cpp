@@ -1,0 +1,92 @@
+// How well the depth readings of a frame support the segments of chains.
+#include "arrays.h"
+#include "medians.h"
+
+namespace {
+
+struct Frame {
+    const Matrix<float>& depth;
+    const Matrix<bool>& mask;
+    double fx, fy, cx, cy;
+
+    // The reading in the mask at a position in the image; 0 if there is none.
+    double reading(double u, double v) const {
+        u = std::nearbyint(u);
+        v = std::nearbyint(v);
+        if (!(u >= 0 && v >= 0 && u < double(mask.shape(1)) && v < double(mask.shape(0)))) return 0.0;
+        const Index row = Index(v), column = Index(u);
+        return mask(row, column) && depth(row, column) > 0 ? depth(row, column) : 0.0;
+    }
+};
+
+// Append by how much the readings beside a segment, from joint to joint, lie behind its surface.
+void add_errors(const Frame& frame, const double* start, const double* end, double radius, const Vector<double>& positions,
+                const Vector<double>& lateral, double surface, std::vector<double>& errors) {
+    const Index steps = positions.shape(0);
+    std::vector<double> z(steps), u(steps), v(steps);
+    for (Index k = 0; k < steps; ++k) {
+        double point[3];
+        for (Index d = 0; d < 3; ++d) point[d] = start[d] + positions(k) * (end[d] - start[d]);
+        z[k] = point[2];
+        u[k] = frame.fx * point[0] / z[k] + frame.cx;
+        v[k] = frame.fy * point[1] / z[k] + frame.cy;
+        if (!(z[k] > 0 && std::isfinite(u[k]) && std::isfinite(v[k]))) return;
+    }
+    double along[2] = {u[steps - 1] - u[0], v[steps - 1] - v[0]};
+    const double norm = std::max(std::sqrt(along[0] * along[0] + along[1] * along[1]), 1e-9);
+    for (double& each : along) each /= norm;
+    for (Index k = 0; k < steps; ++k) {
+        for (std::size_t a = 0; a < lateral.shape(0); ++a) {
+            const double offset = radius * frame.fx / z[k] * lateral(a);
+            const double reading = frame.reading(u[k] - offset * along[1], v[k] + offset * along[0]);
+            if (reading > 0) errors.push_back(reading - (z[k] - surface * radius));
+        }
+    }
+}
+
+// The readings that count for all segments of a chain are found first, since the noise of the chain tells which of them agree.
+auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Matrix<float> depth, Matrix<bool> mask,
+                   Vector<double> camera, Vector<double> positions, Vector<double> lateral, Vector<double> settings, Index min_readings) {
+    check_bounds(bounds, joints.shape(0));
+    require(joints.shape(1) == 3 && camera.shape(0) == 4 && settings.shape(0) == 4, "joints, camera and settings are not (J, 3), (4,), (4,)");
+    require(radius.shape(0) + 1 == bounds.shape(0), "radius is not one per chain");
+    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
+    require(positions.shape(0) > 0 && lateral.shape(0) > 0, "positions or lateral are empty");
+    const Frame frame{depth, mask, camera(0), camera(1), camera(2), camera(3)};
+    const double surface = settings(0), least = settings(1), most = settings(2), deviations = settings(3);
+    const double samples = double(positions.shape(0) * lateral.shape(0));
+    count_visits(Index(samples) * Index(joints.shape(0)));
+    std::vector<double> supported, agreeing, residual;
+    for (std::size_t c = 0; c < radius.shape(0); ++c) {
+        std::vector<double> errors, residuals;
+        std::vector<std::size_t> first;
+        for (Index j = bounds(c); j + 1 < bounds(c + 1); ++j) {
+            first.push_back(errors.size());
+            add_errors(frame, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors);
+        }
+        first.push_back(errors.size());
+        for (const double error : errors) residuals.push_back(std::fabs(error));
+        const double deviation = residuals.empty() ? 0.0 : median(residuals);
+        const double limit = std::min(std::max(deviations * deviation, least * radius(c)), most * radius(c));
+        for (std::size_t j = 0; j + 1 < first.size(); ++j) {
+            std::vector<double> own(errors.begin() + first[j], errors.begin() + first[j + 1]);
+            Index near = 0, agree = 0;
+            for (const double error : own) {
+                near += std::fabs(error) < least * radius(c);
+                agree += std::fabs(error) < limit;
+            }
+            supported.push_back(double(near) / samples);
+            agreeing.push_back(double(agree) / samples);
+            residual.push_back(Index(own.size()) >= std::max<Index>(min_readings, 1) ? std::fabs(median(own)) / radius(c) : NAN);
+        }
+    }
+    return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)));
+}
+
+}  // namespace
+
+void bind_depth_support(nb::module_& m) {
+    m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
+          "mask"_a.noconvert(), "camera"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
+          "min_readings"_a);
+}

@@ -1,0 +1,76 @@
+// The facts of a mask and of the depth in it, made once for all stages.
+//
+// The mask is read once, into runs: stretches of True pixels in one row. From then on only the runs are visited, and images are of
+// the mask's box, so that the work follows the object's pixels and not the frame's. Facts that not every frame needs are made when
+// first asked for, and kept.
+#pragma once
+
+#include "arrays.h"
+
+// px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
+constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
+
+// The True pixels [start, end) of a row.
+struct Run {
+    std::int32_t row, start, end;
+};
+
+// Rows top to bottom and columns left to right that hold the True pixels; the ends are exclusive, and all are 0 if there are none.
+struct Box {
+    Index top = 0, bottom = 0, left = 0, right = 0;
+};
+
+// Pixels of a medial axis, from the bottom row of the mask to the top, and their distances from its outside, px.
+struct MedialAxis {
+    std::vector<Index> rows, columns;
+    std::vector<float> distances;
+};
+
+class FrameFacts {
+public:
+    static constexpr Index PADDING = 2;  // pixels of outside around the image of distances, as far as a step of its distance goes
+
+    // Facts of a mask without its small components, and with its small holes filled.
+    FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels);
+
+    Index height() const { return height_; }
+    Index width() const { return width_; }
+    Index selected() const { return selected_; }  // pixels before small regions went
+    Index removed() const { return removed_; }
+    Index filled() const { return filled_; }
+    Index count() const { return count_; }
+    const Box& box() const { return box_; }
+    const std::vector<Run>& runs() const { return runs_; }
+    Index rows() const { return box_.bottom - box_.top; }
+    Index columns() const { return box_.right - box_.left; }
+
+    // Call `visit` with the row and the column of each pixel, in row-major order.
+    template <class Visit>
+    void for_each_pixel(Visit visit) const {
+        for (const Run& run : runs_) {
+            for (Index column = run.start; column < run.end; ++column) visit(Index(run.row), column);
+        }
+    }
+
+    // The chamfer distance to the outside, px, as an image of the padded box.
+    const std::vector<float>& distance();
+    const MedialAxis& axis();
+    // The pixels left by Zhang-Suen thinning, as row-major indices in the box with one pixel around it, ascending.
+    std::vector<Index> skeleton();
+    // Tell for each of `count` pixels (u, v) whether its distance is at least `fraction` of the largest within `reach` px of it in rows
+    // and columns, or at most `margin` less. Pixels outside of the mask are in no core.
+    std::vector<Byte> in_core(const Index* pixels, Index count, Index reach, float fraction, float margin);
+
+private:
+    void spread_rows(Index reach, std::vector<float>& spread) const;
+    void read_runs(const Byte* mask);
+    void remove_components(Index min_pixels);
+    void fill_holes(Index min_pixels);
+
+    Index height_, width_, selected_ = 0, removed_ = 0, filled_ = 0, count_ = 0;
+    Box box_;
+    std::vector<Run> runs_;
+    std::vector<float> distance_;
+    MedialAxis axis_;
+    bool has_axis_ = false;
+};

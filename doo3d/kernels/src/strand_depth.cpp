@@ -1,0 +1,178 @@
+// Depth along one strand, smoothed over its length where it is torn or comes in waves.
+//
+// The depth of a stereo camera switches between the strand and what lies behind it, in stretches, and its noise comes in waves longer
+// than the strand is wide. The inverse of depth has the same noise near and far. A running median over more than such a stretch gives
+// a first curve; Whittaker's smoother then goes through the readings that do not contradict the curve before (Tukey's biweight), a
+// few times. Everything here is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
+#include "whittaker.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace {
+
+using Values = std::vector<double>;
+
+// What the smoothing needs to know; lengths in radii unless another unit is said.
+struct Settings {
+    double radius, focal;  // m, px
+    double median_radii, deviations, torn_radii, smoothing_radii, noise_radii, first_weight, mad_to_deviation;
+    Index smoothings;
+};
+
+double median(Values values) {
+    const auto middle = values.begin() + Index(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
+}
+
+// Return the standard deviation that the median of the absolute values tells.
+double deviation(Values values, const Settings& settings) {
+    for (double& value : values) value = std::fabs(value);
+    return settings.mad_to_deviation * median(std::move(values));
+}
+
+// Return the values at `known` positions, and straight lines between; level before the first and after the last.
+Values interpolated(const Vector<double>& values, const std::vector<Index>& known) {
+    Values filled(values.shape(0), values(known.back()));
+    std::fill(filled.begin(), filled.begin() + known.front(), values(known.front()));
+    for (std::size_t k = 0; k + 1 < known.size(); ++k) {
+        const Index from = known[k], to = known[k + 1];
+        const double slope = (values(to) - values(from)) / double(to - from);
+        for (Index i = from; i < to; ++i) filled[i] = slope * double(i - from) + values(from);
+    }
+    return filled;
+}
+
+// Return so many values that go on straight beyond the start of a curve, the nearest first.
+Values beyond(const Values& start, Index half) {
+    const Index third = std::max<Index>(1, half / 3), size = Index(start.size());
+    const double near = median(Values(start.begin(), start.begin() + std::min(third, size)));
+    const double far = median(Values(start.end() - std::min(third, size), start.end()));
+    const double slope = (far - near) / double(std::max<Index>(1, size - third));
+    Values line(half);
+    for (Index i = 0; i < half; ++i) line[i] = near - slope * (double(i + 1) + double(third - 1) / 2);
+    return line;
+}
+
+// Return the median of so many values on either side, by a window that is kept sorted; beyond both ends the values go on straight.
+Values running_median(const Values& values, Index half) {
+    const Index count = Index(values.size());
+    Values padded = beyond(Values(values.begin(), values.begin() + half), half);
+    std::reverse(padded.begin(), padded.end());
+    padded.insert(padded.end(), values.begin(), values.end());
+    const Values after = beyond(Values(values.rbegin(), values.rbegin() + half), half);
+    padded.insert(padded.end(), after.begin(), after.end());
+    Values window(padded.begin(), padded.begin() + 2 * half + 1), medians(count);
+    std::sort(window.begin(), window.end());
+    for (Index i = 0; i < count; ++i) {
+        medians[i] = window[half];
+        if (i + 1 == count) break;
+        window.erase(std::lower_bound(window.begin(), window.end(), padded[i]));
+        const double next = padded[i + 2 * half + 1];
+        window.insert(std::upper_bound(window.begin(), window.end(), next), next);
+    }
+    return medians;
+}
+
+// Return the means of so many values on either side, by a running sum; beyond both ends the last value goes on.
+Values running_mean(const Values& values, Index half) {
+    const Index count = Index(values.size()), size = 2 * half + 1;
+    const auto at = [&](Index i) { return values[std::min(std::max<Index>(i - half, 0), count - 1)]; };
+    Values means(count);
+    double sum = 0;
+    for (Index i = 0; i < size; ++i) sum += at(i);
+    for (Index i = 0; i < count; ++i) {
+        if (i) sum += at(i + size - 1) - at(i - 1);
+        means[i] = sum / double(size);
+    }
+    return means;
+}
+
+// One more curve: through the values that lie near the last one, with the first curve where there are none.
+Values smoothed(const Values& filled, const std::vector<Byte>& measured, const Values& first, const Values& last, const Values& cut,
+                double strength, const Settings& settings) {
+    const Index count = Index(filled.size());
+    Values target(count), weight(count);
+    for (Index i = 0; i < count; ++i) {
+        const double off = (filled[i] - last[i]) / cut[i], rest = std::max(0.0, 1 - off * off);
+        const double inlier = rest * rest * double(measured[i]);
+        weight[i] = inlier + settings.first_weight;
+        target[i] = (inlier * filled[i] + settings.first_weight * first[i]) / weight[i];
+    }
+    return whittaker(target.data(), weight.data(), count, 1, strength, 2);
+}
+
+struct Curve {
+    Values depth;                         // m
+    double waves, in_front, torn;  // m, and shares of the samples
+};
+
+Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measured, const Settings& settings) {
+    const Index count = inverse.shape(0);
+    std::vector<Byte> measured(count);
+    std::vector<Index> known;
+    for (Index i = 0; i < count; ++i) {
+        measured[i] = is_measured(i);
+        if (measured[i]) known.push_back(i);
+    }
+    require(known.size() > 0, "nothing is measured");
+    count_visits((settings.smoothings + 2) * count);
+    require(count >= 4, "there are fewer than four samples");
+    const auto at_known = [&](const Values& values) {
+        Values some;
+        for (const Index i : known) some.push_back(values[i]);
+        return some;
+    };
+    const Values filled = interpolated(inverse, known);
+    const double radius_px = settings.radius * settings.focal * median(at_known(filled));
+    const double wanted = std::min(std::nearbyint(settings.median_radii * radius_px), 1e9);
+    const Values first = running_median(filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
+    const double per_meter = std::pow(median(first), 2.0);  // of depth, in inverse depth
+    Values smooth = first, cut(count), residual(count);
+    double least_deviation = std::numeric_limits<double>::infinity();
+    for (Index round = 0; round < settings.smoothings; ++round) {
+        for (Index i = 0; i < count; ++i) residual[i] = filled[i] - smooth[i];
+        least_deviation = std::min(least_deviation, deviation(at_known(residual), settings));  // too smooth a curve looks noisy
+        for (Index i = 0; i < count; ++i) {
+            cut[i] = std::max(settings.deviations * least_deviation, settings.torn_radii * settings.radius * (smooth[i] * smooth[i]));
+        }
+        const double noise = std::max(least_deviation / per_meter / settings.radius, settings.noise_radii);
+        const double length = settings.smoothing_radii * radius_px * std::sqrt(noise / settings.noise_radii);
+        smooth = smoothed(filled, measured, first, smooth, cut, std::pow(length, 4.0), settings);
+    }
+    Curve curve{Values(count), 0, 0, 0};
+    Values behind(count);
+    Index in_front = 0, torn = 0;
+    for (Index i = 0; i < count; ++i) {
+        curve.depth[i] = 1 / smooth[i];
+        if (measured[i]) behind[i] = 1 / filled[i] - curve.depth[i];
+        in_front += measured[i] && filled[i] - smooth[i] > cut[i];
+        torn += behind[i] > settings.torn_radii * settings.radius;
+    }
+    curve.in_front = double(in_front) / double(count);
+    curve.torn = double(torn) / double(count);
+    curve.waves = deviation(running_mean(behind, std::max<Index>(1, Index(std::min(std::nearbyint(radius_px), 1e9)))), settings);
+    return curve;
+}
+
+auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double radius, double focal, Vector<double> numbers,
+                         Index smoothings) {
+    require(inverse.shape(0) == measured.shape(0), "inverse and measured have different lengths");
+    require(numbers.shape(0) == 7, "numbers are not seven");
+    require(radius > 0 && focal > 0, "radius or focal is not positive");
+    const Settings settings{radius, focal, numbers(0), numbers(1), numbers(2), numbers(3), numbers(4), numbers(5), numbers(6), smoothings};
+    Curve curve;
+    {
+        nb::gil_scoped_release released;
+        curve = smooth_depth(inverse, measured, settings);
+    }
+    return std::make_tuple(to_numpy(std::move(curve.depth)), curve.waves, curve.in_front, curve.torn);
+}
+
+}  // namespace
+
+void bind_strand_depth(nb::module_& m) {
+    m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "radius"_a, "focal"_a,
+          "numbers"_a.noconvert(), "smoothings"_a);
+}

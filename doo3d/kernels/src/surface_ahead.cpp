@@ -1,0 +1,193 @@
+// Surface points ahead of the free ends of paths.
+#include "cells.h"
+
+namespace {
+
+// Factor by which cells are looked up farther than needed, against rounding of coordinates far from the origin.
+constexpr double MARGIN = 1.001;
+
+// Square cells, along the first two axes, each with the ends whose boxes reach into it. A point is compared with the ends of its
+// cell alone, so that the points need no order. The edge of the cells is doubled until their number is in proportion to the points.
+class BoxesOfEnds {
+public:
+    BoxesOfEnds(const Matrix<double>& samples, const Vector<Index>& ends, const Vector<double>& reach, Index points) {
+        const Index count = ends.shape(0);
+        const auto low = [&](Index e, Index d) { return samples(ends(e), d) - MARGIN * reach(e); };
+        const auto high = [&](Index e, Index d) { return samples(ends(e), d) + MARGIN * reach(e); };
+        double most[2] = {-INFINITY, -INFINITY}, edge = 0.0;
+        for (Index e = 0; e < count; ++e) {
+            for (Index d = 0; d < 2; ++d) {
+                low_[d] = std::min(low_[d], low(e, d));
+                most[d] = std::max(most[d], high(e, d));
+            }
+            edge = std::max(edge, reach(e));
+        }
+        if (!(edge > 0)) return;
+        while (((most[0] - low_[0]) / edge + 1) * ((most[1] - low_[1]) / edge + 1) > double(points) + 4096.0) edge *= 2;
+        per_unit_ = 1 / edge;
+        for (Index d = 0; d < 2; ++d) shape_[d] = Index((most[d] - low_[d]) * per_unit_) + 1;
+        ends_.resize(shape_[0] * shape_[1]);
+        for (Index e = 0; e < count; ++e) {
+            Index first[2], last[2];
+            for (Index d = 0; d < 2; ++d) {
+                first[d] = Index((low(e, d) - low_[d]) * per_unit_);
+                last[d] = std::min(Index((high(e, d) - low_[d]) * per_unit_), shape_[d] - 1);
+            }
+            for (Index row = first[0]; row <= last[0]; ++row) {
+                for (Index column = first[1]; column <= last[1]; ++column) ends_[row * shape_[1] + column].push_back(e);
+            }
+        }
+    }
+
+    // The ends whose boxes may hold a point.
+    const std::vector<Index>& around(const double* point) const {
+        const double row = (point[0] - low_[0]) * per_unit_, column = (point[1] - low_[1]) * per_unit_;
+        if (!(row >= 0 && column >= 0 && row < double(shape_[0]) && column < double(shape_[1]))) return none_;
+        return ends_[Index(row) * shape_[1] + Index(column)];
+    }
+
+private:
+    double low_[2] = {INFINITY, INFINITY}, per_unit_ = 1.0;
+    Index shape_[2] = {0, 0};
+    std::vector<std::vector<Index>> ends_;
+    const std::vector<Index> none_;
+};
+
+// A point ahead of an end or beside it: its position along the tangent line, and its squared distance from that line.
+struct Ahead {
+    double axial, square;
+    Index point;
+    bool operator<(const Ahead& other) const { return axial != other.axial ? axial < other.axial : point < other.point; }
+};
+
+// Return whether a point is in the box of an end and near the tangent line there, and its offsets.
+bool is_near_line(const double* point, const double* tip, const double* tangent, Index dim, double reach, double max_offset, Ahead& ahead) {
+    ahead.axial = ahead.square = 0.0;
+    for (Index d = 0; d < dim; ++d) {
+        const double step = point[d] - tip[d];
+        if (!(std::fabs(step) < reach)) return false;
+        ahead.axial += step * tangent[d];
+    }
+    for (Index d = 0; d < dim; ++d) {
+        const double lateral = point[d] - tip[d] - ahead.axial * tangent[d];
+        ahead.square += lateral * lateral;
+    }
+    return ahead.square < max_offset * max_offset;
+}
+
+// Return the sample nearest to a point, of equally near ones the first; `known` is one that is probably near.
+Index nearest_sample(const Cells& cells, const double* samples, const double* point, Index dim, Index known) {
+    Index owner = known;
+    double best = squared_distance(point, samples + known * dim, dim);
+    cells.for_each_around(point, MARGIN * std::sqrt(best), [&](Index k) {
+        const Index s = cells.order[k];
+        const double between = squared_distance(point, samples + s * dim, dim);
+        if (between < best || (between == best && s < owner)) {
+            best = between;
+            owner = s;
+        }
+    });
+    return owner;
+}
+
+// Return the sample from `first` to `last` that is nearest to a point.
+Index nearest_of(const double* samples, Index first, Index last, const double* point, Index dim) {
+    Index nearest = first;
+    double best = INFINITY;
+    for (Index s = first; s <= last; ++s) {
+        const double between = squared_distance(point, samples + s * dim, dim);
+        if (between < best) {
+            best = between;
+            nearest = s;
+        }
+    }
+    return nearest;
+}
+
+// What is searched: arrays as the kernel gets them.
+struct Search {
+    const Matrix<double>&points, &samples;
+    const Vector<Index>& ends;
+    const Matrix<double>& tangents;
+    const Vector<double>&reach, &max_offset, &max_gap;
+    Index window;
+};
+
+// Return for each end the points near its tangent line.
+std::vector<std::vector<Ahead>> near_lines(const Search& search) {
+    const Index count = search.ends.shape(0), dim = search.points.shape(1), number = search.points.shape(0);
+    std::vector<std::vector<Ahead>> near(count);
+    const BoxesOfEnds boxes(search.samples, search.ends, search.reach, number);
+    Ahead ahead;
+    Visits visits{number};
+    for (ahead.point = 0; ahead.point < number; ++ahead.point) {
+        const double* point = search.points.data() + ahead.point * dim;
+        visits.count += Index(boxes.around(point).size());
+        for (const Index e : boxes.around(point)) {
+            const double *tip = search.samples.data() + search.ends(e) * dim, *tangent = search.tangents.data() + e * dim;
+            if (is_near_line(point, tip, tangent, dim, search.reach(e), search.max_offset(e), ahead)) near[e].push_back(ahead);
+        }
+    }
+    return near;
+}
+
+// Leave of the points near an end's tangent line, in order, those of the end up to the first stretch ahead without points.
+//
+// A point is the end's if the sample nearest to it, of all paths, is near the end. So the nearest of the samples near the end is
+// found first, and then only samples that are nearer than it are looked for.
+void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahead>& near) {
+    const Index dim = search.points.shape(1), end = search.ends(e);
+    const Index first = std::max<Index>(end - search.window, 0), last = std::min(end + search.window, Index(search.samples.shape(0)) - 1);
+    const double *samples = search.samples.data(), *points = search.points.data();
+    const auto is_foreign = [&](const Ahead& ahead) {
+        const double* point = points + ahead.point * dim;
+        const Index owner = nearest_sample(cells, samples, point, dim, nearest_of(samples, first, last, point, dim));
+        return owner < first || owner > last;
+    };
+    near.erase(std::remove_if(near.begin(), near.end(), is_foreign), near.end());
+    std::sort(near.begin(), near.end());
+    for (std::size_t k = 1; k < near.size(); ++k) {
+        if (near[k].axial - near[k - 1].axial > search.max_gap(e) && near[k].axial > 0) return near.resize(k);
+    }
+}
+
+auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> ends, Matrix<double> tangents, Vector<double> reach,
+                   Vector<double> max_offset, Vector<double> max_gap, Index window) {
+    const Index size = samples.shape(0), count = ends.shape(0), dim = points.shape(1);
+    require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
+    require(Index(samples.shape(1)) == dim && Index(tangents.shape(1)) == dim, "points, samples and tangents differ in coordinates");
+    require(Index(tangents.shape(0)) == count && Index(reach.shape(0)) == count && Index(max_offset.shape(0)) == count &&
+                Index(max_gap.shape(0)) == count, "tangents, reach, max_offset and max_gap are not one per end");
+    require(window >= 0, "window is negative");
+    for (Index k = 0; k < size * dim; ++k) require(std::isfinite(samples.data()[k]), "a sample is not finite");
+    double least = INFINITY;
+    for (Index e = 0; e < count; ++e) {
+        require(ends(e) >= 0 && ends(e) < size, "an end lies outside the samples");
+        require(reach(e) > 0 && std::isfinite(reach(e)), "reach is not positive and finite");
+        least = std::min(least, reach(e));
+    }
+    std::vector<double> axial, lateral;
+    std::vector<Index> bounds(count + 1);
+    if (count > 0) {
+        nb::gil_scoped_release released;
+        const Search search{points, samples, ends, tangents, reach, max_offset, max_gap, window};
+        const Cells cells(samples.data(), size, dim, least / CELLS_PER_REACH);
+        std::vector<std::vector<Ahead>> near = near_lines(search);
+        for (Index e = 0; e < count; ++e) {
+            keep_own(search, cells, e, near[e]);
+            for (const Ahead& ahead : near[e]) {
+                axial.push_back(ahead.axial);
+                lateral.push_back(std::sqrt(ahead.square));
+            }
+            bounds[e + 1] = Index(axial.size());
+        }
+    }
+    return std::make_tuple(to_numpy(std::move(axial)), to_numpy(std::move(lateral)), to_numpy(std::move(bounds)));
+}
+
+}  // namespace
+
+void bind_surface_ahead(nb::module_& m) {
+    m.def("surface_ahead", &surface_ahead, "points"_a.noconvert(), "samples"_a.noconvert(), "ends"_a.noconvert(),
+          "tangents"_a.noconvert(), "reach"_a.noconvert(), "max_offset"_a.noconvert(), "max_gap"_a.noconvert(), "window"_a);
+}

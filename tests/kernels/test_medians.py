@@ -1,0 +1,22 @@
+"""Medians of parts of an array, against NumPy."""
+
+import numpy as np
+
+from doo3d.kernels import part_medians
+
+
+def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
+    rng = np.random.default_rng(0)
+    values = np.where(rng.random(200) < 0.2, np.nan, rng.normal(size=200))
+    values[40:44], values[3] = np.nan, np.inf
+    first = np.array([0, 40, 41, 100, 150, 150, 7])
+    last = np.array([10, 44, 42, 160, 200, 150, 8])
+    medians, deviations, counts = part_medians(values, first, last)
+    for k, (start, stop) in enumerate(zip(first, last, strict=True)):
+        part = values[start:stop]
+        part = part[np.isfinite(part)]
+        assert counts[k] == len(part)
+        middle = np.median(part) if len(part) else np.nan
+        np.testing.assert_array_equal(medians[k], middle)
+        np.testing.assert_array_equal(deviations[k], np.median(np.abs(part - middle)) if len(part) else np.nan)
+    assert np.isnan(medians).any()

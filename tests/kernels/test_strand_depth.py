@@ -1,0 +1,98 @@
+"""The smooth curve through the depth along a strand, against NumPy and SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from doo3d.geometry.polyline import whittaker_smooth
+from doo3d.kernels import smooth_strand_depth
+
+NUMBERS = MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = (
+    12.0,
+    3.0,
+    2.5,
+    2.4,
+    0.15,
+    1e-3,
+    1.4826,
+)
+FOCAL = 600.0
+
+
+def deviation(values):
+    return MAD * np.median(np.abs(values))
+
+
+def slow_running_median(values, half):
+    third = max(1, half // 3)
+    padded = []
+    for end in (values[:half], values[::-1][:half]):
+        near, far = np.median(end[:third]), np.median(end[-third:])
+        slope = (far - near) / max(1, len(end) - third)
+        padded.append(near - slope * (np.arange(1, half + 1) + (third - 1) / 2))
+    whole = np.concatenate((padded[0][::-1], values, padded[1]))
+    return median_filter(whole, 2 * half + 1)[half : half + len(values)]
+
+
+def slow_curve(value, measured, radius, smoothings):
+    at = np.flatnonzero(measured)
+    filled = np.interp(np.arange(len(value)), at, value[at])
+    radius_px = radius * FOCAL * np.median(value[at])
+    first = slow_running_median(filled, min(max(2, round(MEDIAN_RADII * radius_px)), len(value) // 4))
+    per_meter = np.median(first) ** 2
+    smooth, least = first, np.inf
+    for _ in range(smoothings):
+        residual = filled - smooth
+        least = min(least, deviation(residual[at]))
+        cut = np.maximum(DEVIATIONS * least, TORN_RADII * radius * smooth**2)
+        inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
+        noise = max(least / per_meter / radius, NOISE_RADII)
+        length = SMOOTHING_RADII * radius_px * np.sqrt(noise / NOISE_RADII)
+        weight = inlier + FIRST_WEIGHT
+        target = (inlier * filled + FIRST_WEIGHT * first) / weight
+        smooth = whittaker_smooth(target[:, None], weight[:, None, None], length**4)[:, 0]
+    depth = 1 / smooth
+    behind = np.where(measured, 1 / filled - depth, 0.0)
+    waves = deviation(uniform_filter1d(behind, 2 * max(1, round(radius_px)) + 1, mode="nearest"))
+    return depth, waves, np.mean((filled - smooth > cut) & measured), np.mean(behind > TORN_RADII * radius)
+
+
+@pytest.mark.parametrize("samples", [4, 13, 60, 400])
+@pytest.mark.parametrize("seed", range(4))
+def test_against_numpy(seed, samples):
+    random = np.random.default_rng(seed)
+    inverse = 1 / (0.6 + 0.1 * np.sin(np.arange(samples) / 50)) + random.normal(scale=0.01, size=samples)
+    torn = np.convolve(random.normal(size=samples), np.ones(15))[:samples] > 6
+    inverse[torn] = 1 / 0.9
+    measured = random.random(samples) < 0.8
+    measured[random.integers(samples)] = True
+    found = smooth_strand_depth(inverse, measured, 0.004, FOCAL, np.array(NUMBERS), 4)
+    for value, expected in zip(found, slow_curve(inverse, measured, 0.004, 4), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-15)
+
+
+def test_a_curve_through_a_straight_line_is_the_line():
+    straight = np.linspace(2.0, 0.8, 200)
+    depth, waves, in_front, torn = smooth_strand_depth(straight, np.ones(200, bool), 0.004, FOCAL, np.array(NUMBERS), 4)
+    np.testing.assert_allclose(depth, 1 / straight, rtol=1e-9)
+    assert waves < 1e-9
+    assert in_front == torn == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({1: np.zeros(9, bool)}, "nothing is measured"),
+        ({1: np.ones(8, bool)}, "lengths"),
+        ({2: 0.0}, "positive"),
+        ({4: np.ones(6)}, "seven"),
+    ],
+)
+def test_bad_arguments_are_refused(change, match):
+    arguments = [np.ones(9), np.ones(9, bool), 0.004, FOCAL, np.array(NUMBERS), 4]
+    for position, value in change.items():
+        arguments[position] = value
+    with pytest.raises(ValueError, match=match):
+        smooth_strand_depth(*arguments)
