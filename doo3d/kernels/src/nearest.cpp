@@ -48,13 +48,19 @@ void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& cen
     for (std::size_t k = 0; k < centers.size(); ++k) require(std::isfinite(centers.data()[k]), "a center is not finite");
 }
 
-// Call `visit` with the offset from a center to each point within reach of it.
+// Call `visit` with the offset from a center to each point within reach of it. About half of those in the cells are, and no processor
+// foresees which: all are written down, each in the place of the one before if that is too far away.
 template <class Visit>
 void for_each_offset(const Cells& cells, const double* center, double reach, Visit visit) {
-    cells.for_each_around(center, reach, [&](Index k) {
-        double offset[3];
-        cells.offset(k, center, offset);
-        if (offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] <= reach * reach) visit(offset);
+    std::vector<double> offsets;
+    cells.for_each_run(center, reach, [&](Index begin, Index end) {
+        offsets.resize(std::max<std::size_t>(offsets.size(), 3 * (end - begin)));
+        double* last = offsets.data();
+        for (Index k = begin; k < end; ++k) {
+            cells.offset(k, center, last);
+            last += last[0] * last[0] + last[1] * last[1] + last[2] * last[2] <= reach * reach ? 3 : 0;
+        }
+        for (const double* offset = offsets.data(); offset != last; offset += 3) visit(offset);
     });
 }
 
