@@ -14,7 +14,7 @@ RADIUS = 0.005
 
 
 def foreground_of(points) -> Foreground:
-    return Foreground(points, facts=cloud_facts(points))
+    return Foreground(points, cloud_facts=cloud_facts(points))
 
 
 @pytest.mark.parametrize("viewpoint", [None, np.zeros(3)])
