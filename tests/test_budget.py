@@ -34,7 +34,7 @@ from typing import Any
 
 import pytest
 from builders.frames import doubled, padded
-from builders.work import NAMES, SURROUNDINGS, environment, work_of
+from builders.work import NAMES, SURROUNDINGS, environment, large_arrays_of, work_of
 
 from doo3d.runs.threads import single_thread
 
@@ -72,6 +72,19 @@ def counts() -> dict[str, dict[str, Any]]:
             row["large around"] = larger["large"]
         result[case.name] = row
     return result
+
+
+def _print_large_arrays() -> None:
+    """Print for each frame the lines of doo3d that allocate large arrays, and how many."""
+    from doo3d import detect, load_config
+    from doo3d.inspection.bench_cases import CASES
+
+    for case in (case for case in CASES if case.name in NAMES):
+        frame, config = case.make(), load_config(case.preset or "default")
+        detect(frame.data, config, frame.mask)
+        print(case.name)  # noqa: T201
+        for place, count in large_arrays_of(lambda: detect(frame.data, config, frame.mask)).most_common():  # noqa: B023
+            print(f"{count:>4} {place}")  # noqa: T201
 
 
 def above(found: dict[str, Any], recorded: dict[str, Any], same: bool) -> Iterator[str]:
@@ -143,9 +156,12 @@ def test_calls_and_large_arrays_are_counted():
 def main(arguments: list[str] | None = None) -> int:
     """Print the counts, or record them; 1 where a row rises without a line of the changelog."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("action", choices=("count", "record"))
+    parser.add_argument("action", choices=("count", "large", "record"), help="large: the lines that allocate large arrays")
     parser.add_argument("--changelog", metavar="LINE", help="words of the line of CHANGELOG.md that says what higher rows buy")
     chosen = parser.parse_args(arguments)
+    if chosen.action == "large":
+        _print_large_arrays()
+        return 0
     found = counts()
     if chosen.action == "count":
         print(json.dumps(found))  # noqa: T201

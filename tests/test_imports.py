@@ -21,6 +21,7 @@ ORDER = [
     {"plausibility"},
     {"geometry"},
     {"facts"},
+    {"evidence"},
     {"bare_surface"},
     {"visibility"},
     {"stages"},

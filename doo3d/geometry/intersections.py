@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ..types import Floats, Ints
+from ..kernels import interpolate_polylines, polyline_crossings
+from ..types import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -53,38 +53,14 @@ def find_intersections(lines: Sequence[Floats], closed: Sequence[bool]) -> Inter
     The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first segment (in the
     order of the polylines and along them), then by the second.
     """
-    counts = [len(line) - 1 for line in lines]
-    chain = np.repeat(np.arange(len(lines)), counts)
-    segment = np.concatenate([np.arange(count) for count in counts] or [np.zeros(0, dtype=int)])
-    start = np.concatenate([line[:-1] for line in lines] or [np.zeros((0, 2))])
-    step = np.concatenate([np.diff(line, axis=0) for line in lines] or [np.zeros((0, 2))])
-    i, j = _candidate_pairs(start, step)
-    gap = np.abs(segment[i] - segment[j])
-    around = np.where(np.array(closed, dtype=bool), counts, np.iinfo(np.int64).max)[chain[i]]
-    apart = (chain[i] != chain[j]) | (np.minimum(gap, around - gap) > 1)
-    i, j = i[apart], j[apart]
-    cross = _cross(step[i], step[j])
-    apart = cross != 0
-    i, j, cross = i[apart], j[apart], cross[apart]
-    offset = start[j] - start[i]
-    t = np.column_stack((_cross(offset, step[j]) / cross, _cross(offset, step[i]) / cross))
-    hit = np.flatnonzero(((t >= 0) & (t < 1)).all(axis=1))
-    hit = hit[np.lexsort((j[hit], i[hit]))]
-    i, j, t = i[hit], j[hit], t[hit]
-    size = np.linalg.norm(step[i], axis=1) * np.linalg.norm(step[j], axis=1)
-    both = np.column_stack((i, j))
-    angle = np.arcsin(np.clip(np.abs(cross[hit]) / size, 0, 1))
-    return Intersections(chain[both], segment[both], t, angle, start[i] + t[:, :1] * step[i])
-
-
-def _candidate_pairs(start: Floats, step: Floats) -> tuple[Ints, Ints]:
-    """Return the pairs i < j of segments whose midpoints are not farther apart than the longest segment is long."""
-    visible = np.flatnonzero(np.isfinite(start).all(axis=1) & np.isfinite(step).all(axis=1))
-    if len(visible) < 2:
-        return visible[:0], visible[:0]
-    reach = float(np.linalg.norm(step[visible], axis=1).max())
-    pairs = visible[cKDTree(start[visible] + step[visible] / 2).query_pairs(1.000001 * reach, output_type="ndarray")]
-    return pairs.min(axis=1), pairs.max(axis=1)
+    points = np.concatenate(lines) if len(lines) else np.zeros((0, 2))
+    bounds = np.cumsum([0, *map(len, lines)])
+    line, segment, t = polyline_crossings(points, bounds, np.array(closed, dtype=bool))
+    row = bounds[line] + segment
+    start, step = points[row[:, 0]], points[row + 1] - points[row]
+    size = np.linalg.norm(step[:, 0], axis=1) * np.linalg.norm(step[:, 1], axis=1)
+    angle = np.arcsin(np.clip(np.abs(_cross(step[:, 0], step[:, 1])) / size, 0, 1))
+    return Intersections(line, segment, t, angle, start + t[:, :1] * step[:, 0])
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -100,18 +76,15 @@ class PolylineSet:
     ----------
     values
         (J, K), K values at each of the J joints of all polylines, one polyline after the other.
-    first
-        (L,) int, row of each polyline's first joint in `values`.
-    segments
-        (L,) int, number of segments of each polyline.
+    bounds
+        (L + 1,) int, row of each polyline's first joint in `values`, and J.
     closed
         (L,) bool, True for a ring, whose last joint repeats the first.
     """
 
     values: Floats
-    first: Ints
-    segments: Ints
-    closed: Ints
+    bounds: Ints
+    closed: Bools
 
     @staticmethod
     def from_polylines(lines: Sequence[Floats], closed: Sequence[bool]) -> PolylineSet:
@@ -124,9 +97,8 @@ class PolylineSet:
         closed
             for each polyline, True if it is a ring, whose last joint repeats the first.
         """
-        sizes = np.array([len(line) for line in lines])
-        first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
-        return PolylineSet(np.concatenate(lines), first, sizes - 1, np.array(closed, dtype=bool))
+        bounds = np.cumsum([0, *map(len, lines)])
+        return PolylineSet(np.ascontiguousarray(np.concatenate(lines)), bounds, np.array(closed, dtype=bool))
 
     def interpolate(self, line: Ints, joint: Floats) -> Floats:
         """Interpolate the values linearly at positions along polylines.
@@ -143,10 +115,5 @@ class PolylineSet:
         (..., K), the K values at each position, ... being the shape of `joint`; NaN beyond the ends of an open polyline.
         Positions on a ring wrap around.
         """
-        count = self.segments[line]
-        inside = self.closed[line] | ((joint >= 0) & (joint <= count))
-        joint = np.where(self.closed[line], joint % count, np.clip(joint, 0, count))
-        index = np.minimum(joint.astype(int), count - 1)
-        t = (joint - index)[..., None]
-        row = self.first[line] + index
-        return np.where(inside[..., None], self.values[row] * (1 - t) + self.values[row + 1] * t, np.nan)
+        found = interpolate_polylines(self.values, self.bounds, self.closed, line.ravel(), joint.ravel())
+        return found.reshape(*joint.shape, self.values.shape[1])

@@ -36,8 +36,9 @@ def angle(a: Array, b: Array) -> Floats:
 
     By the half-angle form of Kahan, which is exact near 0 and pi, where arccos loses digits.
     """
-    a, b = unit(a), unit(b)
-    return np.asarray(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
+    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    rows = (np.ascontiguousarray(each.reshape(-1, a.shape[-1])) for each in (a, b))
+    return np.asarray(2 * np.arctan2(*kernels.angle_legs(*rows)).reshape(a.shape[:-1]))
 
 
 def steps(points: Floats, closed: bool = False) -> Floats:

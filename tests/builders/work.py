@@ -11,6 +11,7 @@ import gc
 import os
 import platform
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -93,7 +94,7 @@ def work_of(function: Callable[[], Any]) -> Work:
         calls = _calls_of(function)
         returned.clear()
         kernels.visits()
-        large = _large_arrays_of(function) + len(returned)
+        large = large_arrays_of(function).total() + len(returned)
         return Work(calls, kernels.visits(), large)
 
 
@@ -191,8 +192,11 @@ SET_HANDLER, GET_HANDLER = 304, 305
 _kept: list[Any] = []  # handlers of arrays that may still live
 
 
-def _large_arrays_of(function: Callable[[], Any]) -> int:
-    """Return how many large arrays NumPy allocates, by an allocator that counts and hands on to NumPy's own."""
+def large_arrays_of(function: Callable[[], Any]) -> Counter[str]:
+    """Return how many large arrays NumPy allocates at each line of doo3d, such as "stages/segment/segment.py:158".
+
+    An allocator counts them and hands on to NumPy's own.
+    """
     capsule_of, pointer_of = ctypes.pythonapi.PyCapsule_New, ctypes.pythonapi.PyCapsule_GetPointer
     capsule_of.restype, capsule_of.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)
     pointer_of.restype, pointer_of.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
@@ -202,11 +206,16 @@ def _large_arrays_of(function: Callable[[], Any]) -> int:
     usual = ctypes.PYFUNCTYPE(ctypes.py_object)(table[GET_HANDLER])()
     own = ctypes.cast(pointer_of(usual, b"mem_handler"), ctypes.POINTER(_Handler)).contents.allocator
     malloc, calloc, realloc = _MALLOC(own.malloc), _CALLOC(own.calloc), _REALLOC(own.realloc)
-    count = 0
+    places: Counter[str] = Counter()
 
     def note(size: int) -> None:
-        nonlocal count
-        count += size >= LARGE
+        if size < LARGE:
+            return
+        frame = sys._getframe()
+        while frame.f_back is not None and not frame.f_code.co_filename.startswith(SOURCES):
+            frame = frame.f_back
+        file = Path(frame.f_code.co_filename)
+        places[f"{file.relative_to(SOURCES).as_posix() if file.is_relative_to(SOURCES) else file.name}:{frame.f_lineno}"] += 1
 
     def counting_malloc(context: int, size: int) -> int:
         note(size)
@@ -230,4 +239,4 @@ def _large_arrays_of(function: Callable[[], Any]) -> int:
         function()
     finally:
         set_handler(usual)
-    return count
+    return places

@@ -74,3 +74,21 @@ def test_places_along_lines():
     lines = PolylineSet.from_polylines([np.array([[0.0], [10], [20]]), np.array([[5.0], [6], [8], [5]])], [False, True])
     line, joint = np.array([0, 0, 0, 0, 1, 1, 1]), np.array([0.0, 1.5, 2, 2.1, 1.5, 3.5, -1.0])
     np.testing.assert_allclose(lines.interpolate(line, joint)[:, 0], [0, 15, 20, np.nan, 7, 5.5, 8])
+
+
+def test_values_along_lines_are_those_of_a_plain_computation():
+    rng = np.random.default_rng(0)
+    lines, closed = [rng.normal(size=(n, 3)) for n in (5, 9, 2)], np.array([False, True, False])
+    found = PolylineSet.from_polylines(lines, closed)
+    line, joint = rng.integers(0, 3, (6, 40)), rng.uniform(-3, 12, (6, 40))
+    joint[0, :5] = np.nan, np.inf, 4.0, 8.0, -8.0
+    for index in np.ndindex(line.shape):
+        values, at = lines[line[index]], joint[index]
+        count = len(values) - 1
+        expected = np.full(3, np.nan)
+        if np.isfinite(at) and (closed[line[index]] or 0 <= at <= count):
+            at = at % count if closed[line[index]] else at
+            first = min(int(at), count - 1)
+            expected = values[first] * (1 - at + first) + values[first + 1] * (at - first)
+        np.testing.assert_allclose(found.interpolate(line[index][None], joint[index][None])[0], expected, atol=1e-12)
+    np.testing.assert_array_equal(found.interpolate(line, joint)[2, 3], found.interpolate(line[2, 3:4], joint[2, 3:4])[0])

@@ -6,15 +6,22 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from doo3d.kernels import count_near_planes, raised_pixels
+from doo3d.kernels import best_plane, raised_pixels
 
 
-def test_points_near_planes():
-    rng = np.random.default_rng(0)
+@pytest.mark.parametrize("seed", range(5))
+def test_the_plane_with_the_most_points_near_it(seed):
+    rng = np.random.default_rng(seed)
     points, normals, offsets = rng.normal(size=(500, 3)), rng.normal(size=(20, 3)), rng.normal(size=20)
-    expected = (np.abs(points @ normals.T - offsets) < 0.4).sum(axis=0)
-    assert expected.min() > 0
-    assert count_near_planes(points, normals, offsets, 0.4).tolist() == expected.tolist()
+    near = (np.abs(points @ normals.T - offsets) < 0.4).sum(axis=0)
+    assert best_plane(points, normals, offsets, 0.4) == np.argmax(near)
+    assert best_plane(np.vstack((points, points)), normals, offsets, 0.4) == np.argmax(near)
+
+
+def test_of_planes_with_as_many_points_it_is_the_first():
+    points = np.zeros((200, 3))
+    assert best_plane(points, np.eye(3)[[0, 1, 2, 0]], np.array([1.0, 0.0, 0.0, 0.0]), 0.1) == 1
+    assert best_plane(points, np.eye(3), np.ones(3), 0.1) == 0
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -78,3 +78,14 @@ def test_the_sharpest_turn_is_the_least_cosine():
             expected[c] = min(expected[c], float(before @ after))
     np.testing.assert_allclose(lines.turn_cosines(np.concatenate(parts), bounds, 4), expected, rtol=1e-12)
     assert expected[1] == 1.0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_legs_of_angles_are_the_sum_and_the_difference_of_unit_vectors(dim):
+    a, b = np.random.default_rng(dim).normal(size=(2, 40, dim))
+    a[3], b[4], b[5] = 0, 0, 2 * a[5]
+    apart, together = lines.angle_legs(a, b)
+    first, second = lines.unit_rows(a), lines.unit_rows(b)
+    np.testing.assert_array_equal(apart, np.linalg.norm(first - second, axis=1))
+    np.testing.assert_array_equal(together, np.linalg.norm(first + second, axis=1))
+    assert apart[5] == 0

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from doo3d.kernels import ribbon_scores
+
+STRAIGHT = np.eye(2, 3)
 
 
 def slow(image, widths, noise, length_widths, min_length):
@@ -29,11 +32,11 @@ def slow(image, widths, noise, length_widths, min_length):
     return best, which
 
 
-@pytest.mark.parametrize("shape", [(12, 17), (1, 9), (9, 1), (1, 1)])
+@pytest.mark.parametrize("shape", [(12, 17), (7, 150), (1, 9), (9, 1), (1, 1)])
 def test_as_by_loops(shape):
     image = np.random.default_rng(0).normal(0, 10, (*shape, 3)).astype(np.float32)
     widths = np.array((2.0, 3.5, 6.0))
-    score, which = ribbon_scores(image, widths, 4.0, 1.5, 5)
+    score, which = ribbon_scores(image, widths, 4.0, 1.5, 5, STRAIGHT, shape)
     expected, index = slow(image, widths, 4.0, 1.5, 5)
     np.testing.assert_allclose(score, expected, rtol=1e-3, atol=1e-4)
     if min(shape) > 1:  # in a single row several widths see the same, and either is right
@@ -43,10 +46,24 @@ def test_as_by_loops(shape):
 def test_a_ribbon_of_its_width_scores_most():
     image = np.zeros((60, 80, 3), np.float32)
     image[26:35] = (40, 10, -20)
-    score, which = ribbon_scores(image, np.array((3.0, 4.5, 6.5, 9.0, 12.5)), 9.0, 2.2, 13)
+    score, which = ribbon_scores(image, np.array((3.0, 4.5, 6.5, 9.0, 12.5)), 9.0, 2.2, 13, STRAIGHT, (60, 80))
     assert score[30, 40] == pytest.approx(2100 / 9, rel=1e-3)
     assert score[10, 40] == 0
     assert which[30, 40] == 3
+
+
+def test_only_the_pixels_of_the_image_that_was_turned_need_a_score():
+    image = np.random.default_rng(0).normal(0, 10, (300, 300, 3)).astype(np.float32)
+    widths = np.array((3.0, 9.0))
+    back = cv2.invertAffineTransform(cv2.getRotationMatrix2D((60, 60), 40, 1) + np.array(((0, 0, 90), (0, 0, 90))))
+    found = ribbon_scores(image, widths, 4.0, 1.5, 5, back, (120, 120))
+    all_of_it = ribbon_scores(image, widths, 4.0, 1.5, 5, STRAIGHT, (300, 300))
+    rows, columns = np.mgrid[:300, :300]
+    x, y = (back[i, 0] * columns + back[i, 1] * rows + back[i, 2] for i in (0, 1))
+    inside = (np.abs(x - 59.5) < 62) & (np.abs(y - 59.5) < 62)
+    for some, every in zip(found, all_of_it, strict=True):
+        np.testing.assert_array_equal(some[inside], every[inside])
+    assert (found[0] == 0).mean() > 0.2
 
 
 @pytest.mark.parametrize(
@@ -55,4 +72,4 @@ def test_a_ribbon_of_its_width_scores_most():
 )
 def test_what_does_not_fit_is_refused(image, widths, noise):
     with pytest.raises(ValueError, match=r"image|noise"):
-        ribbon_scores(np.zeros(image, np.float32), np.array(widths), noise, 2.2, 13)
+        ribbon_scores(np.zeros(image, np.float32), np.array(widths), noise, 2.2, 13, STRAIGHT, (4, 4))

@@ -25,7 +25,8 @@ using namespace nb::literals;
 using Index = std::int64_t;
 
 // Add to the elements that the kernels looked at in this thread, which `visits` returns: pixels, points, voxels, cells, or pairs of
-// them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop.
+// them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop, in the thread
+// that called it.
 void count_visits(Index count);
 
 // Add the bytes of an image or table that is cleared or searched, eight at a time.
@@ -77,12 +78,25 @@ MatrixResult<T> to_numpy(std::vector<T>&& values, std::size_t rows, std::size_t 
     return MatrixResult<T>(data, {rows, columns}, owner);
 }
 
-// Hand a vector of flags to NumPy as bool (size,).
-inline VectorResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags) {
+inline bool* release_bool(const std::vector<std::uint8_t>& flags, nb::capsule& owner) {
     auto* kept = new bool[flags.size() ? flags.size() : 1];
     for (std::size_t i = 0; i < flags.size(); ++i) kept[i] = flags[i] != 0;
-    nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-    return VectorResult<bool>(kept, {flags.size()}, owner);
+    owner = nb::capsule(kept, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
+    return kept;
+}
+
+// Hand a vector of flags to NumPy as bool (size,).
+inline VectorResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags) {
+    nb::capsule owner;
+    bool* data = release_bool(flags, owner);
+    return VectorResult<bool>(data, {flags.size()}, owner);
+}
+
+// Hand a vector of flags to NumPy as bool (rows, columns), in C order.
+inline MatrixResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags, std::size_t rows, std::size_t columns) {
+    nb::capsule owner;
+    bool* data = release_bool(flags, owner);
+    return MatrixResult<bool>(data, {rows, columns}, owner);
 }
 
 // Return the rows of a matrix of any layout one after the other.

@@ -36,14 +36,15 @@ inline std::vector<Index> find_within(const NearestSearch& search, const double*
 
 // Fill in the distance and the index of the target nearest to each point.
 //
-// A target within half the reach is the nearest of all, if there is one; few points are left for the search in the whole reach,
-// which takes four times as long. Those without a target there are compared with all targets, unless the search is limited.
+// A target within half the reach is the nearest of all, if there is one; where there are more points than targets, few points are
+// left for the search in the whole reach, which takes four times as long. Those without a target there are compared with all
+// targets, unless the search is limited.
 inline void find_nearest(const NearestSearch& search, const double* points, Index count, double reach, bool limited) {
     if (search.size == 0 || count == 0) return;
     const Index dim = search.dim;
     std::vector<Index> rows(count);
     for (Index n = 0; n < count; ++n) rows[n] = n;
-    rows = find_within(search, points, rows, NEAR_SHARE * reach);
+    if (count > search.size) rows = find_within(search, points, rows, NEAR_SHARE * reach);
     if (rows.empty()) return;
     std::sort(rows.begin(), rows.end());
     std::vector<double> left;

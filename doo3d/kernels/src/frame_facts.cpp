@@ -4,48 +4,11 @@
 #include "zhang_suen.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace {
 
 // px by which a neighbor of a pixel of the medial axis may be farther from the outside.
 constexpr float SLACK = 1e-3f;
-
-// Runs in disjoint sets; the least of a set stands for it.
-class RunSets {
-public:
-    explicit RunSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-    std::int32_t root(std::int32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-
-    void unite(std::int32_t i, std::int32_t j) {
-        const std::int32_t a = root(i), b = root(j);
-        if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-private:
-    std::vector<std::int32_t> parent_;
-};
-
-// Unite the runs of neighboring rows that share a column, or whose columns are at most `reach` apart. One walk along both rows.
-RunSets connected(const std::vector<Run>& runs, std::int32_t reach) {
-    RunSets sets(runs.size());
-    std::size_t above = 0, start = 0;  // first runs of the row above, and of the row
-    for (std::size_t stop = 0; start < runs.size(); above = start, start = stop) {
-        while (stop < runs.size() && runs[stop].row == runs[start].row) ++stop;
-        if (above == start || runs[above].row + 1 != runs[start].row) continue;
-        for (std::size_t a = above, b = start; a < start && b < stop;) {
-            if (runs[a].start < runs[b].end + reach && runs[b].start < runs[a].end + reach) {
-                sets.unite(std::int32_t(a), std::int32_t(b));
-            }
-            runs[a].end < runs[b].end ? ++a : ++b;
-        }
-    }
-    return sets;
-}
 
 // Return the number of pixels of the set that each run is of, at the run that stands for the set.
 std::vector<Index> sizes(const std::vector<Run>& runs, RunSets& sets) {
@@ -108,8 +71,8 @@ void step_from_rows(float* pixels, Index count, Index step, bool known) {
 }  // namespace
 
 FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height_(height), width_(width) {
-    read_runs(mask);
-    count_bytes(height * width);
+    runs_ = runs_of(mask, height, width);
+    for (const Run& run : runs_) selected_ += run.end - run.start;
     if (min_pixels > 1) {
         remove_components(min_pixels);
         fill_holes(min_pixels);
@@ -117,19 +80,6 @@ FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pi
     box_ = box_of(runs_);
     count_visits(4 * Index(runs_.size()) + selected_);
     for (const Run& run : runs_) count_ += run.end - run.start;
-}
-
-void FrameFacts::read_runs(const Byte* mask) {
-    for (Index row = 0; row < height_; ++row) {
-        const Byte* pixels = mask + row * width_;
-        for (Index start = first_set(pixels, 0, width_); start < width_;) {
-            Index end = start;
-            while (end < width_ && pixels[end]) ++end;
-            runs_.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
-            selected_ += end - start;
-            start = first_set(pixels, end, width_);
-        }
-    }
 }
 
 // Remove the 8-connected components that are small with their holes filled.

@@ -5,15 +5,10 @@
 // first asked for, and kept.
 #pragma once
 
-#include "arrays.h"
+#include "runs.h"
 
 // px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
 constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
-
-// The True pixels [start, end) of a row.
-struct Run {
-    std::int32_t row, start, end;
-};
 
 // Rows top to bottom and columns left to right that hold the True pixels; the ends are exclusive, and all are 0 if there are none.
 struct Box {
@@ -63,7 +58,6 @@ public:
 
 private:
     void spread_rows(Index reach, std::vector<float>& spread) const;
-    void read_runs(const Byte* mask);
     void remove_components(Index min_pixels);
     void fill_holes(Index min_pixels);
 

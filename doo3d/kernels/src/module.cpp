@@ -1,19 +1,24 @@
 // The kernels as one Python module; each source file binds its own functions.
 #include "arrays.h"
 
+void bind_appearance(nb::module_&);
 void bind_clearance(nb::module_&);
 void bind_closing(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
+void bind_crossings(nb::module_&);
 void bind_depth_support(nb::module_&);
 void bind_dilation(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
+void bind_follow_strand(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_lattice_pixels(nb::module_&);
 void bind_line_fitting(nb::module_&);
+void bind_mask_edge(nb::module_&);
+void bind_mask_parts(nb::module_&);
 void bind_matching(nb::module_&);
 void bind_medians(nb::module_&);
 void bind_near_cuboids(nb::module_&);
@@ -21,6 +26,7 @@ void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
 void bind_point_cells(nb::module_&);
 void bind_polyline(nb::module_&);
+void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_sampling(nb::module_&);
 void bind_second_best(nb::module_&);
@@ -29,8 +35,10 @@ void bind_segment_lengths(nb::module_&);
 void bind_silhouette(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_strand_depth(nb::module_&);
+void bind_strand_sides(nb::module_&);
 void bind_strands_beside(nb::module_&);
 void bind_surface_ahead(nb::module_&);
+void bind_surface_color(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_visibility(nb::module_&);
 void bind_visits(nb::module_&);
@@ -38,19 +46,24 @@ void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
+    bind_appearance(m);
     bind_clearance(m);
     bind_closing(m);
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
+    bind_crossings(m);
     bind_depth_support(m);
     bind_dilation(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
+    bind_follow_strand(m);
     bind_frame_facts(m);
     bind_gap_path(m);
     bind_lattice_pixels(m);
     bind_line_fitting(m);
+    bind_mask_edge(m);
+    bind_mask_parts(m);
     bind_matching(m);
     bind_medians(m);
     bind_near_cuboids(m);
@@ -58,6 +71,7 @@ NB_MODULE(_native, m) {
     bind_plane(m);
     bind_point_cells(m);
     bind_polyline(m);
+    bind_ribbon_tracing(m);
     bind_ribbons(m);
     bind_sampling(m);
     bind_second_best(m);
@@ -66,8 +80,10 @@ NB_MODULE(_native, m) {
     bind_silhouette(m);
     bind_skeleton_graph(m);
     bind_strand_depth(m);
+    bind_strand_sides(m);
     bind_strands_beside(m);
     bind_surface_ahead(m);
+    bind_surface_color(m);
     bind_thinning(m);
     bind_visibility(m);
     bind_visits(m);

@@ -61,6 +61,34 @@ auto unit_rows(Points vectors) {
     return to_numpy(std::move(units), count, dim);
 }
 
+// Scaled to length 1; zero stays zero.
+void scale_to_unit(const double* vector, Index dim, double* scaled) {
+    double square = 0.0;
+    for (Index d = 0; d < dim; ++d) square += vector[d] * vector[d];
+    const double norm = square > 0 ? std::sqrt(square) : 1.0;
+    for (Index d = 0; d < dim; ++d) scaled[d] = vector[d] / norm;
+}
+
+auto angle_legs(Matrix<double> first, Matrix<double> second) {
+    const Index count = first.shape(0), dim = first.shape(1);
+    require(Index(second.shape(0)) == count && Index(second.shape(1)) == dim, "first and second have different shapes");
+    count_visits(count);
+    std::vector<double> apart(count), together(count), units(2 * dim);
+    for (Index n = 0; n < count; ++n) {
+        scale_to_unit(first.data() + n * dim, dim, units.data());
+        scale_to_unit(second.data() + n * dim, dim, units.data() + dim);
+        double difference = 0.0, sum = 0.0;
+        for (Index d = 0; d < dim; ++d) {
+            const double less = units[d] - units[dim + d], more = units[d] + units[dim + d];
+            difference += less * less;
+            sum += more * more;
+        }
+        apart[n] = std::sqrt(difference);
+        together[n] = std::sqrt(sum);
+    }
+    return std::make_tuple(to_numpy(std::move(apart)), to_numpy(std::move(together)));
+}
+
 auto unit(Values vector) {
     const Index dim = vector.shape(0);
     std::vector<double> result(dim);
@@ -183,5 +211,6 @@ void bind_polyline(nb::module_& m) {
     m.def("turn_cosines", &turn_cosines, "points"_a.noconvert(), "bounds"_a.noconvert(), "apart"_a);
     m.def("moving_mean", &moving_mean, "points"_a.noconvert(), "half_width"_a);
     m.def("unit_rows", &unit_rows, "vectors"_a.noconvert());
+    m.def("angle_legs", &angle_legs, "first"_a.noconvert(), "second"_a.noconvert());
     m.def("unit", &unit, "vector"_a.noconvert());
 }

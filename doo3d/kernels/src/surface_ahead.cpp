@@ -61,14 +61,15 @@ struct Ahead {
 };
 
 // Return whether a point is in the box of an end and near the tangent line there, and its offsets.
-bool is_near_line(const double* point, const double* tip, const double* tangent, Index dim, double reach, double max_offset, Ahead& ahead) {
+template <int D>
+bool is_near_line(const double* point, const double* tip, const double* tangent, double reach, double max_offset, Ahead& ahead) {
     ahead.axial = ahead.square = 0.0;
-    for (Index d = 0; d < dim; ++d) {
+    for (Index d = 0; d < D; ++d) {
         const double step = point[d] - tip[d];
         if (!(std::fabs(step) < reach)) return false;
         ahead.axial += step * tangent[d];
     }
-    for (Index d = 0; d < dim; ++d) {
+    for (Index d = 0; d < D; ++d) {
         const double lateral = point[d] - tip[d] - ahead.axial * tangent[d];
         ahead.square += lateral * lateral;
     }
@@ -76,12 +77,13 @@ bool is_near_line(const double* point, const double* tip, const double* tangent,
 }
 
 // Return the sample nearest to a point, of equally near ones the first; `known` is one that is probably near.
-Index nearest_sample(const Cells& cells, const double* samples, const double* point, Index dim, Index known) {
+template <int D>
+Index nearest_sample(const Cells& cells, const double* samples, const double* point, Index known) {
     Index owner = known;
-    double best = squared_distance(point, samples + known * dim, dim);
+    double best = squared_distance(point, samples + known * D, D);
     cells.for_each_around(point, MARGIN * std::sqrt(best), [&](Index k) {
         const Index s = cells.order[k];
-        const double between = squared_distance(point, samples + s * dim, dim);
+        const double between = squared_distance(point, samples + s * D, D);
         if (between < best || (between == best && s < owner)) {
             best = between;
             owner = s;
@@ -91,11 +93,12 @@ Index nearest_sample(const Cells& cells, const double* samples, const double* po
 }
 
 // Return the sample from `first` to `last` that is nearest to a point.
-Index nearest_of(const double* samples, Index first, Index last, const double* point, Index dim) {
+template <int D>
+Index nearest_of(const double* samples, Index first, Index last, const double* point) {
     Index nearest = first;
     double best = INFINITY;
     for (Index s = first; s <= last; ++s) {
-        const double between = squared_distance(point, samples + s * dim, dim);
+        const double between = squared_distance(point, samples + s * D, D);
         if (between < best) {
             best = between;
             nearest = s;
@@ -114,18 +117,19 @@ struct Search {
 };
 
 // Return for each end the points near its tangent line.
+template <int D>
 std::vector<std::vector<Ahead>> near_lines(const Search& search) {
-    const Index count = search.ends.shape(0), dim = search.points.shape(1), number = search.points.shape(0);
+    const Index count = search.ends.shape(0), number = search.points.shape(0);
     std::vector<std::vector<Ahead>> near(count);
     const BoxesOfEnds boxes(search.samples, search.ends, search.reach, number);
     Ahead ahead;
     Visits visits{number};
     for (ahead.point = 0; ahead.point < number; ++ahead.point) {
-        const double* point = search.points.data() + ahead.point * dim;
+        const double* point = search.points.data() + ahead.point * D;
         visits.count += Index(boxes.around(point).size());
         for (const Index e : boxes.around(point)) {
-            const double *tip = search.samples.data() + search.ends(e) * dim, *tangent = search.tangents.data() + e * dim;
-            if (is_near_line(point, tip, tangent, dim, search.reach(e), search.max_offset(e), ahead)) near[e].push_back(ahead);
+            const double *tip = search.samples.data() + search.ends(e) * D, *tangent = search.tangents.data() + e * D;
+            if (is_near_line<D>(point, tip, tangent, search.reach(e), search.max_offset(e), ahead)) near[e].push_back(ahead);
         }
     }
     return near;
@@ -135,13 +139,14 @@ std::vector<std::vector<Ahead>> near_lines(const Search& search) {
 //
 // A point is the end's if the sample nearest to it, of all paths, is near the end. So the nearest of the samples near the end is
 // found first, and then only samples that are nearer than it are looked for.
+template <int D>
 void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahead>& near) {
-    const Index dim = search.points.shape(1), end = search.ends(e);
+    const Index end = search.ends(e);
     const Index first = std::max<Index>(end - search.window, 0), last = std::min(end + search.window, Index(search.samples.shape(0)) - 1);
     const double *samples = search.samples.data(), *points = search.points.data();
     const auto is_foreign = [&](const Ahead& ahead) {
-        const double* point = points + ahead.point * dim;
-        const Index owner = nearest_sample(cells, samples, point, dim, nearest_of(samples, first, last, point, dim));
+        const double* point = points + ahead.point * D;
+        const Index owner = nearest_sample<D>(cells, samples, point, nearest_of<D>(samples, first, last, point));
         return owner < first || owner > last;
     };
     near.erase(std::remove_if(near.begin(), near.end(), is_foreign), near.end());
@@ -172,9 +177,9 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
         nb::gil_scoped_release released;
         const Search search{points, samples, ends, tangents, reach, max_offset, max_gap, window};
         const Cells cells(samples.data(), size, dim, least / CELLS_PER_REACH);
-        std::vector<std::vector<Ahead>> near = near_lines(search);
+        std::vector<std::vector<Ahead>> near = dim == 2 ? near_lines<2>(search) : near_lines<3>(search);
         for (Index e = 0; e < count; ++e) {
-            keep_own(search, cells, e, near[e]);
+            dim == 2 ? keep_own<2>(search, cells, e, near[e]) : keep_own<3>(search, cells, e, near[e]);
             for (const Ahead& ahead : near[e]) {
                 axial.push_back(ahead.axial);
                 lateral.push_back(std::sqrt(ahead.square));

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...geometry.polyline import unit
-from ...types import Array, Bools, Chain, Floats, Foreground, Ints
+from ...kernels import strand_sides
+from ...types import Chain, Floats, Foreground
 
 CABLE_WIDTHS = 40.0
 """Widths of length from which on a chain is as long as a cable's: 95 % of the right chains in the rendered scenes are longer, and
@@ -25,11 +25,12 @@ UNEVEN_PERCENTILES, MAX_UNEVEN = (15.0, 85.0), 0.5
 """Percentiles of the radii along a chain whose difference tells how uneven it is, in medians of the radius, and the most that
 counts."""
 
-CORE_RADII = (-0.4, 0.0, 0.4)
+CORE_RADII = np.array((-0.4, 0.0, 0.4))
 """Radii to the side of the axis at which the depth of the strand is taken, away from its silhouette."""
 
-SIDE_RADII, SIDE_MARGIN_PX = (1.6, 2.2, 2.8, 3.4), 2.0
-"""Radii to the side at which the depth beside the strand is taken, and px more, since a stereo camera's foreground is wider."""
+SIDE_RADII, SIDE_MARGIN_PX = np.array((1.6, 2.2, 2.8, 3.4)), 2.0
+"""Radii to the side at which the depth beside the strand is taken, the color at the first two, and px more, since a stereo
+camera's foreground is wider."""
 
 FLAT_RISE_RADII = 0.4
 """Radii by which the strand is nearer than both sides at least. A cable on a table rises by two, and is seen at 0.65 of its
@@ -44,6 +45,17 @@ MIN_FLAT_REACH_PX = 2.0
 
 MAX_EDGE = 2.0
 """Differences of the colors on both sides, over the contrast of the strand, that count at most."""
+
+
+SIDE_LIMITS = np.array(
+    (
+        *(SIDE_MARGIN_PX, MIN_FLAT_REACH_PX, FLAT_WINDOW_SAMPLES, FLAT_RISE_RADII),
+        *(MAX_RISE_NOISE_RADII, MAD_TO_DEVIATION, COLOR_NOISE, MAX_EDGE),
+    )
+)
+"""The numbers above in the order in which the kernel takes them."""
+
+_NO_DEPTH, _NO_COLOR = np.zeros((0, 0), np.float32), np.zeros((0, 0, 3), np.uint8)
 
 
 class Looks(NamedTuple):
@@ -88,8 +100,11 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     if mask is None or len(view) < 2:
         return Looks(stubby, _uneven(chain))
     across = tangents(view)[:, ::-1] * (-1, 1)
-    flat = 0.0 if foreground.depth is None else _flat(view, across, reach, chain.radius, foreground.depth, mask)
-    edge = 0.0 if foreground.color is None else _edge(view, across, reach, foreground.color, mask)
+    depth = _NO_DEPTH if foreground.depth is None else foreground.depth
+    color = _NO_COLOR if foreground.color is None else np.ascontiguousarray(foreground.color)
+    flat, edge = strand_sides(
+        view, across, reach, chain.radius, depth, color, mask, CORE_RADII, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
+    )
     return Looks(stubby, _uneven(chain), flat, edge)
 
 
@@ -106,67 +121,3 @@ def _uneven(chain: Chain) -> float:
 def tangents(view: Floats) -> Floats:
     """Return the unit vectors (S, 2) along a strand at its samples (S, 2) in the view; 0 for a single one."""
     return unit(np.gradient(view, axis=0)) if len(view) > 1 else np.zeros((len(view), 2))
-
-
-def _flat(view: Floats, across: Floats, reach: Floats, radius: float, depth: Array, mask: Array) -> float:
-    """Return by how much more than half of a strand does not rise from both sides, 0 to 1.
-
-    The rise is the median over windows of samples with readings on the strand and on both sides. 0 for strands that depth does
-    not resolve: too few pixels wide, or with more noise than radius.
-    """
-    if np.median(reach) < MIN_FLAT_REACH_PX:
-        return 0.0
-    core = _nearest_median(depth, view, across, reach[:, None] * CORE_RADII, None)
-    beside = reach[:, None] * SIDE_RADII + SIDE_MARGIN_PX
-    left, right = (_nearest_median(depth, view, across, sign * beside, mask) for sign in (-1, 1))
-    rise = np.minimum(left, right) - core
-    rise = rise[np.isfinite(rise)]
-    if not len(rise):
-        return 0.0
-    parts = np.array_split(rise, max(1, len(rise) // FLAT_WINDOW_SAMPLES))
-    of_window = np.array([np.median(part) for part in parts])
-    noise = MAD_TO_DEVIATION * float(np.median(np.abs(of_window - np.median(of_window))))
-    share = float((of_window < FLAT_RISE_RADII * radius).mean())
-    return max(0.0, 2 * share - 1) if noise < MAX_RISE_NOISE_RADII * radius else 0.0
-
-
-def _edge(view: Floats, across: Floats, reach: Floats, color: Array, mask: Array) -> float:
-    """Return the difference of the colors on both sides over the contrast of the strand, median over the samples; at most 2."""
-    beside = reach[:, None] * SIDE_RADII[:2] + SIDE_MARGIN_PX
-    core = _mean_color(color, view, across, reach[:, None] * CORE_RADII, None)
-    left, right = (_mean_color(color, view, across, sign * beside, mask) for sign in (-1, 1))
-    contrast = np.minimum(np.linalg.norm(core - left, axis=1), np.linalg.norm(core - right, axis=1))
-    ratio = np.linalg.norm(left - right, axis=1) / (contrast + COLOR_NOISE)
-    ratio = ratio[np.isfinite(ratio)]
-    return min(float(np.median(ratio)), MAX_EDGE) if len(ratio) else 0.0
-
-
-def _mean_color(color: Array, view: Floats, across: Floats, offsets: Floats, mask: Array | None) -> Floats:
-    """Return the mean 8-bit Lab color (S, 3) at offsets (S, K) px across each sample, outside a given mask; NaN if none."""
-    u, v, inside = _pixels(view, across, offsets, color.shape)
-    if mask is not None:
-        inside &= ~mask[v, u]
-    lab = cv2.cvtColor(np.ascontiguousarray(color[v, u]), cv2.COLOR_RGB2LAB).astype(float)
-    count = inside.sum(axis=1)[:, None]
-    total = (lab * inside[..., None]).sum(axis=1)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
-
-
-def _pixels(view: Floats, across: Floats, offsets: Floats, shape: tuple[int, ...]) -> tuple[Ints, Ints, Bools]:
-    """Return column and row (S, K) at offsets (S, K) px across each sample, and whether they are in an image of a shape."""
-    u, v = np.rint(view[:, None] + offsets[..., None] * across[:, None]).astype(int).transpose(2, 0, 1)
-    inside = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
-    return np.where(inside, u, 0), np.where(inside, v, 0), np.asarray(inside)
-
-
-def _nearest_median(depth: Array, view: Floats, across: Floats, offsets: Floats, mask: Array | None) -> Floats:
-    """Return the median reading (S,) m at offsets (S, K) px across each sample, outside the mask if one is given; NaN if none."""
-    u, v, inside = _pixels(view, across, offsets, depth.shape)
-    readings = depth[v, u].astype(float)
-    measured = inside & (readings > 0)
-    if mask is not None:
-        measured &= ~mask[v, u]
-    ordered = np.sort(np.where(measured, readings, np.inf), axis=1)
-    count = measured.sum(axis=1)
-    middle = np.take_along_axis(ordered, np.maximum(count - 1, 0)[:, None] // 2, axis=1)[:, 0]
-    return np.asarray(np.where(count > 0, middle, np.nan))

@@ -172,18 +172,18 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightG
     def join_complete(limit: Link | None) -> None:
         while complete and (limit is None or complete[0] < limit):
             link = heapq.heappop(complete)
-            if used[link.first.index] or used[link.second.index]:
+            if used[link.first.row] or used[link.second.row]:
                 continue
             if groups.of(link.first) == groups.of(link.second):
                 rings.append(link)
             elif config.chains is None or len(groups) > config.chains:
-                used[[link.first.index, link.second.index]] = True
+                used[[link.first.row, link.second.row]] = True
                 links.append(link)
                 groups.join(link.first.chain, link.second.chain)
 
     for link in _Candidates(cost).select(is_possible):
         join_complete(link)
-        if used[link.first.index] or used[link.second.index]:
+        if used[link.first.row] or used[link.second.row]:
             continue
         if not config.allow_closed_chains and len(groups) <= (config.chains or 1):
             break
@@ -191,9 +191,7 @@ def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightG
         if with_gap.cost <= config.max_cost:
             heapq.heappush(complete, with_gap)
     join_complete(None)
-    return links + [
-        ring for ring in rings if config.allow_closed_chains and not used[[ring.first.index, ring.second.index]].any()
-    ]
+    return links + [ring for ring in rings if config.allow_closed_chains and not used[[ring.first.row, ring.second.row]].any()]
 
 
 def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straight_gaps: StraightGaps = None) -> list[Link]:
@@ -224,14 +222,14 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straigh
             ring = None if config.allow_closed_chains else find_ring(pairs)
             if ring is None:
                 return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
-            a, b = max(ring, key=lambda pair: float(total[pair[0].index, pair[1].index]))
-            total[a.index, b.index] = total[b.index, a.index] = np.inf
+            a, b = max(ring, key=lambda pair: float(total[pair[0].row, pair[1].row]))
+            total[a.row, b.row] = total[b.row, a.row] = np.inf
             changed = [(a, b)]
-        rows = np.array([(a.index, b.index) for a, b in changed])
+        rows = np.array([(a.row, b.row) for a, b in changed])
         return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
 
     match_by_blossoms(np.maximum(limit - total, 0.0), lowered)
-    links = sorted(Link(float(total[a.index, b.index]), a, b) for a, b in pairs)
+    links = sorted(Link(float(total[a.row, b.row]), a, b) for a, b in pairs)
     if config.chains is None:
         return links
     rings = 0 if find_ring(pairs) is None else 1
@@ -273,7 +271,7 @@ def force_merges(
     """
     groups = ChainGroups(len(sizes), links)
     used = np.zeros(len(cost), dtype=bool)
-    used[[end.index for link in links for end in link.pair]] = True
+    used[[end.row for link in links for end in link.pair]] = True
     forced: list[Link] = []
     if len(groups) <= (config.chains or 1):
         return forced
@@ -290,7 +288,7 @@ def force_merges(
         link = _cheapest(candidates.select(are_large), gap_costs, config.max_cost * FORCED_COST_FACTOR)
         if link is None:
             break
-        used[[link.first.index, link.second.index]] = True
+        used[[link.first.row, link.second.row]] = True
         forced.append(link)
         groups.join(link.first.chain, link.second.chain)
         if len(forced) % MERGES_PER_CLEANUP == 0:
@@ -341,7 +339,7 @@ def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete:
     """Add to `total` (E, E) what a straight gap adds to the cost of each pair without a gap path; return these pairs, (K, 2)."""
     allowed = np.isfinite(cost) & np.isfinite(total)
     for a, b in complete:
-        allowed[a.index, b.index] = False
+        allowed[a.row, b.row] = False
     rows = np.argwhere(allowed)
     first, second = rows.T
     total[first, second] += straight[first, second] - cost[first, second]
@@ -353,6 +351,6 @@ def _add_gap_costs(total: Floats, pairs: Sequence[Pair], gap_costs: GapCosts) ->
     """Add the costs of the gap paths of pairs to `total` (E, E), and tell whether any is above zero."""
     added = gap_costs(pairs)
     for (a, b), cost in zip(pairs, added, strict=True):
-        total[a.index, b.index] += cost
-        total[b.index, a.index] = total[a.index, b.index]
+        total[a.row, b.row] += cost
+        total[b.row, a.row] = total[a.row, b.row]
     return any(added)

@@ -48,7 +48,7 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
     total = np.minimum(cost, cost.T)
     total[total > max_cost] = np.inf
     partner = np.full(len(total), -1)
-    pairs = np.array([(link.first.index, link.second.index) for link in links])
+    pairs = np.array([(link.first.row, link.second.row) for link in links])
     for (a, b), link in zip(pairs, links, strict=True):
         partner[[a, b]] = b, a
         total[a, b] = total[b, a] = link.cost

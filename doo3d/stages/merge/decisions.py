@@ -153,7 +153,7 @@ def record_decisions(
 
     records = []
     for i in sorted(range(len(links)), key=lambda i: links[i].cost):
-        a, b = links[i].first.index, links[i].second.index
+        a, b = links[i].first.row, links[i].second.row
         others = symmetric[[a, b]]
         others[0, b] = others[1, a] = np.inf
         cheapest = int(np.argmin(others))

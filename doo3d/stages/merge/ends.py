@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,8 +11,7 @@ from ...kernels import end_tangents
 from ...types import Bools, Chain, Floats
 
 
-@dataclass(frozen=True, order=True, slots=True)
-class End:
+class End(NamedTuple):
     """Name of one end of a chain. Ends sort by chain, then by side.
 
     Attributes
@@ -26,7 +26,7 @@ class End:
     side: int
 
     @property
-    def index(self) -> int:
+    def row(self) -> int:
         """The row of this end in arrays over all ends of all chains: 2 * chain + side."""
         return 2 * self.chain + self.side
 

@@ -80,7 +80,7 @@ class GapPaths:
         if (start, end) not in self._paths:
             points, tangents = self.ends.points, self.ends.tangents
             self._paths[start, end] = gap_path(
-                points[start.index], tangents[start.index], points[end.index], tangents[end.index],
+                points[start.row], tangents[start.row], points[end.row], tangents[end.row],
                 inside=self.config.gap_side == "inside",
             )  # fmt: skip
         return self._paths[start, end]
@@ -117,7 +117,7 @@ class GapPaths:
         costs = []
         for pair, cost in zip(pairs, self.costs(pairs), strict=True):
             gap = self.cost(pair)
-            is_tip = self._tips[[end.index for end in pair]].any()
+            is_tip = self._tips[[end.row for end in pair]].any()
             costs.append(cost + (FORCED_COST_FACTOR - 1) * gap.open if is_tip else cost - gap.bare)
         return costs
 
@@ -135,7 +135,7 @@ class GapPaths:
 
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
         """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
-        one, other = self.ends.points[np.array([(a.index, b.index) for a, b in pairs])].swapaxes(0, 1)
+        one, other = self.ends.points[np.array([(a.row, b.row) for a, b in pairs])].swapaxes(0, 1)
         costly = np.linalg.norm(other - one, axis=1) >= self.config.tangent_window_radii * self.radius
         if self.visibility is not None:
             costly |= self.visibility.gap_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, [0, 2]].any(axis=1)

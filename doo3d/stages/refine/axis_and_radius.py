@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -133,11 +134,11 @@ MAX_STRENGTH = 1e8
 def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
     """Return samples on the smoothed axes, with the estimated radii."""
     weight = estimate.weight + PATH_WEIGHT * np.eye(samples.positions.shape[1])
+    spacing = part_medians(steps(samples.positions), samples.bounds[:-1], samples.bounds[1:] - 1)[0].tolist()
     positions = np.empty_like(samples.positions)
     for p, closed in enumerate(samples.closed):
         part = samples.of_path(p)
-        spacing = float(np.median(steps(samples.positions[part])))
-        strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(spacing, 1e-9)) ** 4
+        strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(spacing[p], 1e-9)) ** 4
         positions[part] = _smoothed(estimate.target[part], weight[part], min(strength, MAX_STRENGTH), closed)
     return replace(samples, positions=positions, radius=estimate.radius, radii=estimate.radii)
 
@@ -209,7 +210,7 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
     change = np.abs(np.einsum("ij,ij->i", second_difference, depth_axis[middle]))
     usable = measured[first] & measured[middle] & measured[last] & (samples.path[first] == samples.path[last])
     relative = (change / samples.radius[middle])[usable]
-    return float(MAD_TO_DEVIATION * np.median(relative) / np.sqrt(6)) if len(relative) else 0.0
+    return MAD_TO_DEVIATION * _median(relative) / math.sqrt(6) if len(relative) else 0.0
 
 
 def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
@@ -291,7 +292,12 @@ def _count_weight(count: Floats) -> Floats:
 
 
 def _median_count(count: Floats) -> float:
-    return float(np.median(count[count > 0])) if (count > 0).any() else 1.0
+    some = count[count > 0]
+    return _median(some) if len(some) else 1.0
+
+
+def _median(values: Floats) -> float:
+    return float(part_medians(values, np.zeros(1, dtype=np.int64), np.array([len(values)]))[0][0])
 
 
 def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:

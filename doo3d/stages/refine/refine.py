@@ -62,7 +62,7 @@ def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameConte
     context
         the data of the frame.
     """
-    if not paths:
+    if not paths or context.foreground.viewpoint is not None or context.foreground.points.shape[1] == 2:
         return context
     samples = sample_paths(paths, context.radius, context.segment_length)
     return context.seen_from(infer_viewpoint(context.foreground, samples))

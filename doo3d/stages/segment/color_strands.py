@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ...kernels import color_bands, mask_parts
+from ...kernels import color_bands, mask_parts, near_pixels, surface_color
 from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
 
@@ -20,8 +20,8 @@ MEDIAN_PX = 15
 """Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
 strand."""
 
-BLUR = (0.02192, 0.22851, 0.49915, 0.22851, 0.02192)
-"""Weights of the blur that removes the camera's noise of color: a Gaussian of 0.8 px."""
+MIN_SIDE_PX = 5
+"""px; in a narrower image no color is looked at: the blur that removes the camera's noise is as wide."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
@@ -55,8 +55,9 @@ SAME_HUE = 20.0
 """Distance of the color axes of 8-bit CIELAB below which a short raised part is taken for a piece of a strand, as beside an
 occluder, in whatever shade."""
 
-FLANK_PX = 10
-"""px from a strand told by color within which raised pixels of the surface's color are errors of depth at its edge."""
+FLANK_SQUARE_PX, FLANK_DIAMOND_PX = 4, 6
+"""px from a strand told by color within which raised pixels of the surface's color are errors of depth at its edge: 10 along the
+axes, in an octagon that is a square of the first widened by a diamond of the second."""
 
 
 def select_in_frame(raised: Bools, frame: Frame) -> Selected:
@@ -75,18 +76,17 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     found = _told_by_color(color, raised)
     if found is None:
         return Selected(raised)
-    band, differs = found
-    parts = _parts(band)
+    parts, surface = found
     strands = np.flatnonzero(parts.long)
     if not len(strands):
         return Selected(raised)
     share = np.add.reduceat(raised.ravel()[parts.pixels], parts.starts[:-1], dtype=int)[strands] / parts.sizes[strands]
     flat = (share < MIN_RAISED_SHARE) if (share > RAISED_SHARE).any() else np.zeros(len(strands), dtype=bool)
-    told = parts.drawn(strands[~flat], raised.shape)
-    surface = raised & ~differs
-    selected = raised & ~(_near(told) & surface) if surface.any() else raised.copy()
+    told = parts.pixels_of(strands[~flat])
+    selected = raised.copy()
+    selected.ravel()[surface[near_pixels(surface, told, raised.shape, FLANK_SQUARE_PX, FLANK_DIAMOND_PX)]] = False
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
-    if len(strands) > flat.sum():
+    if len(told):
         selected.ravel()[_other_things(selected, told, parts, strands[~flat], color)] = False
     note = ""
     if flat.any():
@@ -104,13 +104,23 @@ class _Parts(NamedTuple):
         (N,) row-major indices of the mask's pixels, part by part.
     starts
         (K + 1,) where each part begins in `pixels`.
-    long
-        (K,) bool, the parts that are long and of one width.
+    widths
+        (K, 2) px, the half-widths in the median and at the 85th percentile of parts of at least MIN_PIXELS.
+    holds
+        (K,) bool, the parts with pixels that were asked for, whose widths are 0.
     """
 
     pixels: Ints
     starts: Ints
-    long: Bools
+    widths: Floats
+    holds: Bools
+
+    @property
+    def long(self) -> Bools:
+        """The parts, (K,) bool, that are long and of one width."""
+        half, most = np.maximum(self.widths[:, 0], 0.5), self.widths[:, 1]
+        long = self.sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
+        return np.asarray((self.sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
 
     @property
     def sizes(self) -> Ints:
@@ -121,39 +131,14 @@ class _Parts(NamedTuple):
         chosen = [self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]
         return np.concatenate(chosen) if chosen else np.zeros(0, dtype=int)
 
-    def drawn(self, wanted: Ints, shape: tuple[int, ...]) -> Bools:
-        """Return the mask (H, W) of some parts, given by number."""
-        mask = np.zeros(shape, dtype=bool)
-        mask.ravel()[self.pixels_of(wanted)] = True
-        return mask
 
-
-def _parts(mask: Bools) -> _Parts:
-    """Return the connected parts of a mask, and which of them are long and of one width."""
-    pixels, starts, widths = mask_parts(mask, MIN_PIXELS)
-    half, most = np.maximum(widths[:, 0], 0.5), widths[:, 1]
-    sizes = np.diff(starts)
-    long = sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
-    return _Parts(pixels, starts, (sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
-
-
-def _near(mask: Bools) -> Bools:
-    """Return the pixels (H, W) within FLANK_PX of a mask, in an octagon: 4 px in a square, the rest in a cross."""
-    square, cross = 4, FLANK_PX - 4
-    wide = cv2.dilate(mask.view(np.uint8), np.ones((2 * square + 1,) * 2, np.uint8))
-    return np.asarray(cv2.dilate(wide, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=cross) > 0)
-
-
-def _other_things(selected: Bools, told: Bools, bands: _Parts, strands: Ints, color: Array) -> Ints:
+def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, color: Array) -> Ints:
     """Return the row-major indices of the selected parts that are too short for a strand and have the color of none.
 
     Such parts are boxes and specks.
     """
-    own = _parts(selected)
-    if not len(own.pixels):
-        return own.pixels
-    with_strand = np.logical_or.reduceat(told.ravel()[own.pixels], own.starts[:-1])
-    other = ~with_strand & ~own.long
+    own = _Parts(*mask_parts(selected, MIN_PIXELS, told))
+    other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
         color_of = np.array([_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
@@ -169,51 +154,28 @@ def _hue(color: Array, pixels: Ints) -> Floats:
     return np.asarray(np.median(cv2.cvtColor(some[None], cv2.COLOR_RGB2LAB)[0, :, 1:], axis=0))
 
 
-def _told_by_color(color: Array, raised: Bools) -> tuple[Bools, Bools] | None:
-    """Return the pixels (H, W) of bands that differ from the surface around them and are no shadow, and all that differ.
+def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
+    """Return the bands that differ from the surface around them and are no shadow, and the raised pixels beside them that do not.
 
-    The image itself is looked at only round the places where a coarser one shows a band; None if it shows none.
+    The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. The pixels are
+    row-major indices.
     """
-    if min(color.shape[:2]) < len(BLUR):
+    height, width = color.shape[:2]
+    if min(height, width) < MIN_SIDE_PX:
         return None
-    coarse = _halved(_halved(color))
-    lab = cv2.cvtColor(coarse, cv2.COLOR_RGB2LAB)
-    small, size = _halved(lab), lab.shape[1::-1]
-    around = cv2.medianBlur(_without(small, raised), MEDIAN_PX).astype(np.float32)
-    wide = cv2.resize(around, size, interpolation=cv2.INTER_LINEAR)
-    deviation = _deviation(color, wide)
-    contrast = cv2.transform(cv2.pow(lab - wide, 2), (1 / deviation[None] ** 2))
-    seeds = contrast > GROW_DEVIATIONS**2
+    lab = cv2.cvtColor(_halved(_halved(color)), cv2.COLOR_RGB2LAB)
+    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
+    around, deviation, seeds = surface_color(
+        color, lab, _halved(lab), raised, MEDIAN_PX, step, MAD_TO_DEVIATION, MIN_DEVIATION, GROW_DEVIATIONS
+    )
     if not seeds.any():
         return None
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
-    return color_bands(color, around, deviation, seeds, raised, limits)
+    reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
+    pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
+    return _Parts(pixels, starts, widths, holds), surface
 
 
 def _halved(image: Array) -> Array:
     size = max(1, image.shape[1] // 2), max(1, image.shape[0] // 2)
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-
-
-def _deviation(color: Array, around: Array) -> Floats:
-    """Return the robust standard deviation (3,) of the blurred image from the surface's color, given on a smaller image."""
-    height, width = color.shape[:2]
-    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
-    v, u = np.arange(2, height - 2, 4 * step), np.arange(2, width - 2, step)
-    rows = cv2.cvtColor(color[(v[:, None] + np.arange(-2, 3)).ravel()], cv2.COLOR_RGB2LAB).reshape(len(v), 5, width, 3)
-    along = np.tensordot(np.array(BLUR, np.float32), rows, (0, 1))
-    lab = sum((np.float32(share) * along[:, u + i - 2] for i, share in enumerate(BLUR)), np.float32(0))
-    surface = around[(v * around.shape[0] // height)[:, None], u * around.shape[1] // width]
-    deviation = MAD_TO_DEVIATION * np.median(np.abs(lab - surface).reshape(-1, 3), axis=0)
-    return np.asarray(np.maximum(deviation.astype(float), MIN_DEVIATION))
-
-
-def _without(small: Array, raised: Bools) -> Array:
-    """Return the scaled image (h, w, 3) with the surface's color in place of pixels mostly raised, so that a coil is none."""
-    wide = cv2.dilate(raised.view(np.uint8), np.ones((5, 5), np.uint8)) * np.uint8(255)
-    covered = cv2.resize(_halved(_halved(wide)), small.shape[1::-1], interpolation=cv2.INTER_AREA)
-    bare = (covered < 128).astype(np.float32)
-    share = cv2.blur(bare, (MEDIAN_PX, MEDIAN_PX))
-    mean = cv2.blur(small * bare[..., None], (MEDIAN_PX, MEDIAN_PX)) / np.maximum(share, 1e-3)[..., None]
-    known = (bare > 0) | (share * MEDIAN_PX**2 < 1)
-    return np.where(known[..., None], small, np.rint(mean)).astype(np.uint8)

@@ -33,8 +33,8 @@ MAX_WIDTH_CHANGE = 3.2
 MAX_EDGE_PX = 5.5
 """px over which the color changes at an edge at most; shadows of distant things are softer."""
 
-GAMMA, DARK = 2.2, 0.01
-"""Exponent from 8-bit values to light, and the share of light that is as good as none."""
+LIGHT, DARK = (np.arange(256) / 255.0) ** 2.2, 0.01
+"""Light of each 8-bit value, and the share of light that is as good as none."""
 
 MIN_SHADOW_LIGHT, SHADOW_COLOR_SHARE, SHADOW_COLOR = -2.4, 0.25, 0.08
 """A shadow leaves this much of the light at least (logarithm), and of red, green and blue the same share, up to that part of the
@@ -56,7 +56,7 @@ class Checked(NamedTuple):
     Attributes
     ----------
     line
-        (P, 2) px, the strand, moved to the middle between its edges.
+        (P, 2) px, the strand, moved to the middle between its edges if its profile was looked at.
     width
         px between its edges.
     rank
@@ -119,33 +119,40 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     lab
         (H, W, 3) float32, the same in CIELAB.
     """
-    height, columns = color.shape[:2]
     seen = np.isfinite(strand.score)
     width, length = float(np.median(strand.width[seen])), len(strand.points) * STEP_PX
+    score = float(np.mean(strand.score[seen]))
+    rank = (score - 1) * length * np.sqrt(width)
+    fault = _fault_without_profile(strand, seen, score, width, length, color.shape)
+    if fault:
+        return Checked(strand.points, width, rank, fault)
     normal = np.column_stack((-np.sin(strand.angle), np.cos(strand.angle)))
     offset = np.arange(-1.5 * width - 3, 1.5 * width + 3 + PROFILE_SPACING_PX, PROFILE_SPACING_PX)
     x, y = np.moveaxis(strand.points[:, None] + offset[:, None] * normal[:, None], 2, 0).astype(np.float32)
     profile = cv2.remap(lab, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    light = (cv2.remap(color, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) / 255.0) ** GAMMA
+    light = LIGHT[cv2.remap(color, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)]
     side_px = width / 2 + SIDE_GAP_PX + max(2.0, SIDE_WIDTHS * width)
     core, side = np.abs(offset) < CORE_WIDTHS * width, (np.abs(offset) > width / 2 + SIDE_GAP_PX) & (np.abs(offset) < side_px)
     line, between = _centered(strand, profile, offset, width, normal, seen)
-    border = np.min((*strand.points.T, *(np.array((columns - 1, height - 1))[:, None] - strand.points.T)), axis=0)
-    wide, narrow = np.percentile(strand.width[seen], (85, 15))
-    score = float(np.mean(strand.score[seen]))
     edge_px = _edge_px(np.median(profile[seen], axis=0), offset, core, side)
-    fault = ""
-    if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
-        fault = "short"
-    elif np.median(border) < width / 2 + BORDER_PX:
-        fault = "border"
-    elif score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow:
-        fault = "uneven"
-    elif _is_shadow(_light_left(light, offset, core, side, seen), edge_px):
+    if _is_shadow(_light_left(light, offset, core, side, seen), edge_px):
         fault = "shadow"
     elif edge_px > MAX_EDGE_PX:
         fault = "uneven"
-    return Checked(line, between, (score - 1) * length * np.sqrt(width), fault)
+    return Checked(line, between, rank, fault)
+
+
+def _fault_without_profile(
+    strand: TracedStrand, seen: Bools, score: float, width: float, length: float, shape: tuple[int, ...]
+) -> str:
+    """Return what speaks against a strand in an image of a shape before its profile is looked at; empty if nothing does."""
+    if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
+        return "short"
+    border = np.min((*strand.points.T, *(np.array((shape[1] - 1, shape[0] - 1))[:, None] - strand.points.T)), axis=0)
+    if np.median(border) < width / 2 + BORDER_PX:
+        return "border"
+    wide, narrow = np.percentile(strand.width[seen], (85, 15))
+    return "uneven" if score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow else ""
 
 
 def _centered(

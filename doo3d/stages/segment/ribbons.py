@@ -12,7 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ...kernels import ribbon_scores
+from ...kernels import follow_ribbon, ribbon_scores
 from ...types import Array, Floats, Ints
 
 DIRECTIONS = 16
@@ -39,9 +39,6 @@ TURNS = np.radians((-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0))
 SHIFTS_PX = np.array((-1.0, 0.0, 1.0))
 """px sideways that are tried at each step."""
 
-LOOKAHEAD = np.arange(1, 4)
-"""Steps ahead whose mean decides where a strand goes on."""
-
 SHIFT_COST, TURN_CHANGE_COST = 0.15, 0.6
 """Cost of a px sideways, and of a change of the turn by the largest turn, in units of the score."""
 
@@ -64,6 +61,16 @@ SAME_TURN = np.radians(25.0)
 
 MAX_SHARED_SAMPLES, MIN_SAMPLES, MAX_SAMPLES, MAX_STRANDS = 8, 15, 2000, 120
 """Samples on an earlier strand after which one ends; samples of a strand at least and at most; strands traced at most."""
+
+
+FOLLOWING = np.array(
+    (
+        *(STEP_PX, SHIFT_COST, TURN_CHANGE_COST, COLOR_SCALE, MAX_COLOR_COST, COLOR_COST, COLOR_MEMORY),
+        *(MAX_SCORE, MIN_SCORE, MAX_GAP_WIDTHS, MAX_GAP_PX, SAME_TURN, MAX_SHARED_SAMPLES, MAX_SAMPLES),
+    ),
+    dtype=float,
+)
+"""The numbers above in the order in which the kernel that follows a strand takes them."""
 
 
 class TracedStrand(NamedTuple):
@@ -129,11 +136,11 @@ def find_ribbons(lab: Array) -> Ribbons:
         size = int(width * cos + height * sin + 2), int(width * sin + height * cos + 2)
         turn[:, 2] += (size[0] - width) / 2, (size[1] - height) / 2
         turned = cv2.warpAffine(centered, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        score, which = ribbon_scores(turned, WIDTHS_PX, COLOR_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX)
         back, shape = cv2.invertAffineTransform(turn), (width, height)
+        score, which = ribbon_scores(turned, WIDTHS_PX, COLOR_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX, back, (height, width))
         scores[direction] = cv2.warpAffine(score, back, shape, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         widths[direction] = cv2.warpAffine(which, back, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-    np.log(np.maximum(scores, 0.1), out=scores)
+    np.log(np.maximum(scores, 0.1, out=scores), out=scores)
     return Ribbons(scores, widths, cv2.GaussianBlur(lab, (0, 0), 1.2))
 
 
@@ -154,17 +161,18 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         tries += 1
         if tries > MAX_STRANDS:
             break
-        start = (float(column), float(row))
-        ahead = _follow(ribbons, start, float(angle), taken, angles)
-        back = _follow(ribbons, start, float(angle) + np.pi, taken, angles)
-        best = _direction(np.array(angle)), row, column
-        middle = (*start, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
-        rows = np.array([*((x, y, a - np.pi, w, s) for x, y, a, w, s in back[::-1]), middle, *ahead], dtype=float)
+        ahead, back = (
+            follow_ribbon(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX, TURNS, SHIFTS_PX, FOLLOWING)
+            for turn in (0.0, np.pi)
+        )
+        best = round(angle / np.pi * DIRECTIONS), row, column
+        middle = (column, row, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
+        rows = np.vstack((back[::-1] - (0, 0, np.pi, 0, 0), middle, ahead))
         width = float(np.median(rows[:, 3]))
         line = np.rint(rows[:, :2] * 8).astype(np.int32)[:, None]
         cv2.polylines(taken, [line], False, 1, max(3, int(width)), cv2.LINE_8, 3)
-        for x, y, along in rows[:, :3]:
-            cv2.circle(angles, (round(x), round(y)), max(2, int(width / 2)), float(along), -1)
+        for center, along in zip(np.rint(rows[:, :2]).astype(int).tolist(), rows[:, 2].tolist(), strict=True):
+            cv2.circle(angles, center, max(2, int(width / 2)), along, -1)
         if len(rows) >= MIN_SAMPLES:
             strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
     return strands
@@ -172,12 +180,12 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
 
 def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
     """Return rows, columns and angles of the pixels from which strands are traced, the most likely first."""
-    best, direction = ribbons.score.max(axis=0), ribbons.score.argmax(axis=0)
+    best = ribbons.score.max(axis=0)
     height, width = best.shape
     local = (best >= cv2.dilate(best, np.ones((3, 3))) - 1e-6) & (best > SEED_SCORE)
     local[:BORDER_PX] = local[-BORDER_PX:] = local[:, :BORDER_PX] = local[:, -BORDER_PX:] = False
     rows, columns = np.nonzero(local)
-    chosen = direction[rows, columns]
+    chosen = ribbons.score[:, rows, columns].argmax(axis=0)
     angle = chosen * np.pi / DIRECTIONS
     along = np.arange(-MIN_WINDOW_PX, MIN_WINDOW_PX + 1, 2)
     v = np.clip(np.rint(rows[:, None] + along * np.sin(angle)[:, None]).astype(int), 0, height - 1)
@@ -188,58 +196,6 @@ def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
     order = np.argsort(-rank, kind="stable")
     order = order[rank[order] > SEED_SCORE]
     return rows[order], columns[order], angle[order]
-
-
-def _follow(
-    ribbons: Ribbons, start: tuple[float, float], angle: float, taken: Array, angles: Array
-) -> list[tuple[float, float, float, float, float]]:
-    """Return x, y, angle, width and score of the samples of a strand from a start in one direction."""
-    height, width_px = taken.shape
-    turns, shifts = (part.ravel()[:, None] for part in np.meshgrid(TURNS, SHIFTS_PX, indexing="ij"))
-    (x, y), turn, gap, shared = start, 0.0, 0.0, 0
-    row, column = round(y), round(x)
-    color = ribbons.color[row, column].copy()
-    width = float(WIDTHS_PX[ribbons.width[_direction(np.array(angle)), row, column]])
-    samples = list[tuple[float, float, float, float, float]]()
-    while len(samples) < MAX_SAMPLES:
-        heading = angle + turns * LOOKAHEAD
-        u = x + np.cumsum(STEP_PX * np.cos(heading), axis=1) - shifts * np.sin(angle)
-        v = y + np.cumsum(STEP_PX * np.sin(heading), axis=1) + shifts * np.cos(angle)
-        columns, rows = np.rint(u).astype(int), np.rint(v).astype(int)
-        inside = (columns >= 0) & (rows >= 0) & (columns < width_px) & (rows < height)
-        columns, rows = np.clip(columns, 0, width_px - 1), np.clip(rows, 0, height - 1)
-        score = np.minimum(ribbons.score[_direction(heading), rows, columns], MAX_SCORE)
-        value = np.where(inside, score - _color_cost(ribbons.color[rows, columns] - color), -1.0)
-        change = SHIFT_COST * np.abs(shifts[:, 0]) + TURN_CHANGE_COST * np.abs(turns[:, 0] - turn) / TURNS[-1]
-        best = int(np.argmax(value.mean(axis=1) - change))
-        seen = value[best, 0] > MIN_SCORE and value[best].mean() > MIN_SCORE
-        if seen:
-            turn, angle, x, y, gap = turns[best, 0], heading[best, 0], u[best, 0], v[best, 0], 0.0
-            at = rows[best, 0], columns[best, 0]
-            width = 0.8 * width + 0.2 * float(WIDTHS_PX[ribbons.width[(_direction(np.array(angle)), *at)]])
-            color = COLOR_MEMORY * color + (1 - COLOR_MEMORY) * ribbons.color[at]
-        else:
-            angle, turn, gap = angle + turn / 2, 0.8 * turn, gap + STEP_PX
-            x, y = x + STEP_PX * np.cos(angle), y + STEP_PX * np.sin(angle)
-        row, column = round(y), round(x)
-        if not (0 <= column < width_px and 0 <= row < height):
-            break
-        follows = taken[row, column] and _between(angle, angles[row, column]) < SAME_TURN
-        shared = shared + 1 if follows else 0
-        samples.append((x, y, angle, width, float(value[best, 0]) if seen else np.nan))
-        if shared > MAX_SHARED_SAMPLES:
-            del samples[-MAX_SHARED_SAMPLES:]
-            break
-        if gap > MAX_GAP_WIDTHS * width + MAX_GAP_PX:
-            break
-    while samples and np.isnan(samples[-1][4]):
-        samples.pop()
-    return samples
-
-
-def _direction(angle: Floats) -> Ints:
-    """Return the index of the direction nearest to each angle in radians."""
-    return np.asarray(np.rint(angle / np.pi * DIRECTIONS).astype(int) % DIRECTIONS)
 
 
 def _between(first: float, second: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...config import SegmentConfig
 from ...geometry.noise import SAMPLES
+from ...kernels import bounding_box
 from ...types import Bools, Cloud, Floats, Frame, Image, Plane
 from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
@@ -55,7 +56,7 @@ def find_supporting_plane(
         points, inside = _surrounding_points(data, foreground.mask, config), np.zeros(3)
     if len(points) < MIN_READINGS:
         return None
-    normal, height, _ = fit_plane(points, config.plane_distance, seed)
+    normal, height = fit_plane(points, config.plane_distance, seed)
     if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
         return None
     sign = 1.0 if float(normal @ inside) >= height else -1.0
@@ -64,10 +65,10 @@ def find_supporting_plane(
 
 def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
     """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
-    (top, bottom), (left, right) = ((int(at[0]), int(at[-1])) for at in (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)))
-    margin = int(SURROUNDINGS * max(bottom - top, right - left)) + 1
+    top, bottom, left, right = bounding_box(mask)
+    margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1
     top, left = max(0, top - margin), max(0, left - margin)
-    box = np.s_[top : bottom + margin + 1, left : right + margin + 1]
+    box = np.s_[top : bottom + margin, left : right + margin]
     stride = max(1, int(np.sqrt(frame.depth[box].size / SAMPLES)))
     depth = frame.depth[box][::stride, ::stride]
     v, u = np.nonzero((depth > 0) & (depth <= config.max_depth) & ~mask[box][::stride, ::stride])

@@ -69,4 +69,6 @@ def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
         return False
     half_width = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
     half_width *= DEPTH_STRIDE_PX / frame.camera.fx * np.minimum(depth, config.max_depth)
-    return bool(np.mean(half_width[depth > 0] > config.max_width / 2) > MIN_BROAD_FRACTION)
+    measured = depth > 0
+    wide = np.count_nonzero((half_width > config.max_width / 2) & measured)
+    return bool(wide > MIN_BROAD_FRACTION * np.count_nonzero(measured))

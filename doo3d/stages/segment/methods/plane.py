@@ -9,8 +9,8 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ....kernels import count_near_planes, raised_pixels
-from ....types import Bools, Cloud, Floats, Frame, Image
+from ....kernels import best_plane, raised_pixels
+from ....types import Bools, Cloud, Floats, Frame, Image, Ints
 
 MIN_PLANE_SHARE, MISS_PROBABILITY = 0.4, 1e-4
 """Share of the readings that lie on a plane, and the probability that no draw of RANSAC has its three points on it. A plane with
@@ -57,10 +57,12 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
         raise InputError(
             "segment.method is plane, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
         )
-    points = subsample(data)
-    if len(points) < 3:
+    random = np.random.default_rng(seed)
+    sample = _drawn(data, random)
+    if len(sample) < 3:
         return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
-    normal, offset, noise = fit_plane(points, config.plane_distance, seed)
+    normal, offset = _fit(sample, config.plane_distance, random)
+    noise = plane_noise(np.abs(sample @ normal - offset), config.plane_distance)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
         return np.asarray(height_above_plane(data, normal, offset) > high)
@@ -72,7 +74,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     return raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
 
 
-def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float, float]:
+def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float]:
     """Fit the plane that has the most points near it, by RANSAC and then least squares on its inliers.
 
     Parameters
@@ -88,33 +90,45 @@ def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float
     -------
     normal : (3,) unit, of arbitrary sign.
     offset : m; points p on the plane have normal @ p = offset.
-    noise : m, robust standard deviation of the inliers' distances from the plane (from the median absolute deviation).
 
-    If every triple drawn is collinear, the result is the plane z = points[0, 2] with noise 0.
+    If every triple drawn is collinear, the result is the plane z = constant through one of the points.
     """
     random = np.random.default_rng(seed)
-    sample = points[random.choice(len(points), SAMPLES, replace=False)] if len(points) > SAMPLES else points
+    return _fit(points[_draw(len(points), random)], distance, random)
+
+
+def _draw(count: int, random: np.random.Generator) -> Ints | slice:
+    """Return which SAMPLES of `count` points are drawn; all if there are no more."""
+    return random.choice(count, SAMPLES, replace=False) if count > SAMPLES else np.s_[:]
+
+
+def _fit(sample: Floats, distance: float, random: np.random.Generator) -> tuple[Floats, float]:
     corners = sample[random.integers(0, len(sample), (RANSAC_DRAWS, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     norm = np.linalg.norm(normals, axis=1)
     normals = normals[norm > 0] / norm[norm > 0, None]
     if not len(normals):
-        return np.array([0.0, 0.0, 1.0]), float(points[0, 2]), 0.0
+        return np.array([0.0, 0.0, 1.0]), float(sample[0, 2])
     offsets = np.einsum("ij,ij->i", normals, corners[norm > 0, 0])
-    best = int(np.argmax(count_near_planes(sample, normals, offsets, distance)))
+    best = best_plane(sample, normals, offsets, distance)
     normal, offset = normals[best], float(offsets[best])
+    before = np.zeros(len(sample), dtype=bool)
     for _ in range(REFINE_ITERATIONS):
-        inliers = sample[np.abs(sample @ normal - offset) < 2 * distance]
-        if len(inliers) < 3:
+        near = np.abs(sample @ normal - offset) < 2 * distance
+        inliers = sample[near]
+        if len(inliers) < 3 or np.array_equal(near, before):
             break
+        before = near
         center = inliers.mean(axis=0)
         normal = np.linalg.eigh((inliers - center).T @ (inliers - center))[1][:, 0]
         offset = float(normal @ center)
-    return normal, offset, _plane_noise(np.abs(sample @ normal - offset), distance)
+    return normal, offset
 
 
-def _plane_noise(residual: Floats, distance: float) -> float:
-    """Return the robust standard deviation in m of the distances (N,) from a plane, 0 if none is less than twice `distance`.
+def plane_noise(residual: Floats, distance: float) -> float:
+    """Return the robust standard deviation of distances from a plane, from their median absolute deviation.
+
+    residual : (N,) m, not below 0. distance : m; 0 is returned if no residual is less than twice of it.
 
     Where depth is noisier than `distance`, a fixed window would cut the noise off and so understate it: the window follows it.
     """
@@ -152,17 +166,15 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
     return np.asarray(height if np.sum(np.sign(height) * (np.abs(height) > np.std(height))) >= 0 else -height)
 
 
-def subsample(data: Frame | Cloud) -> Floats:
-    """Return points of a Frame or Cloud: those of a grid of about MAX_GRID_PIXELS (20,000), or all points of a cloud.
+def _drawn(data: Frame | Cloud, random: np.random.Generator) -> Floats:
+    """Return SAMPLES points of a Frame or Cloud, (N, 3) m; those of a Frame from a grid of about MAX_GRID_PIXELS.
 
-    Returns
-    -------
-    (N, 3) m, N points, in the camera's optical frame for a Frame, in the frame of the cloud for a Cloud. Pixels without depth
-    give no point.
+    They are in the camera's optical frame for a Frame, in the frame of the cloud for a Cloud. Pixels without depth give no point.
     """
     if isinstance(data, Cloud):
-        return data.points
+        return data.points[_draw(len(data.points), random)]
     stride = max(1, int(np.sqrt(data.depth.size / MAX_GRID_PIXELS)))
     depth = data.depth[::stride, ::stride]
-    v, u = np.nonzero(depth)
-    return data.camera.unproject(np.column_stack((u, v)) * stride, depth[v, u])
+    v, u = np.nonzero(depth != 0)
+    chosen = _draw(len(v), random)
+    return data.camera.unproject(np.column_stack((u[chosen], v[chosen])) * stride, depth[v[chosen], u[chosen]])

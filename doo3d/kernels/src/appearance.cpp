@@ -1,0 +1,122 @@
+// Log-odds of colors: how frequent a color is on an object over how frequent it is around it, from histograms.
+#include "appearance.h"
+
+#include <algorithm>
+#include <array>
+
+namespace {
+
+using Histogram = std::vector<double>;  // of COLOR_CELLS cells
+
+// Sum by halves down to 128 values, those in eight lanes: the order of NumPy, whose error grows with the logarithm of the size.
+double pairwise_sum(const double* values, Index size) {
+    if (size > 128) return pairwise_sum(values, size / 2) + pairwise_sum(values + size / 2, size / 2);
+    std::array<double, 8> lane;
+    std::copy(values, values + lane.size(), lane.begin());
+    for (Index i = lane.size(); i < size; ++i) lane[i % lane.size()] += values[i];
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
+
+// Convolve a histogram along one axis with a symmetric kernel, half of which is given, the middle first; edge cells are repeated.
+Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half) {
+    Histogram to(from.size());
+    count_visits(COLOR_CELLS * Index(half.shape(0)));
+    for (Index start = 0; start < COLOR_CELLS; start += step * COLOR_LEVELS) {
+        for (Index i = 0; i < COLOR_LEVELS; ++i) {
+            double* out = &to[start + i * step];
+            const double* middle = &from[start + i * step];
+            for (Index j = 0; j < step; ++j) out[j] = middle[j] * half(0);
+            for (Index k = Index(half.shape(0)) - 1; k > 0; --k) {
+                const double* before = &from[start + std::max<Index>(i - k, 0) * step];
+                const double* after = &from[start + std::min(i + k, COLOR_LEVELS - 1) * step];
+                for (Index j = 0; j < step; ++j) out[j] += (before[j] + after[j]) * half(k);
+            }
+        }
+    }
+    return to;
+}
+
+// Return the smoothed frequencies of the cells, none of them 0.
+Histogram frequencies(Histogram counts, const Vector<double>& half, double least) {
+    for (Index step = COLOR_CELLS / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
+    const double sum = std::max(pairwise_sum(counts.data(), COLOR_CELLS), 1e-9);
+    for (double& value : counts) value = value / sum + least;
+    return counts;
+}
+
+// Return the median, over the pixels counted, of the values of their cells; with an even number the mean of the middle two.
+float median_of(const std::vector<float>& values, const Histogram& counts) {
+    std::vector<std::pair<float, double>> cells;
+    double total = 0.0;
+    for (Index i = 0; i < COLOR_CELLS; ++i) {
+        if (counts[i] > 0) cells.emplace_back(values[i], counts[i]);
+        total += counts[i];
+    }
+    if (cells.empty()) return 0.0f;
+    std::sort(cells.begin(), cells.end());
+    const auto at = [&](double rank) {  // from 0
+        std::size_t i = 0;
+        for (double seen = cells[0].second; seen <= rank; seen += cells[i].second) ++i;
+        return cells[i].first;
+    };
+    return (at(std::floor((total - 1) / 2)) + at(std::floor(total / 2))) / 2;
+}
+
+struct Shades {
+    std::vector<std::array<Byte, 256>> dimmed;  // each value of a channel in each shade
+    explicit Shades(const Vector<double>& shades) : dimmed(shades.shape(0)) {
+        for (std::size_t k = 0; k < dimmed.size(); ++k) {
+            for (Index value = 0; value < 256; ++value) dimmed[k][value] = Byte(double(value) * shades(k));
+        }
+    }
+};
+
+// Count the colors of the surround: each as seen, and as a share of it in each shade.
+Histogram count_surround(const Byte* color, const Vector<std::int64_t>& pixels, const Shades& shades, double share) {
+    Histogram seen(COLOR_CELLS, 0.0), shaded(COLOR_CELLS, 0.0);
+    count_visits(Index(pixels.shape(0)) * Index(1 + shades.dimmed.size()));
+    for (std::size_t i = 0; i < pixels.shape(0); ++i) {
+        const Byte* rgb = color + CHANNELS * pixels(i);
+        ++seen[color_cell(rgb)];
+        for (const auto& dimmed : shades.dimmed) {
+            const Byte darker[] = {dimmed[rgb[0]], dimmed[rgb[1]], dimmed[rgb[2]]};
+            ++shaded[color_cell(darker)];
+        }
+    }
+    for (Index i = 0; i < COLOR_CELLS; ++i) seen[i] += share * shaded[i];
+    return seen;
+}
+
+void check_pixels(const Vector<std::int64_t>& pixels, const Volume<Byte>& color) {
+    const Index size = color.shape(0) * color.shape(1);
+    for (std::size_t i = 0; i < pixels.shape(0); ++i) require(pixels(i) >= 0 && pixels(i) < size, "a pixel lies outside of the image");
+}
+
+auto color_log_odds(Volume<Byte> color, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades,
+                    double shade_share, Vector<double> kernel, double least) {
+    require(color.shape(2) == CHANNELS, "color has to be (H, W, 3)");
+    require(kernel.shape(0) > 0, "the kernel is empty");
+    for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
+    check_pixels(object, color);
+    check_pixels(surround, color);
+    std::vector<float> odds(COLOR_CELLS);
+    float separation;
+    {
+        nb::gil_scoped_release release;
+        Histogram counts(COLOR_CELLS, 0.0);
+        count_visits(Index(object.shape(0)));
+        for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
+        const Histogram ours = frequencies(counts, kernel, least);
+        const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least);
+        for (Index i = 0; i < COLOR_CELLS; ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
+        separation = median_of(odds, counts);
+    }
+    return std::make_pair(to_numpy(std::move(odds)), separation);
+}
+
+}  // namespace
+
+void bind_appearance(nb::module_& m) {
+    m.def("color_log_odds", &color_log_odds, "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(),
+          "shade_share"_a, "kernel"_a.noconvert(), "least"_a);
+}

@@ -1,0 +1,110 @@
+// Crossings of polylines in the plane, and values along polylines.
+#include "cells.h"
+
+namespace {
+
+// A step of a polyline from one point to the next.
+struct Segment {
+    const double* start;
+    double step[2];
+    Index line, number;
+};
+
+double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
+
+// Return the segments whose points are finite.
+std::vector<Segment> visible_segments(const Matrix<double>& points, const Vector<Index>& bounds) {
+    std::vector<Segment> segments;
+    for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) {
+        for (Index i = bounds(c); i + 1 < bounds(c + 1); ++i) {
+            const double* start = points.data() + 2 * i;
+            const Segment segment{start, {start[2] - start[0], start[3] - start[1]}, Index(c), i - bounds(c)};
+            const double sum = start[0] + start[1] + segment.step[0] + segment.step[1];
+            if (std::isfinite(sum)) segments.push_back(segment);
+        }
+    }
+    return segments;
+}
+
+// Segments that cross have middles that are not farther apart than the longest is long.
+auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed) {
+    require(points.shape(1) == 2, "points are not (J, 2)");
+    check_bounds(bounds, points.shape(0));
+    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
+    std::vector<Index> lines, numbers, others;
+    std::vector<double> places, middles;
+    const std::vector<Segment> segments = visible_segments(points, bounds);
+    double square = 0.0;
+    for (const Segment& segment : segments) {
+        for (Index d = 0; d < 2; ++d) middles.push_back(segment.start[d] + segment.step[d] / 2);
+        square = std::max(square, segment.step[0] * segment.step[0] + segment.step[1] * segment.step[1]);
+    }
+    const double reach = 1.000001 * std::sqrt(square);
+    const auto are_apart = [&](const Segment& one, const Segment& other) {
+        if (one.line != other.line) return true;
+        const Index gap = std::abs(one.number - other.number), count = bounds(one.line + 1) - bounds(one.line) - 1;
+        return (closed(one.line) ? std::min(gap, count - gap) : gap) > 1;
+    };
+    const auto place = [&](const Segment& one, const Segment& other, double* t) {
+        const double offset[2] = {other.start[0] - one.start[0], other.start[1] - one.start[1]}, sine = cross(one.step, other.step);
+        if (sine == 0) return false;
+        t[0] = cross(offset, other.step) / sine;
+        t[1] = cross(offset, one.step) / sine;
+        return t[0] >= 0 && t[0] < 1 && t[1] >= 0 && t[1] < 1;
+    };
+    if (reach > 0 && std::isfinite(reach)) {
+        nb::gil_scoped_release released;
+        const Cells cells(middles.data(), Index(segments.size()), 2, reach / CELLS_PER_REACH);
+        for (Index i = 0; i < Index(segments.size()); ++i) {
+            others.clear();
+            double t[2];
+            cells.for_each_around(&middles[2 * i], reach, [&](Index k) {
+                const Index j = cells.order[k];
+                if (j > i && are_apart(segments[i], segments[j]) && place(segments[i], segments[j], t)) others.push_back(j);
+            });
+            std::sort(others.begin(), others.end());
+            for (const Index j : others) {
+                place(segments[i], segments[j], t);
+                lines.insert(lines.end(), {segments[i].line, segments[j].line});
+                numbers.insert(numbers.end(), {segments[i].number, segments[j].number});
+                places.insert(places.end(), {t[0], t[1]});
+            }
+        }
+    }
+    const std::size_t count = lines.size() / 2;
+    return std::make_tuple(to_numpy(std::move(lines), count, 2), to_numpy(std::move(numbers), count, 2), to_numpy(std::move(places), count, 2));
+}
+
+auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<bool> closed, Vector<Index> line, Vector<double> joint) {
+    const Index width = values.shape(1), size = line.shape(0);
+    check_bounds(bounds, values.shape(0));
+    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
+    require(Index(joint.shape(0)) == size, "line and joint have different lengths");
+    count_visits(size);
+    std::vector<double> result(size * width, NAN);
+    for (Index n = 0; n < size; ++n) {
+        const Index c = line(n);
+        require(c >= 0 && c < Index(closed.shape(0)), "a line is not among the polylines");
+        const Index count = bounds(c + 1) - bounds(c) - 1;
+        double at = joint(n);
+        if (count < 1 || !std::isfinite(at)) continue;
+        if (closed(c)) {
+            at = std::fmod(at, double(count));
+            if (at < 0) at += double(count);
+        } else if (at < 0 || at > double(count)) {
+            continue;
+        }
+        const Index index = std::min(Index(at), count - 1);
+        const double t = at - double(index), *first = values.data() + (bounds(c) + index) * width;
+        for (Index k = 0; k < width; ++k) result[n * width + k] = first[k] * (1 - t) + first[width + k] * t;
+    }
+    return to_numpy(std::move(result), size, width);
+}
+
+}  // namespace
+
+void bind_crossings(nb::module_& m) {
+    m.def("polyline_crossings", &polyline_crossings, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
+    m.def("interpolate_polylines", &interpolate_polylines, "values"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
+          "line"_a.noconvert(), "joint"_a.noconvert());
+}

@@ -1,0 +1,231 @@
+// A strand followed in an image beyond its end, by the colors across it.
+#include "arrays.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace {
+
+using Color = std::array<double, 3>;
+
+// Return the index (0 to size - 1) that an index one beyond is mirrored to.
+Index mirrored(Index i, Index size) { return size == 1 ? 0 : i < 0 ? 1 : i >= size ? size - 2 : i; }
+
+struct Position {
+    double u, v;
+};
+
+struct Settings {
+    Vector<double> across, beside, turns, shifts;  // radii, radii, radians, px
+    double step, profile_length, direction_length, min_extension, max_hidden;  // radii
+    double noise, max_distance, min_contrast, adaptation, contrast_weight, turn_weight;
+    Index lookahead;
+};
+
+class Follower {
+   public:
+    Follower(const Volume<Byte>& image, const Matrix<bool>& mask, double radius, const Settings& settings)
+        : image(image), mask(mask), radius(radius), settings(settings), height(image.shape(0)), width(image.shape(1)) {}
+
+    std::vector<double> follow(const Matrix<double>& joints, double max_length) {
+        start(joints);
+        std::vector<double> path{at.u, at.v};
+        const Index hidden = Index(settings.max_hidden / settings.step);
+        for (double length = 0.0; length < max_length * radius;) {
+            if (!find_step(1, 1) && !find_step(2, hidden)) break;  // where the strand is hidden, all positions beyond are tried
+            for (std::size_t i = 0; i < colors.size(); ++i) {
+                for (Index c = 0; c < 3; ++c) colors[i][c] = colors[i][c] + settings.adaptation * (taken.colors[i][c] - colors[i][c]);
+            }
+            at = taken.position, angle = angle + taken.turn, length += taken.length;
+            path.insert(path.end(), {at.u, at.v});
+            if (!(at.u >= 0 && at.v >= 0 && at.u <= double(width - 1) && at.v <= double(height - 1))) break;
+            const Index pixel = Index(std::nearbyint(at.v)) * width + Index(std::nearbyint(at.u));
+            if (length > settings.min_extension * radius && bytes_of(mask)[pixel]) break;
+        }
+        return path;
+    }
+
+   private:
+    // What is seen at a distance ahead: the position, the colors across it, and their distances from those so far.
+    struct Sight {
+        Position position;
+        std::vector<Color> colors;
+        double distance;
+        std::array<double, 2> contrast;  // of the background on either side
+    };
+    struct Step {
+        Position position;
+        double turn, length;
+        std::vector<Color> colors;
+    };
+
+    const Volume<Byte>& image;
+    const Matrix<bool>& mask;
+    double radius;
+    const Settings& settings;
+    Index height, width;
+    Position at{};
+    double angle = 0.0;
+    std::vector<Color> colors;  // across the strand so far
+    Color variance{};           // along it
+    Step taken;
+
+    // Return the color of the pixel nearest to a position, blurred by the weights 1, 2, 1 along rows and columns.
+    Color read(double u, double v) const {
+        const Index x = Index(std::clamp(std::nearbyint(u), 0.0, double(width - 1)));
+        const Index y = Index(std::clamp(std::nearbyint(v), 0.0, double(height - 1)));
+        std::array<int, 3> sum{};
+        for (Index dy = -1; dy <= 1; ++dy) {
+            const Byte* row = image.data() + 3 * mirrored(y + dy, height) * width;
+            for (Index dx = -1; dx <= 1; ++dx) {
+                const Byte* pixel = row + 3 * mirrored(x + dx, width);
+                for (Index c = 0; c < 3; ++c) sum[c] += (2 - std::abs(int(dy))) * (2 - std::abs(int(dx))) * pixel[c];
+            }
+        }
+        return {double((sum[0] + 8) >> 4), double((sum[1] + 8) >> 4), double((sum[2] + 8) >> 4)};
+    }
+
+    Color read(const Position& p, const Position& lateral, double radii) const {
+        return read(p.u + lateral.u * radius * radii, p.v + lateral.v * radius * radii);
+    }
+
+    // Take position, direction, colors and their variance from the last joints of a chain.
+    void start(const Matrix<double>& joints) {
+        const auto joint = [&](Index i) { return Position{joints.data()[2 * i], joints.data()[2 * i + 1]}; };
+        const Index last = Index(joints.shape(0)) - 1;
+        const auto segment = [&](Index i) { return Position{joint(i + 1).u - joint(i).u, joint(i + 1).v - joint(i).v}; };
+        const auto length = [](const Position& p) { return std::sqrt(p.u * p.u + p.v * p.v); };
+        const auto first = [&](double radii) {
+            const double count = std::ceil(radii * radius / length(segment(last - 1)));
+            return last - Index(std::clamp(count, 1.0, double(last)));
+        };
+        const Index begin = first(settings.profile_length), from = std::max(begin, first(settings.direction_length));
+        at = joint(last);
+        angle = std::atan2(at.v - joint(from).v, at.u - joint(from).u);
+        const double size = length(segment(begin));
+        if (!(size > 0)) throw std::invalid_argument("two joints lie at the same place");
+        const double end = std::max(double(last - begin) * size - radius, 1.0);  // the mask may end slantwise in the last radius
+        std::vector<std::vector<Color>> rows;
+        for (Index k = 0; double(k) < end; ++k) {
+            const Index index = std::min(Index(double(k) / size), last - begin - 1);
+            const Position forward{segment(begin + index).u / size, segment(begin + index).v / size}, lateral{-forward.v, forward.u};
+            const double beyond = double(k) - double(index) * size;
+            const Position middle{joint(begin + index).u + forward.u * beyond, joint(begin + index).v + forward.v * beyond};
+            rows.emplace_back();
+            for (std::size_t i = 0; i < settings.across.shape(0); ++i) rows.back().push_back(read(middle, lateral, settings.across(i)));
+        }
+        measure(rows);
+    }
+
+    // Set the mean colors across the strand, and the mean of their variances along it.
+    void measure(const std::vector<std::vector<Color>>& rows) {
+        const double count = double(rows.size()), size = double(settings.across.shape(0));
+        colors.assign(settings.across.shape(0), Color{});
+        variance = Color{};
+        for (Index c = 0; c < 3; ++c) {
+            for (std::size_t i = 0; i < colors.size(); ++i) {
+                double sum = 0.0, squares = 0.0;
+                for (const auto& row : rows) sum += row[i][c];
+                colors[i][c] = sum / count;
+                for (const auto& row : rows) squares += (row[i][c] - colors[i][c]) * (row[i][c] - colors[i][c]);
+                variance[c] += squares / count;
+            }
+            variance[c] = variance[c] / size + settings.noise * settings.noise;
+        }
+    }
+
+    // Return the mean squared difference of two colors, in variances.
+    double distance(const Color& one, const Color& other) const {
+        double sum = 0.0;
+        for (Index c = 0; c < 3; ++c) sum += (one[c] - other[c]) * (one[c] - other[c]) / variance[c];
+        return sum / 3;
+    }
+
+    Sight look(const Position& forward, const Position& lateral, double ahead, double shift) const {
+        Sight sight;
+        count_visits(9 * Index(colors.size() + settings.beside.shape(0)));
+        sight.position = {at.u + forward.u * ahead + lateral.u * shift, at.v + forward.v * ahead + lateral.v * shift};
+        double sum = 0.0;
+        for (std::size_t i = 0; i < colors.size(); ++i) {
+            sight.colors.push_back(read(sight.position, lateral, settings.across(i)));
+            sum += distance(sight.colors[i], colors[i]);
+        }
+        sight.distance = sum / double(colors.size());
+        const std::size_t half = settings.beside.shape(0) / 2;
+        sight.contrast = {0.0, 0.0};
+        for (std::size_t k = 0; k < 2 * half; ++k) {
+            const Color background = read(sight.position, lateral, settings.beside(k));
+            double least = std::numeric_limits<double>::infinity();
+            for (const Color& own : colors) least = std::min(least, distance(background, own));
+            sight.contrast[k / half] += least;
+        }
+        for (double& side : sight.contrast) side /= double(half);
+        return sight;
+    }
+
+    // Find the nearest of `count` steps from the `first` on at which the strand is seen, in the best direction.
+    bool find_step(Index first, Index count) {
+        const Index turns = settings.turns.shape(0), shifts = settings.shifts.shape(0), ways = turns * shifts;
+        std::vector<std::vector<Sight>> seen(ways);
+        const auto ahead = [&](Index k) { return settings.step * radius * double(first + k); };
+        for (Index k = 0; k < count; ++k) {
+            double best_cost = std::numeric_limits<double>::infinity(), best_distance = 0.0, best_contrast = 0.0;
+            Index best = 0;
+            for (Index way = 0; way < ways; ++way) {
+                const double turn = settings.turns(way / shifts), heading = angle + turn;
+                const Position forward{std::cos(heading), std::sin(heading)}, lateral{-forward.v, forward.u};
+                while (Index(seen[way].size()) < k + settings.lookahead) {
+                    seen[way].push_back(look(forward, lateral, ahead(Index(seen[way].size())), settings.shifts(way % shifts)));
+                }
+                double distance = 0.0;
+                std::array<double, 2> sides{};
+                for (Index j = k; j < k + settings.lookahead; ++j) {
+                    distance += seen[way][j].distance;
+                    for (Index side = 0; side < 2; ++side) sides[side] += seen[way][j].contrast[side];
+                }
+                distance /= double(settings.lookahead);
+                const double contrast = std::min(sides[0] / double(settings.lookahead), sides[1] / double(settings.lookahead));
+                const double share = turn / settings.turns(turns - 1);
+                double cost = distance - settings.contrast_weight * std::min(contrast, settings.max_distance + settings.min_contrast);
+                cost += settings.turn_weight * (share * share);
+                if (cost < best_cost) best_cost = cost, best_distance = distance, best_contrast = contrast, best = way;
+            }
+            if (best_distance <= settings.max_distance && best_contrast >= best_distance + settings.min_contrast) {
+                taken = {seen[best][k].position, settings.turns(best / shifts), ahead(k), seen[best][k].colors};
+                return true;
+            }
+        }
+        return false;
+    }
+};
+
+auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length,
+                   const std::tuple<Vector<double>, Vector<double>, Vector<double>, Vector<double>>& tried,
+                   Index lookahead, Vector<double> numbers) {
+    require(image.shape(2) == 3 && image.shape(0) == mask.shape(0) && image.shape(1) == mask.shape(1), "image and mask do not fit");
+    require(image.shape(0) > 0 && image.shape(1) > 0, "the image is empty");
+    require(joints.shape(0) > 1 && joints.shape(1) == 2, "joints has to be (N, 2) with two joints at least");
+    require(radius > 0 && std::isfinite(max_length * radius), "the radius is not positive, or the length not finite");
+    require(numbers.shape(0) == 11 && numbers(0) >= 0.01 && lookahead > 0, "numbers has to be (11,), with steps of 0.01 radii at least");
+    const auto& [across, beside, turns, shifts] = tried;
+    require(across.shape(0) && turns.shape(0) && shifts.shape(0), "nothing is tried");
+    require(beside.shape(0) && beside.shape(0) % 2 == 0, "the background is not read on both sides");
+    for (std::size_t i = 0; i < 2 * joints.shape(0); ++i) require(std::abs(joints.data()[i]) < 1e6, "a joint is not finite, or too far away");
+    const Settings settings{across, beside, turns, shifts, numbers(0), numbers(1), numbers(2), numbers(3), numbers(4),
+                            numbers(5), numbers(6), numbers(7), numbers(8), numbers(9), numbers(10), lookahead};
+    std::vector<double> path;
+    {
+        nb::gil_scoped_release release;
+        path = Follower(image, mask, radius, settings).follow(joints, max_length);
+    }
+    const std::size_t count = path.size() / 2;
+    return to_numpy(std::move(path), count, 2);
+}
+
+}  // namespace
+
+void bind_follow_strand(nb::module_& m) {
+    m.def("follow_strand", &follow_strand, "image"_a.noconvert(), "mask"_a.noconvert(), "joints"_a.noconvert(), "radius"_a, "max_length"_a,
+          "tried"_a, "lookahead"_a, "numbers"_a.noconvert());
+}

@@ -1,0 +1,310 @@
+// The edge of a mask, and where the colors of the image say that it is: on bits and on the runs of rows near the mask only.
+#include "appearance.h"
+#include "bit_image.h"
+
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+namespace {
+
+constexpr double STRAIGHT = 0.955;  // px; chamfer distance of OpenCV (DIST_L2, 3 x 3) between pixels side by side,
+constexpr double DIAGONAL = 1.3693;  // and across a corner
+
+// Return half the widths of the pixels within a chamfer distance of one, in its row and in the rows above and below.
+std::vector<Index> chamfer_ball(double px) {
+    std::vector<Index> half_widths;
+    for (Index row = 0; row * STRAIGHT <= px; ++row) {
+        Index column = 0;
+        while (std::min(row, column + 1) * DIAGONAL + std::abs(row - column - 1) * STRAIGHT <= px) ++column;
+        half_widths.push_back(column);
+    }
+    return half_widths;
+}
+
+void require_color(const Volume<Byte>& color, Index height, Index width) {
+    const bool fits = Index(color.shape(0)) == height && Index(color.shape(1)) == width && color.shape(2) == CHANNELS;
+    require(fits, "color does not have the shape (H, W, 3)");
+}
+
+BitImage edge_of(const BitImage& mask) {
+    BitImage edge = (~mask).dilated(SQUARE);
+    return edge &= mask;
+}
+
+// A pixel (v, u) of the edge, and the unit vector from the mask to what is around it.
+struct Outwards {
+    Index v, u;
+    double dv, du;
+};
+
+// Return at which step from -reach to reach px along a line the color changes most, of equal ones the first.
+Index largest_step(const Volume<Byte>& color, const Outwards& line, Index reach) {
+    const auto pixel = [&](Index along) {
+        const Index v = Index(std::nearbyint(line.v + line.dv * along)), u = Index(std::nearbyint(line.u + line.du * along));
+        return color.data() + CHANNELS * (v * Index(color.shape(1)) + u);
+    };
+    Index at = -reach;
+    int largest = -1;
+    for (Index along = -reach; along < reach; ++along) {
+        const Byte *one = pixel(along), *other = pixel(along + 1);
+        int step = 0;
+        for (Index k = 0; k < CHANNELS; ++k) step += std::abs(int(one[k]) - int(other[k]));
+        if (step > largest) largest = step, at = along;
+    }
+    return at;
+}
+
+double off_edge_share(Matrix<bool> mask, Volume<Byte> color, Index reach) {
+    const Index height = mask.shape(0), width = mask.shape(1), margin = 2 * reach, every = 2 * reach + 1;
+    require_color(color, height, width);
+    require(reach > 0, "reach is not positive");
+    nb::gil_scoped_release release;
+    const Crop crop = cropped(mask, 1);
+    Index ahead = 0, sampled = 0, off = 0;
+    edge_of(crop.bits).for_each_run([&](Index row, Index start, Index end) {
+        for (; ahead < end - start; ahead += every) {
+            const Index v = row + crop.top, u = start + ahead + crop.left;
+            if (u < margin || v < margin || u >= width - margin || v >= height - margin) continue;
+            Index dv = 0, du = 0;
+            for (Index y = -reach; y <= reach; ++y) {
+                const Byte* line = bytes_of(mask) + (v + y) * width + u;
+                for (Index x = -reach; x <= reach; ++x) {
+                    if (line[x]) dv -= y, du -= x;
+                }
+            }
+            if (!dv && !du) continue;
+            const double size = std::sqrt(double(dv * dv + du * du));
+            ++sampled;
+            count_visits((margin + 1) * (margin + 1));
+            off += std::abs(largest_step(color, {v, u, dv / size, du / size}, reach)) > 1;
+        }
+        ahead -= end - start;
+    });
+    return sampled ? double(off) / double(sampled) : 0.0;
+}
+
+// A connected part of a mask as runs of its rows, and its number of pixels.
+struct Part {
+    std::vector<Run> runs;
+    Index size = 0;
+};
+
+// Return the parts of a mask, connected by sides or corners: runs are joined with those of the row above that they touch.
+std::vector<Part> parts_of(const BitImage& mask) {
+    std::vector<Run> runs;
+    mask.for_each_run([&](Index row, Index start, Index end) {
+        runs.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
+    });
+    RunSets sets = connected(runs, 1);
+    std::vector<Part> parts(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        Part& part = parts[sets.root(std::int32_t(i))];
+        part.runs.push_back(runs[i]);
+        part.size += runs[i].end - runs[i].start;
+    }
+    return parts;
+}
+
+// Return the largest chamfer distance of the pixels of a part from those that are not in it; beyond the image there are none.
+double thickness(const Part& part, const BitImage& image) {
+    Index left = image.width, right = 0;
+    for (const Run& run : part.runs) left = std::min<Index>(left, run.start), right = std::max<Index>(right, run.end);
+    const Index top = part.runs.front().row, height = part.runs.back().row + 1 - top, across = right - left + 2;
+    std::vector<double> distance((height + 2) * across, 0.0);
+    count_visits(Index(distance.size()) + 2 * part.size);
+    const double FAR = std::numeric_limits<double>::max() / 2;
+    for (Index y = 0; y < height + 2; ++y) {
+        for (Index x = 0; x < across; ++x) {
+            const Index v = y + top - 1, u = x + left - 1;
+            if (v < 0 || u < 0 || v >= image.height || u >= image.width) distance[y * across + x] = FAR;
+        }
+    }
+    const auto relax = [&](Index at, Index forward) {
+        const double straight = std::min(distance[at - forward], distance[at - forward * across]) + STRAIGHT;
+        return std::min(straight, std::min(distance[at - forward * (across + 1)], distance[at - forward * (across - 1)]) + DIAGONAL);
+    };
+    const auto index = [&](const Run& run, Index x) { return (run.row - top + 1) * across + x - left + 1; };
+    for (const Run& run : part.runs) {
+        for (Index x = run.start; x < run.end; ++x) distance[index(run, x)] = FAR;
+    }
+    for (const Run& run : part.runs) {
+        for (Index x = run.start; x < run.end; ++x) distance[index(run, x)] = std::min(FAR, relax(index(run, x), 1));
+    }
+    double largest = 0.0;
+    for (auto run = part.runs.rbegin(); run != part.runs.rend(); ++run) {
+        for (Index x = run->end - 1; x >= run->start; --x) {
+            double& value = distance[index(*run, x)];
+            value = std::min(value, relax(index(*run, x), -1));
+            largest = std::max(largest, value);
+        }
+    }
+    return largest;
+}
+
+// Return the index (0 to size - 1) that an index beyond is mirrored to, at the middle of the first and the last pixel.
+Index mirrored(Index i, Index size) {
+    while (size > 1 && (i < 0 || i >= size)) i = i < 0 ? -i : 2 * (size - 1) - i;
+    return size > 1 ? i : 0;
+}
+
+// The edge of a mask that moves within a band around it. All is in the box of the mask and its ring: distances are dilations of
+// bits, samples are steps through runs, and log-odds are looked up and smoothed in the rows near the band, seven at a time.
+class MaskEdge {
+   public:
+    MaskEdge(Matrix<bool> mask, double band_px, double ring_px) : height(mask.shape(0)), width(mask.shape(1)) {
+        require(band_px >= 0 && ring_px >= band_px && std::isfinite(ring_px), "band_px and ring_px are no distances in this order");
+        nb::gil_scoped_release release;
+        const Index margin = std::max<Index>(Index(ring_px), 1);
+        Crop crop = cropped(mask, margin);
+        part = std::move(crop.bits), top = crop.top, left = crop.left;
+        room = margin - Index(band_px / STRAIGHT);
+        band = part.dilated(chamfer_ball(band_px));
+        surround = ~band;
+        surround &= ring = part.dilated(chamfer_ball(ring_px));
+        found = part;
+    }
+
+    auto inside() const {
+        std::vector<std::int64_t> pixels;
+        {
+            nb::gil_scoped_release release;
+            const BitImage core = found.eroded(SQUARE);
+            pixels = pixels_of(core.any() ? core : found, 1);
+        }
+        return to_numpy(std::move(pixels));
+    }
+
+    auto around(Index most) const {
+        require(most > 0, "no pixel is wanted");
+        std::vector<std::int64_t> pixels;
+        {
+            nb::gil_scoped_release release;
+            pixels = pixels_of(surround, std::max<Index>(1, surround.count() / most));
+        }
+        return to_numpy(std::move(pixels));
+    }
+
+    void move(Volume<Byte> color, Vector<float> log_odds, Vector<float> kernel) {
+        const Index reach = Index(kernel.shape(0)) / 2;
+        require_color(color, height, width);
+        require(Index(log_odds.shape(0)) == COLOR_CELLS, "log_odds has to have a value for each cell of colors");
+        require(kernel.shape(0) % 2 == 1 && reach <= room, "the kernel has no middle, or is wider than the ring");
+        nb::gil_scoped_release release;
+        const BitImage rows = band.dilated(std::vector<Index>(reach + 1, 0));
+        BitImage likely(found.height, found.width);
+        std::vector<std::vector<float>> lines(2 * reach + 1, std::vector<float>(found.width));  // the last rows, smoothed along
+        std::vector<float> odds, sums(found.width);
+        for (Index next = 0; next < found.height + reach; ++next) {
+            if (next < found.height) {
+                rows.for_each_run_of(next, [&](Index start, Index end) {
+                    count_visits((end - start) * Index(kernel.shape(0)));
+                    read_odds(color, log_odds, next, start - reach, end + reach, odds);
+                    smooth_along(odds, kernel, &lines[next % lines.size()][start], end - start);
+                });
+            }
+            const Index row = next - reach;
+            if (row < 0) continue;
+            band.for_each_run_of(row, [&](Index start, Index end) {
+                count_visits((end - start) * Index(kernel.shape(0)));
+                smooth_across(lines, row, kernel, start, end, sums);
+                for (Index x = start; x < end; ++x) {
+                    if (sums[x - start] > 0) likely.set(row, x);
+                }
+            });
+        }
+        found = std::move(likely);
+        surround = ~found.dilated(SQUARE);
+        surround &= ring;
+    }
+
+    void restore_parts(double min_thickness, double min_elongation) {
+        nb::gil_scoped_release release;
+        BitImage dropped = ~found;
+        dropped &= part;
+        for (const Part& lost : parts_of(dropped)) {
+            if (double(lost.size) <= min_elongation * min_thickness * min_thickness) continue;
+            const double thickest = thickness(lost, part);
+            if (thickest <= min_thickness || double(lost.size) <= min_elongation * thickest * thickest) continue;
+            for (const Run& run : lost.runs) found.set_run(run.row, run.start, run.end);
+        }
+    }
+
+    double raggedness() const {
+        nb::gil_scoped_release release;
+        BitImage beyond = ~part.dilated(CROSS), within = part.eroded(CROSS);
+        beyond &= found;
+        within &= ~found;
+        const Index edge = edge_of(part).count();
+        return edge ? double(beyond.count() + within.count()) / double(edge) : 0.0;
+    }
+
+    auto mask() const {
+        const std::size_t size = std::max<Index>(height * width, 1);
+        auto* pixels = static_cast<bool*>(std::calloc(size, sizeof(bool)));  // the system hands out zeros where nothing is written
+        if (!pixels) throw std::bad_alloc();
+        nb::capsule owner(pixels, [](void* p) noexcept { std::free(p); });
+        found.for_each_run([&](Index row, Index start, Index end) {
+            bool* line = pixels + (row + top) * width + left;
+            std::fill(line + start, line + end, true);
+        });
+        return MatrixResult<bool>(pixels, {std::size_t(height), std::size_t(width)}, owner);
+    }
+
+   private:
+    Index height, width, top = 0, left = 0, room = 0;  // `left` and `top` of the box that the images of bits are of
+    BitImage part, band, ring, found, surround;
+
+    // Return every so manyth pixel of an image of bits as row-major indices of the whole image.
+    std::vector<std::int64_t> pixels_of(const BitImage& image, Index every) const {
+        std::vector<std::int64_t> pixels;
+        Index ahead = 0;
+        image.for_each_run([&](Index row, Index start, Index end) {
+            for (; ahead < end - start; ahead += every) pixels.push_back((row + top) * width + left + start + ahead);
+            ahead -= end - start;
+        });
+        return pixels;
+    }
+
+    // Read the log-odds of the colors in columns [start, end) of a row; beyond the box they are mirrored.
+    void read_odds(const Volume<Byte>& color, const Vector<float>& log_odds, Index row, Index start, Index end,
+                   std::vector<float>& odds) const {
+        const Byte* line = color.data() + CHANNELS * ((row + top) * width + left);
+        odds.resize(end - start);
+        for (Index x = start; x < end; ++x) odds[x - start] = log_odds(color_cell(line + CHANNELS * mirrored(x, found.width)));
+    }
+
+    static void smooth_along(const std::vector<float>& odds, const Vector<float>& kernel, float* line, Index size) {
+        std::fill(line, line + size, 0.0f);
+        for (std::size_t k = 0; k < kernel.shape(0); ++k) {
+            const float weight = kernel(k);
+            for (Index x = 0; x < size; ++x) line[x] += weight * odds[x + k];
+        }
+    }
+
+    void smooth_across(const std::vector<std::vector<float>>& lines, Index row, const Vector<float>& kernel, Index start, Index end,
+                       std::vector<float>& sums) const {
+        const Index reach = Index(kernel.shape(0)) / 2, size = end - start;
+        const auto line = [&](Index y) { return &lines[mirrored(y, found.height) % Index(lines.size())][start]; };
+        const float* middle = line(row);
+        for (Index x = 0; x < size; ++x) sums[x] = kernel(reach) * middle[x];
+        for (Index k = 1; k <= reach; ++k) {
+            const float weight = kernel(reach + k), *above = line(row - k), *below = line(row + k);
+            for (Index x = 0; x < size; ++x) sums[x] += weight * (below[x] + above[x]);
+        }
+    }
+};
+
+}  // namespace
+
+void bind_mask_edge(nb::module_& m) {
+    m.def("off_edge_share", &off_edge_share, "mask"_a.noconvert(), "color"_a.noconvert(), "reach"_a);
+    nb::class_<MaskEdge>(m, "MaskEdge")
+        .def(nb::init<Matrix<bool>, double, double>(), "mask"_a.noconvert(), "band_px"_a, "ring_px"_a)
+        .def("inside", &MaskEdge::inside)
+        .def("around", &MaskEdge::around, "most"_a)
+        .def("move", &MaskEdge::move, "color"_a.noconvert(), "log_odds"_a.noconvert(), "kernel"_a.noconvert())
+        .def("restore_parts", &MaskEdge::restore_parts, "min_thickness"_a, "min_elongation"_a)
+        .def("raggedness", &MaskEdge::raggedness)
+        .def("mask", &MaskEdge::mask);
+}

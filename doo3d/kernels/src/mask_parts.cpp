@@ -1,0 +1,162 @@
+// The parts of a mask and their half-widths, and the pixels near others.
+#include "mask_runs.h"
+
+#include <limits>
+
+namespace {
+
+constexpr float STRAIGHT = 0.955f, DIAGONAL = 1.3693f;  // the chamfer distance of 3 x 3 pixels
+
+// Return the value at a share of sorted values, between neighbors as NumPy's percentile does.
+float percentile(std::vector<float>& values, double share) {
+    const double at = share * double(values.size() - 1);
+    const auto low = std::size_t(at);
+    std::nth_element(values.begin(), values.begin() + low, values.end());
+    const float first = values[low];
+    if (low + 1 == values.size()) return first;
+    return first + float(at - double(low)) * (*std::min_element(values.begin() + low + 1, values.end()) - first);
+}
+
+auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_pixels) {
+    const Index height = mask.shape(0), width = mask.shape(1);
+    count_bytes(height * width);
+    count_visits(Index(asked_pixels.shape(0)));
+    BitMask asked(height, width);
+    for (std::size_t i = 0; i < asked_pixels.shape(0); ++i) {
+        require(asked_pixels(i) >= 0 && asked_pixels(i) < height * width, "a pixel asked for is not in the mask");
+        asked.set(asked_pixels(i) / width, asked_pixels(i) % width);
+    }
+    MeasuredParts found;
+    {
+        nb::gil_scoped_release released;
+        found = measure(Parts(runs_of(bytes_of(mask), height, width)), height, width, min_pixels, asked);
+    }
+    return found.to_python();
+}
+
+// The octagon around a pixel is a square of half-width `square` widened by a diamond of half-width `diamond`.
+auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::pair<Index, Index> shape, Index square, Index diamond) {
+    const Index height = shape.first, width = shape.second, reach = square + diamond;
+    require(height >= 0 && width >= 0 && square >= 0 && diamond >= 0, "shape, square or diamond is below 0");
+    const auto inside = [&](const Vector<std::int64_t>& some) {
+        for (std::size_t i = 0; i < some.shape(0); ++i) {
+            if (some(i) < 0 || some(i) >= height * width) return false;
+        }
+        return true;
+    };
+    require(inside(pixels) && inside(others), "a pixel is not in the image");
+    std::vector<Byte> near(pixels.shape(0), 0);
+    count_visits(Index(pixels.shape(0) + others.shape(0)));
+    {
+        nb::gil_scoped_release released;
+        BitMask set(height, width);
+        for (std::size_t i = 0; i < others.shape(0); ++i) set.set(others(i) / width, others(i) % width);
+        const auto any = [&](Index y, Index first, Index last) {
+            if (y < 0 || y >= height) return false;
+            first = std::max<Index>(first, 0);
+            last = std::min(last, width - 1);
+            for (Index byte = first / 8; byte <= last / 8; ++byte) {
+                const Index from = std::max<Index>(first - 8 * byte, 0), to = std::min<Index>(last - 8 * byte, 7);
+                if (set.at(y, byte) & (0xFF << from) & (0xFF >> (7 - to))) return true;
+            }
+            return false;
+        };
+        for (std::size_t i = 0; i < near.size(); ++i) {
+            const Index y = pixels(i) / width, x = pixels(i) % width;
+            for (Index away = 0; away <= reach && !near[i]; ++away) {
+                const Index half = reach - std::max<Index>(away - square, 0);
+                near[i] = any(y - away, x - half, x + half) || any(y + away, x - half, x + half);
+            }
+        }
+    }
+    return to_numpy_bool(near);
+}
+
+}  // namespace
+
+// Widen the distances of the pixels over a row's runs, from the row before (from the one after, and from the right, if not forward).
+void HalfWidths::pass(const Run* first, const Run* last, bool forward) {
+    const float unknown = std::numeric_limits<float>::max();
+    const Index step = forward ? 1 : -1, count = last - first;
+    const Index border = forward ? 0 : height - 1, start = (forward ? first : last - 1)->row;
+    for (Index y = -1; y < 2; ++y) beyond(y, unknown);
+    if (start == border) std::fill(row(start - step) - 1, row(start - step) + width + 1, unknown);
+    Index pixel = forward ? 0 : Index(distance.size()) - 1, clear = 0;
+    for (Index k = 0; k < count; ++k) {
+        const Run& run = forward ? first[k] : last[-1 - k];
+        if (k > 0 && run.row != (forward ? first[k - 1] : last[-k]).row) {  // forget the row before the last one
+            if (start == border && run.row == start + step) std::fill(row(start - step), row(start - step) + width, 0.0f);
+            for (; (forward ? first[clear] : last[-1 - clear]).row != run.row - step; ++clear) {
+                const Run& old = forward ? first[clear] : last[-1 - clear];
+                std::fill(row(old.row) + old.start, row(old.row) + old.end, 0.0f);
+            }
+        }
+        const float* before = row(run.row - step);
+        float* own = row(run.row);
+        for (Index x = forward ? run.start : run.end - 1; x >= run.start && x < run.end; x += step, pixel += step) {
+            const float least = std::min({before[x - step] + DIAGONAL, before[x] + STRAIGHT, before[x + step] + DIAGONAL,
+                                          own[x - step] + STRAIGHT});
+            own[x] = distance[pixel] = std::min(distance[pixel], least);
+        }
+    }
+    std::fill(values.begin(), values.end(), 0.0f);
+}
+
+// Collect the half-widths at the pixels that are as far from the edge as all around them.
+void HalfWidths::find_middle(const Run* first, const Run* last) {
+    const float* from = distance.data();
+    const Run *shown = first, *clear = first;
+    const auto show = [&](Index y) {
+        for (; shown != last && shown->row <= y; ++shown) {
+            std::copy(from, from + (shown->end - shown->start), row(shown->row) + shown->start);
+            from += shown->end - shown->start;
+        }
+    };
+    for (const Run* run = first; run != last; ++run) {
+        for (; clear->row < run->row - 1; ++clear) std::fill(row(clear->row) + clear->start, row(clear->row) + clear->end, 0.0f);
+        show(run->row + 1);
+        const float *up = row(run->row - 1), *own = row(run->row), *down = row(run->row + 1);
+        for (Index x = run->start; x < run->end; ++x) {
+            const float beside = std::max({up[x - 1], up[x], up[x + 1], own[x - 1], own[x + 1], down[x - 1], down[x], down[x + 1]});
+            if (own[x] >= beside - 1e-3f) middle.push_back(own[x] - 0.5f);
+        }
+    }
+    std::fill(values.begin(), values.end(), 0.0f);
+}
+
+std::pair<double, double> HalfWidths::operator()(const Parts& parts, Index part) {
+    const Run *first = parts.runs.data() + parts.starts[part], *last = parts.runs.data() + parts.starts[part + 1];
+    distance.assign(parts.sizes[part], std::numeric_limits<float>::max());
+    middle.clear();
+    pass(first, last, true);
+    pass(first, last, false);
+    find_middle(first, last);
+    if (middle.empty()) return {0.0, 0.0};
+    const double median = percentile(middle, 0.5);
+    return {median, percentile(middle, 0.85)};
+}
+
+MeasuredParts measure(const Parts& parts, Index height, Index width, Index min_pixels, const BitMask& asked) {
+    MeasuredParts found;
+    HalfWidths half_widths(height, width);
+    for (Index k = 0; k < parts.count(); ++k) {
+        bool holds = false;
+        for (Index i = parts.starts[k]; i < parts.starts[k + 1]; ++i) {
+            const Run& run = parts.runs[i];
+            for (Index x = run.start; x < run.end; ++x) {
+                found.pixels.push_back(run.row * width + x);
+                holds |= asked.has(run.row, x);
+            }
+        }
+        found.starts.push_back(std::int64_t(found.pixels.size()));
+        found.holds.push_back(holds);
+        const auto half = holds || parts.sizes[k] < min_pixels ? std::make_pair(0.0, 0.0) : half_widths(parts, k);
+        found.half.insert(found.half.end(), {half.first, half.second});
+    }
+    return found;
+}
+
+void bind_mask_parts(nb::module_& m) {
+    m.def("mask_parts", &mask_parts, "mask"_a.noconvert(), "min_pixels"_a, "asked"_a.noconvert());
+    m.def("near_pixels", &near_pixels, "pixels"_a.noconvert(), "others"_a.noconvert(), "shape"_a, "square"_a, "diamond"_a);
+}

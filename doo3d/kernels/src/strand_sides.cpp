@@ -1,0 +1,146 @@
+// A strand against what lies on both of its sides: whether it rises from them, and whether they have one color.
+#include "lab.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace {
+
+constexpr Index CHANNELS = 3;
+constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
+
+struct SideLimits {
+    double margin, min_reach, window, rise, max_noise, per_median, color_noise, max_edge;
+};
+
+// Median as NumPy's: the mean of the two in the middle of an even number.
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + values.size() / 2;
+    std::nth_element(values.begin(), middle, values.end());
+    if (values.size() % 2) return *middle;
+    return (*std::max_element(values.begin(), middle) + *middle) / 2;
+}
+
+double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? NONE : std::min(a, b); }
+
+// Samples along a strand in the view, with the pixels across each of them.
+struct Across {
+    const StridedMatrix<double>&view, &across;
+    const Vector<double>& reach;
+    const Matrix<bool>& mask;
+    SideLimits limits;
+
+    Index samples() const { return Index(reach.shape(0)); }
+    // Call `visit` with the row-major index of each pixel at some radii to a side of a sample, within the image; with a side of 0
+    // also of those in the mask.
+    template <class Visit>
+    void for_each(Index sample, const Vector<double>& radii, double side, Visit visit) const {
+        const Index height = mask.shape(0), width = mask.shape(1);
+        for (std::size_t i = 0; i < radii.shape(0); ++i) {
+            const double offset = side == 0 ? reach(sample) * radii(i) : side * (reach(sample) * radii(i) + limits.margin);
+            const double u = std::nearbyint(view(sample, 0) + offset * across(sample, 0));
+            const double v = std::nearbyint(view(sample, 1) + offset * across(sample, 1));
+            if (!(u >= 0 && v >= 0 && u < double(width) && v < double(height))) continue;
+            const Index pixel = Index(v) * width + Index(u);
+            if (side == 0 || !bytes_of(mask)[pixel]) visit(pixel);
+        }
+    }
+};
+
+double middle_reading(const Across& strand, const Matrix<float>& depth, Index sample, const Vector<double>& radii, double side) {
+    std::vector<float> readings;
+    strand.for_each(sample, radii, side, [&](Index pixel) {
+        if (depth.data()[pixel] > 0) readings.push_back(depth.data()[pixel]);
+    });
+    if (readings.empty()) return NONE;
+    std::sort(readings.begin(), readings.end());
+    return readings[(readings.size() - 1) / 2];
+}
+
+// Return by how much more than half of a strand does not rise from both sides, 0 to 1.
+double flat_share(const Across& strand, const Matrix<float>& depth, const Vector<double>& core, const Vector<double>& sides, double radius) {
+    std::vector<double> reach(strand.samples()), rise;
+    for (Index i = 0; i < strand.samples(); ++i) reach[i] = strand.reach(i);
+    if (median(reach) < strand.limits.min_reach) return 0.0;
+    for (Index i = 0; i < strand.samples(); ++i) {
+        const double beside = smaller(middle_reading(strand, depth, i, sides, -1), middle_reading(strand, depth, i, sides, 1));
+        const double height = beside - middle_reading(strand, depth, i, core, 0);
+        if (std::isfinite(height)) rise.push_back(height);
+    }
+    if (rise.empty()) return 0.0;
+    const Index count = Index(rise.size()), parts = std::max<Index>(1, count / std::max<Index>(1, Index(strand.limits.window)));
+    std::vector<double> of_window, away;
+    for (Index part = 0, first = 0; part < parts; ++part) {
+        const Index last = first + count / parts + (part < count % parts);
+        std::vector<double> window(rise.begin() + first, rise.begin() + last);
+        of_window.push_back(median(window));
+        first = last;
+    }
+    Index low = 0;
+    for (const double height : of_window) low += height < strand.limits.rise * radius;
+    const double share = double(low) / double(parts), middle = median(of_window);
+    for (const double height : of_window) away.push_back(std::fabs(height - middle));
+    const double noise = strand.limits.per_median * median(away);
+    return noise < strand.limits.max_noise * radius ? std::max(0.0, 2 * share - 1) : 0.0;
+}
+
+struct Color {
+    double lab[CHANNELS];
+    double operator-(const Color& other) const {
+        double square = 0;
+        for (Index k = 0; k < CHANNELS; ++k) square += (lab[k] - other.lab[k]) * (lab[k] - other.lab[k]);
+        return std::sqrt(square);
+    }
+};
+
+Color mean_color(const Across& strand, const Volume<Byte>& color, Index sample, const Vector<double>& radii, double side) {
+    const LabTables& to_lab = lab_tables();
+    int sums[CHANNELS] = {}, count = 0;
+    strand.for_each(sample, radii, side, [&](Index pixel) {
+        Byte lab[CHANNELS];
+        to_lab(color.data() + pixel * CHANNELS, lab);
+        for (Index k = 0; k < CHANNELS; ++k) sums[k] += lab[k];
+        ++count;
+    });
+    Color mean;
+    for (Index k = 0; k < CHANNELS; ++k) mean.lab[k] = count ? double(sums[k]) / count : NONE;
+    return mean;
+}
+
+// Return the difference of the colors on both sides over the contrast of the strand, in the median.
+double edge_ratio(const Across& strand, const Volume<Byte>& color, const Vector<double>& core, const Vector<double>& sides) {
+    std::vector<double> ratios;
+    for (Index i = 0; i < strand.samples(); ++i) {
+        const Color own = mean_color(strand, color, i, core, 0), left = mean_color(strand, color, i, sides, -1);
+        const Color right = mean_color(strand, color, i, sides, 1);
+        const double ratio = (left - right) / (smaller(own - left, own - right) + strand.limits.color_noise);
+        if (std::isfinite(ratio)) ratios.push_back(ratio);
+    }
+    return ratios.empty() ? 0.0 : std::min(median(ratios), strand.limits.max_edge);
+}
+
+auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vector<double> reach, double radius, Matrix<float> depth,
+                  Volume<Byte> color, Matrix<bool> mask, Vector<double> core, Vector<double> sides, Vector<double> color_sides,
+                  Vector<double> limits) {
+    const std::size_t samples = reach.shape(0), height = mask.shape(0), width = mask.shape(1);
+    require(view.shape(0) == samples && view.shape(1) == 2, "view is not (S, 2)");
+    require(across.shape(0) == samples && across.shape(1) == 2, "across is not (S, 2)");
+    require(depth.shape(0) * depth.shape(1) == 0 || (depth.shape(0) == height && depth.shape(1) == width), "depth and mask differ in size");
+    const bool colored = color.shape(0) * color.shape(1) > 0;
+    require(!colored || (color.shape(0) == height && color.shape(1) == width && color.shape(2) == CHANNELS), "color is not (H, W, 3)");
+    require(samples > 0 && limits.shape(0) == 8, "there are no samples, or limits are not (8,)");
+    const Across strand{view, across, reach, mask,
+                        {limits(0), limits(1), limits(2), limits(3), limits(4), limits(5), limits(6), limits(7)}};
+    count_visits(Index(samples * (core.shape(0) + 2 * sides.shape(0) + 2 * color_sides.shape(0))));
+    nb::gil_scoped_release released;
+    const double flat = depth.shape(0) * depth.shape(1) > 0 ? flat_share(strand, depth, core, sides, radius) : 0.0;
+    return std::make_pair(flat, colored ? edge_ratio(strand, color, core, color_sides) : 0.0);
+}
+
+}  // namespace
+
+void bind_strand_sides(nb::module_& m) {
+    m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
+          "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
+          "color_sides"_a.noconvert(), "limits"_a.noconvert());
+}

@@ -1,0 +1,60 @@
+"""Log-odds of colors against histograms by NumPy and SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
+
+from doo3d.kernels import color_log_odds
+
+SHADES, SHARE, LEAST, SIGMA = np.array([0.85, 0.5]), 0.03, 1e-5, 0.6
+KERNEL = np.exp(-0.5 / SIGMA**2 * np.arange(3) ** 2)
+KERNEL /= KERNEL.sum() + KERNEL[1:].sum()
+
+
+def cells(colors):
+    level = (colors >> 4).astype(int)
+    return 256 * level[..., 0] + 16 * level[..., 1] + level[..., 2]
+
+
+def counts(colors):
+    return np.bincount(cells(colors), minlength=4096).astype(float)
+
+
+def frequencies(count):
+    smooth = gaussian_filter(count.reshape(16, 16, 16), SIGMA, mode="nearest").ravel()
+    return smooth / max(smooth.sum(), 1e-9) + LEAST
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 300), st.integers(0, 300))
+def test_log_odds_as_by_numpy(seed, ours, theirs):
+    random = np.random.default_rng(seed)
+    image = random.integers(0, random.integers(2, 257), (20, 30, 3), np.uint8)
+    inside, around = (random.integers(0, 600, size) for size in (ours, theirs))
+    found, separation = color_log_odds(image, inside, around, SHADES, SHARE, KERNEL, LEAST)
+    surround = image.reshape(-1, 3)[around]
+    background = counts(surround) + SHARE * sum(counts((surround * shade).astype(np.uint8)) for shade in SHADES)
+    expected = np.log(frequencies(counts(image.reshape(-1, 3)[inside])) / frequencies(background)).astype(np.float32)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
+    assert separation == np.median(found[cells(image.reshape(-1, 3)[inside])])
+
+
+def test_without_pixels_nothing_is_told():
+    none = np.zeros(0, np.int64)
+    found, separation = color_log_odds(np.zeros((2, 2, 3), np.uint8), none, none, SHADES, SHARE, KERNEL, LEAST)
+    assert not found.any()
+    assert separation == 0
+
+
+def test_pixels_beyond_the_image_are_refused():
+    image, some = np.zeros((2, 2, 3), np.uint8), np.array([0])
+    for pixels in (np.array([4]), np.array([-1])):
+        with pytest.raises(ValueError, match="pixel"):
+            color_log_odds(image, pixels, some, SHADES, SHARE, KERNEL, LEAST)
+        with pytest.raises(ValueError, match="pixel"):
+            color_log_odds(image, some, pixels, SHADES, SHARE, KERNEL, LEAST)
+    with pytest.raises(ValueError, match="shade"):
+        color_log_odds(image, some, some, np.array([1.5]), SHARE, KERNEL, LEAST)
