@@ -96,7 +96,9 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
             counts, _, covariances = neighborhood_spreads(strand, seeds, reach)
             thin, wide, length = np.linalg.eigvalsh(covariances.reshape(-1, 3, 3)).T
             long = (counts > 8) & (wide < length / 9)
-            radii += np.sqrt(np.maximum(wide, 1e-18) * (3 - np.minimum(1.0, thin / np.maximum(wide, 1e-18))))[long].tolist()
-            seeds = np.ascontiguousarray(seeds[~long])
+            if long.any():
+                thin, wide = thin[long], np.maximum(wide[long], 1e-18)
+                radii += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
+                seeds = np.ascontiguousarray(seeds[~long])
             reach *= 1.3
     return float(np.median(radii)) if radii else extent / 6

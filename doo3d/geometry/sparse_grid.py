@@ -34,11 +34,6 @@ class Cells:
     shape: tuple[int, ...]
     cell: Ints
 
-    @property
-    def coords(self) -> Ints:
-        """The index of each occupied cell along each axis of the box: (M, D) int64, in lexicographic order, as `keys` are."""
-        return unpack_keys(self.keys, self.shape)
-
     def sums(self, values: Floats) -> Floats:
         """Return the sums of the points' values in each cell.
 

@@ -879,7 +879,7 @@ def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> t
     middle : (S,) float64 m, mean offset
     variance : (S,) float64 m^2
     count : (S,) float64, number of points, after pooling
-    relative : (N,) float64, offset of each point from the middle in standard deviations
+    fourth : (N,) float64, fourth power of the offset of each point from the middle in standard deviations
     """
 
 def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> Floats:

@@ -109,14 +109,14 @@ def test_circles_without_neighbors_are_exactly_those_of_numpy(known):
 def test_spread_of_half_shells():
     rng = np.random.default_rng(5)
     sample, lateral = rng.integers(0, 29, 500), rng.normal(0.3, 1, 500)
-    middle, variance, count, relative = half_shell_spread(sample, lateral, PATH, 2)
+    middle, variance, count, fourth = half_shell_spread(sample, lateral, PATH, 2)
     number = np.bincount(sample, minlength=30)
     np.testing.assert_array_equal(count, pooled(number, 2))
     own = np.array(pooled(np.bincount(sample, lateral, 30), 2)) / np.maximum(count, 1e-9)
     np.testing.assert_allclose(middle, own)
     square = np.array(pooled(np.bincount(sample, (lateral - own[sample]) ** 2, 30), 2)) / np.maximum(count, 1e-9)
     np.testing.assert_allclose(variance, square)
-    np.testing.assert_allclose(relative, (lateral - own[sample]) / np.sqrt(square[sample]))
+    np.testing.assert_allclose(fourth, ((lateral - own[sample]) / np.sqrt(square[sample])) ** 4, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("viewpoint", [np.zeros(0), np.array([0.1, -3.0, 0.2])])

@@ -8,8 +8,7 @@ namespace {
 // The offsets of the nearest points from one of them, and their squared distances.
 struct Neighborhood {
     std::vector<double> x, y, z, square;
-    std::vector<Byte> inside;  // within 1.2 scales
-    Index size = 0, number = 0;
+    Index size = 0, number = 0;  // `number` of them are within 1.2 scales
 
     double along(Index k, const double* direction) const { return x[k] * direction[0] + y[k] * direction[1] + z[k] * direction[2]; }
 };
@@ -67,10 +66,9 @@ void best_direction(const Neighborhood& near, double scale, double width, Index 
         const double unit = norm > 0 ? norm : 1.0;
         const double tried[3] = {near.x[pick] / unit, near.y[pick] / unit, near.z[pick] / unit};
         double score = 0.0;
-        for (Index k = 0; k < near.size; ++k) {
+        for (Index k = 0; k < near.number; ++k) {
             const double axial = near.along(k, tried), lateral = near.square[k] - axial * axial;
-            const bool counts = near.inside[k] && std::fabs(axial) <= scale;
-            score += counts ? std::max(0.0, 1 - lateral / (width * width)) : 0.0;
+            score += std::fabs(axial) <= scale ? std::max(0.0, 1 - lateral / (width * width)) : 0.0;
         }
         if (score <= most) continue;
         most = score;
@@ -157,15 +155,13 @@ void fill(Neighborhood& near, const double* points, const double* at, const doub
     near.size = used;
     near.number = 0;
     for (auto* values : {&near.x, &near.y, &near.z, &near.square}) values->resize(used);
-    near.inside.resize(used);
     for (Index k = 0; k < used; ++k) {
         const double* p = points + 3 * index[k];
         near.x[k] = p[0] - at[0];
         near.y[k] = p[1] - at[1];
         near.z[k] = p[2] - at[2];
         near.square[k] = distance[k] * distance[k];
-        near.inside[k] = distance[k] <= 1.2 * scale;
-        near.number += near.inside[k];
+        if (distance[k] <= 1.2 * scale) near.number = k + 1;
     }
 }
 

@@ -48,13 +48,21 @@ void check_neighborhoods(const Matrix<double>& points, const Matrix<double>& cen
     for (std::size_t k = 0; k < centers.size(); ++k) require(std::isfinite(centers.data()[k]), "a center is not finite");
 }
 
-// Call `visit` with the offset from a center to each point within reach of it.
+// Call `visit` with the offset from a center to each point within reach of it, until it returns false. About half of those in the cells are, and no processor
+// foresees which: all are written down, each in the place of the one before if that is too far away.
 template <class Visit>
 void for_each_offset(const Cells& cells, const double* center, double reach, Visit visit) {
-    cells.for_each_around(center, reach, [&](Index k) {
-        double offset[3];
-        cells.offset(k, center, offset);
-        if (offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] <= reach * reach) visit(offset);
+    std::vector<double> offsets;
+    bool goes_on = true;
+    cells.for_each_run(center, reach, [&](Index begin, Index end) {
+        if (!goes_on) return;
+        offsets.resize(std::max<std::size_t>(offsets.size(), 3 * (end - begin)));
+        double* last = offsets.data();
+        for (Index k = begin; k < end; ++k) {
+            cells.offset(k, center, last);
+            last += last[0] * last[0] + last[1] * last[1] + last[2] * last[2] <= reach * reach ? 3 : 0;
+        }
+        for (const double* offset = offsets.data(); goes_on && offset != last; offset += 3) goes_on = visit(offset);
     });
 }
 
@@ -81,6 +89,7 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
                 sum[i] += offset[i];
                 for (Index j = i; j < 3; ++j) square[3 * i + j] += offset[i] * offset[j];
             }
+            return true;
         });
         counts[s] = count;
         std::copy(sum, sum + 3, mean);
@@ -123,7 +132,6 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
         for (; double(slots) < 2 * left; --shift) slots *= 2;
         table.assign(slots, EMPTY);
         for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) {
-            if (occupied > wanted || !(occupied + left > wanted)) return;
             Index key = 0;
             for (Index k = 0; k < 2; ++k) {
                 double along = 0.0;
@@ -136,6 +144,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
             occupied += table[slot] == EMPTY;
             left -= 1;
             table[slot] = key;
+            return occupied <= wanted && occupied + left > wanted;
         });
         is_filled[s] = occupied > wanted;
     }

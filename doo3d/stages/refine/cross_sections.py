@@ -200,8 +200,8 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
     count : (S,) number of points at each sample, after pooling.
     """
 
-    middle, variance, count, scaled = half_shell_spread(sections.sample, sections.lateral, path, window_half)
-    kurtosis = float(np.mean(scaled**4)) if len(scaled) else DEPTH_IMAGE_KURTOSIS
+    middle, variance, count, fourth = half_shell_spread(sections.sample, sections.lateral, path, window_half)
+    kurtosis = float(np.mean(fourth)) if len(fourth) else DEPTH_IMAGE_KURTOSIS
     factor = float(np.clip(3 - (DEPTH_IMAGE_KURTOSIS - kurtosis) / 0.3, 2.0, 3.0))
     return middle, np.where(count >= MIN_POINTS, np.sqrt(factor * variance), np.nan), count
 
