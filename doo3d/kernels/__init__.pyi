@@ -136,6 +136,17 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
+def blend_layer(picture: Array, layer: Array) -> None:
+    """Blend a transparent layer over a picture in place.
+
+    Parameters
+    ----------
+    picture
+        (H, W, 3) uint8 RGB. Changed in place
+    layer
+        (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity
+    """
+
 def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
     """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
 
@@ -516,6 +527,26 @@ def occupied_cells(points: Floats, centers: Floats, reach: float, origins: Float
     Returns
     -------
     (S,) int64
+    """
+
+def paint_strokes(layer: Array, points: Floats, stops: Ints, colors: Array, blunt: Bools) -> None:
+    """Draw antialiased strokes on a transparent layer in place, one after the other; each replaces what is below it.
+
+    A stroke is a polyline with a half-width at each point, which changes linearly from one to the next; a single point is a disc.
+    Pixel (column, row) has its center at (x, y) = (column, row), and is covered by the part of it that the stroke reaches across.
+
+    Parameters
+    ----------
+    layer
+        (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity. Changed in place
+    points
+        (P, 3) px, the points of all strokes: x, y and half-width
+    stops
+        (S,) int64, the end of each of S strokes in `points`, exclusive; the first begins at 0, others where the last one ended
+    colors
+        (S, 4) uint8, the color of each stroke, premultiplied RGBA
+    blunt
+        (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
     """
 
 def points_near_line(

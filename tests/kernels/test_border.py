@@ -23,6 +23,7 @@ CALLS = {
     "arc_length": (POINTS,),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "bounding_box": (np.ones((3, 3), bool),),
+    "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
@@ -49,6 +50,9 @@ CALLS = {
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "occupied_cells": (POINTS, POINTS[:2], 0.02, np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01),
+    "paint_strokes": (
+        np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
+    ),
     "points_near_line": (POINTS, np.zeros(3), np.eye(3)[0], 1.0, 1.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),

@@ -22,6 +22,7 @@ void bind_segment_lengths(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_ribbons(nb::module_&);
 void bind_small_regions(nb::module_&);
+void bind_strokes(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
@@ -48,6 +49,7 @@ NB_MODULE(_native, m) {
     bind_skeleton_graph(m);
     bind_ribbons(m);
     bind_small_regions(m);
+    bind_strokes(m);
     bind_thinning(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
