@@ -49,5 +49,6 @@ def video(
     written = write_video(opened, out, fps, codec, skip_failed, with_progress)
     Products(results).add([out])
     failed = f" ({written.failed} failed, {'left out' if skip_failed else 'shown as such'})" if written.failed else ""
+    failed += f" ({written.undrawn} without a picture left out)" if written.undrawn else ""
     frames = f"{written.frames} frame{'' if written.frames == 1 else 's'}"
     typer.echo(f"{frames}{failed}, {written.fps:g} per second, {written.size[0]}x{written.size[1]} -> {out}")

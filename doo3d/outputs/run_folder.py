@@ -9,7 +9,7 @@ from typing import Any
 
 from ..config import Config
 from ..errors import InputError
-from . import CONFIG, JOURNAL, MANIFEST
+from . import CONFIG, JOURNAL, MANIFEST, PICTURES, SUFFIXES
 from .atomic import PREFIX, write_bytes, write_text
 from .detection_json import dumps
 from .folder_checks import check_writable, lies_in_input, remove_files
@@ -25,11 +25,11 @@ from .torn_manifest import TORN_NOTE, is_torn, restored_manifest, run_digests
 class ResultsFolder:
     """The folder that a run writes its results to, frame after frame; an interrupted run resumes from it.
 
-    It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (input, versions, and outcome of each
-    frame) and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
-    journal, which is written after its files. All files but the journal are the same, byte for byte, for the same input and
-    configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block, which removes
-    the lock, and the folder if it was made for this run and nothing was written.
+    It holds `<frame>.json` and, if it is wanted, `<frame>.jpg` for each frame, `config.yaml`, `manifest.json` (input, versions,
+    outcome of each frame) and `progress.jsonl`, the journal with one line per finished frame. A frame is finished once its line
+    is in the journal, which is written after its files. All files but the journal are the same, byte for byte, for the same
+    input and configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block,
+    which removes the lock, and the folder if it was made for this run and nothing was written.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ class ResultsFolder:
         line
             the frame's line in the journal: a dict with at least "name" and "status".
         files
-            suffix of a file -> content, such as {".json": b"...", ".png": b"..."}; None for a frame that failed.
+            suffix of a file -> content, such as {".json": b"...", ".jpg": b"..."}; None for a frame that failed.
 
         Raises
         ------
@@ -197,6 +197,9 @@ class ResultsFolder:
             else:
                 for suffix, content in files.items():
                     write_bytes(self.file(name, suffix), content)
+                for path in (self.file(name, SUFFIXES[kind]) for kind in PICTURES if SUFFIXES[kind] not in files):
+                    if path.exists():  # of an earlier run
+                        path.unlink()
                 line = line | {"files": file_checks(files)}
             self._journal.add(line | {"run": self._run})
             self._lock.touch()
@@ -217,6 +220,34 @@ class ResultsFolder:
             self._journal.add(self.later[name])
         except OSError as error:
             raise self._unwritable(error) from None
+
+    def amend(self, name: str, line: dict[str, Any], files: dict[str, bytes]) -> None:
+        """Write further files of a frame in `done` or `later`, then its line in the journal once more.
+
+        Parameters
+        ----------
+        name
+            name of the frame.
+        line
+            the frame's line in the journal, as for `add`.
+        files
+            suffix of a file -> content, such as {".jpg": b"..."}.
+
+        Raises
+        ------
+        InputError
+            the disk is full or the folder may not be written to.
+        """
+        lines = self.done if name in self.done else self.later
+        try:
+            self._start()
+            for suffix, content in files.items():
+                write_bytes(self.file(name, suffix), content)
+            lines[name] = lines[name] | line | {"files": lines[name].get("files", {}) | file_checks(files)}
+            self._journal.add(lines[name])
+        except OSError as error:
+            raise self._unwritable(error) from None
+        self._repeats = True
 
     def finish(self, values: dict[str, Any]) -> None:
         """Write the manifest of the finished run, and `config.yaml`.

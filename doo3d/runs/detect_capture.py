@@ -14,9 +14,10 @@ from ..inputs import Capture, ReadOptions, open_capture
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
 from ..sequence.fused_capture import fused_capture
-from ..types.arguments import each, file_path, flag, number, refused, whole
+from ..types.arguments import each, file_path, flag, number, refused, text, whole
 from .frame_record import FrameRecord
 from .option_checks import check_one_mode, check_pose_use
+from .pictures import Pictures
 from .run import RunSummary
 from .run import run as run_capture
 from .run_options import RunOptions
@@ -47,6 +48,8 @@ def run(
     restart: bool = False,
     retry_failed: bool = False,
     time_limit: float | None = DEFAULT_SECONDS,
+    pictures: str = "all",
+    picture_format: str = "jpg",
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,
 ) -> RunSummary:
@@ -60,7 +63,7 @@ def run(
     capture
         path of a capture, or a capture as `open_capture` returns it, or a slice of one.
     out
-        folder for `<frame>.json`, `<frame>.png`, `config.yaml` and `manifest.json`; made if missing.
+        folder for `<frame>.json`, `<frame>.jpg`, `config.yaml` and `manifest.json`; made if missing.
     config
         the settings, as `detect` takes them.
     mask
@@ -89,6 +92,12 @@ def run(
         do frames again that failed in an earlier run.
     time_limit
         s after which a frame fails; None for no limit.
+    pictures
+        frames that get a picture: "all"; "failed", those without a chain, with a chain whose confidence is below 0.5, or with a
+        note; "none"; or "every:10", the first and every tenth after it. Pictures that are missing of frames that an earlier run
+        finished are drawn from its results.
+    picture_format
+        "jpg" or "png", which takes ten times as long to write.
     force
         write into `out` even if it holds something else.
     progress
@@ -126,6 +135,7 @@ def run(
             raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
         if not isinstance(scheduler, str | None):
             raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
+        drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera))
@@ -143,6 +153,7 @@ def run(
             force=force,
             retry_failed=retry_failed,
             time_limit=time_limit,
+            pictures=drawn,
         )
         if sequence:
             summary = run_sequence(chosen, folder, settings, remarks.of_pass, options)

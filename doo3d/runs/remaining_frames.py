@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -18,7 +18,8 @@ from ..types import Detection
 from .executor import Executor
 from .frame_record import OK, FrameRecord
 from .methods import Method, detect_alone
-from .process_frames import process_frames
+from .pictures import Pictures
+from .process_frames import EVERYTHING, process_frames
 
 
 def remaining_frames(
@@ -29,6 +30,7 @@ def remaining_frames(
     folder: ResultsFolder,
     method: Method = detect_alone,
     thorough: frozenset[str] = frozenset(),
+    pictures: Mapping[str, Pictures] = EVERYTHING,
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame that is to be done, in order; the others are confirmed in the folder.
 
@@ -52,11 +54,13 @@ def remaining_frames(
         how the chains of a frame are found.
     thorough
         names of the frames to look at thoroughly; see `detect_frame`.
+    pictures
+        whether pictures are drawn; see `process_frames`.
     """
     position = 0
     while position < len(frames):
         group = list(takewhile(lambda frame: frame.name not in folder.later, frames[position:]))
-        yield from process_frames(group, config, executor, tracker, method, thorough)
+        yield from process_frames(group, config, executor, tracker, method, thorough, pictures)
         position += len(group)
         while position < len(frames) and frames[position].name in folder.later:
             name = frames[position].name
@@ -64,7 +68,7 @@ def remaining_frames(
                 state, same = tracker.state, _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
                 if not same:
                     later = Tracker(config.tracking, state)
-                    yield from process_frames(frames[position:], config, executor, later, method, thorough)
+                    yield from process_frames(frames[position:], config, executor, later, method, thorough, pictures)
                     return
             folder.keep(name)
             position += 1

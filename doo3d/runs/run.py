@@ -29,6 +29,7 @@ from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .methods import Method, detect_alone
+from .missing_pictures import draw_missing
 from .remaining_frames import remaining_frames
 from .run_options import RunOptions
 from .select_executor import select_executor
@@ -125,7 +126,7 @@ def run(
     capture
         the capture, as returned by `open_capture`.
     out
-        folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
+        folder for `<frame>.json`, `<frame>.jpg`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
         Frames that an earlier run with the same arguments finished there are not done again.
     config
         configuration of the detection.
@@ -163,9 +164,11 @@ def run(
             options.resumed(list(records.values()))
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
-        with _executor(options if frames else replace(options, executor=SerialExecutor())) as chosen:
-            thorough = thorough_frames(names)
-            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough):
+        with _executor(options, len(frames)) as chosen:
+            thorough, pictures = thorough_frames(names), options.pictures.of_frames(names)
+            for record in draw_missing(capture.frames, pictures, records, chosen, folder, options.note):
+                records[record.name] = record
+            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough, pictures):
                 folder.add(record.name, record.to_journal(), files)
                 records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
                 options.report(record)
@@ -199,10 +202,12 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
     )
 
 
-def _executor(options: RunOptions) -> AbstractContextManager[Executor]:
-    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block."""
+def _executor(options: RunOptions, frames: int) -> AbstractContextManager[Executor]:
+    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block with so many frames to do."""
     if options.executor is not None:
         return nullcontext(options.executor)
+    if not frames:
+        return nullcontext(SerialExecutor())
     return select_executor(options.workers, options.scheduler, options.time_limit)
 
 

@@ -40,6 +40,8 @@ class Video:
         number of frames in the video.
     failed
         number of failed frames of the run, whether the video shows or skips them.
+    undrawn
+        number of frames of which no picture was drawn, which the video skips.
     fps
         frames per second.
     size
@@ -48,6 +50,7 @@ class Video:
 
     frames: int
     failed: int
+    undrawn: int
     fps: float
     size: tuple[int, int]
 
@@ -63,7 +66,8 @@ def write_video(
     """Write the pictures of a run as a video; an existing file is replaced.
 
     The video has the size of the first picture, rounded down to even numbers. Pictures of another size are scaled to fit, with
-    black bars. A failed frame is shown as a dark picture with the frame's name and the reason.
+    black bars. A failed frame is shown as a dark picture with the frame's name and the reason. Frames without a picture are
+    left out.
 
     Parameters
     ----------
@@ -85,7 +89,7 @@ def write_video(
     Returns
     -------
     Video
-        numbers of frames and of failed frames, rate and size of the video.
+        numbers of frames, of failed ones and of those without a picture, rate and size of the video.
 
     Raises
     ------
@@ -104,7 +108,11 @@ def write_video(
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps {fps}: expected a number above zero", code="value-out-of-bounds")
     statuses = frame_statuses(results)
-    frames = [frame for frame in statuses if not (skip_failed and frame.error is not None)]
+    frames = [frame for frame in statuses if frame.picture is not None or (frame.error is not None and not skip_failed)]
+    undrawn = sum(frame.picture is None and frame.error is None for frame in statuses)
+    if undrawn and all(frame.picture is None for frame in frames):
+        remedy = "repeat the doo3d detect command with --pictures all"
+        raise InputError(f"{results.path}: holds no pictures to show, none were drawn", code="picture-missing", remedy=remedy)
     if not frames:
         raise InputError(f"{results.path}: holds no frame to show", code="results-empty")
     fps = fps or _rate([frame.timestamp for frame in statuses])
@@ -116,7 +124,7 @@ def write_video(
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-    return Video(len(frames), sum(frame.error is not None for frame in statuses), fps, size)
+    return Video(len(frames), sum(frame.error is not None for frame in statuses), undrawn, fps, size)
 
 
 def _write(

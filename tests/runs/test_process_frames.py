@@ -95,7 +95,7 @@ def test_frames_come_back_in_order_from_jobs_of_several():
     executor = Shuffled(max_jobs=6)
     made = processed(executor)
     assert [record.name for record, _ in made] == [f"{i:03d}" for i in range(50)]
-    assert all(files.keys() == {".json", ".png"} for _, files in made)
+    assert all(files.keys() == {".json", ".jpg"} for _, files in made)
     assert executor.most <= 6
     assert executor.open == 0
     for name in ("detect_frame", "render_frame"):

@@ -113,6 +113,7 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         "time": frame.timestamp,
         "seconds": frame.seconds,
         "stages": frame.stages,
+        **({"file": frame.picture and frame.picture.name} if frame.error is None else {}),
     }
     if frame.error is not None:
         return values
