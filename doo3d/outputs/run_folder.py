@@ -10,7 +10,7 @@ from typing import Any
 from ..config import Config
 from ..errors import InputError
 from . import CONFIG, JOURNAL, MANIFEST, PICTURES, SUFFIXES
-from .atomic import PREFIX, write_bytes, write_text
+from .atomic import PREFIX, flush_to_disk, write_bytes, write_text
 from .detection_json import dumps
 from .folder_checks import check_writable, lies_in_input, remove_files
 from .input_state import InputState
@@ -87,6 +87,7 @@ class ResultsFolder:
         self._run = run_digests(self._identity)
         self._journal = Journal(path / JOURNAL)
         self._early_failures: list[Line] = []
+        self._unflushed: list[Path] = []
         self._started = self._repeats = False
         check_writable(path)
         if lies_in_input(path, Path(source["path"])):
@@ -196,7 +197,7 @@ class ResultsFolder:
                 line = line | {"inputs": self._inputs.of_frame(name)}
             else:
                 for suffix, content in files.items():
-                    write_bytes(self.file(name, suffix), content)
+                    self._write(self.file(name, suffix), content)
                 for path in (self.file(name, SUFFIXES[kind]) for kind in PICTURES if SUFFIXES[kind] not in files):
                     if path.exists():  # of an earlier run
                         path.unlink()
@@ -242,7 +243,7 @@ class ResultsFolder:
         try:
             self._start()
             for suffix, content in files.items():
-                write_bytes(self.file(name, suffix), content)
+                self._write(self.file(name, suffix), content)
             lines[name] = lines[name] | line | {"files": lines[name].get("files", {}) | file_checks(files)}
             self._journal.add(lines[name])
         except OSError as error:
@@ -266,6 +267,7 @@ class ResultsFolder:
         try:
             if self._repeats:
                 self._tidy_journal()
+            flush_to_disk(self._unflushed)
             write_text(self.path / CONFIG, self._config.to_yaml())
             write_text(self.path / MANIFEST, text)
         except OSError as error:
@@ -282,6 +284,14 @@ class ResultsFolder:
         with contextlib.suppress(OSError):
             for name in (JOURNAL, CONFIG, MANIFEST):
                 (self.path / name).unlink(missing_ok=True)
+
+    def _write(self, path: Path, content: bytes) -> None:
+        """Write a file of a frame; it is flushed to the disk by `finish`.
+
+        After a power failure before that, the check in the journal tells an incomplete file, and its frame is done again.
+        """
+        write_bytes(path, content, False)
+        self._unflushed.append(path)
 
     def _remove_created(self) -> None:
         """Remove the folders that were made for this run, as far as they are empty."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..outputs import PICTURES
+from ..plausibility import METHOD, topic_of
 from ..types.display import DOUBTFUL_CONFIDENCE
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ class Pictures:
     Attributes
     ----------
     frames
-        "all"; "failed": frames without a chain, with a doubtful chain (confidence below 0.5) or with a note; "none"; or "every".
+        "all"; "failed": frames without a chain, with a doubtful chain (confidence below 0.5) or with a note that tells more than
+        the method of segmentation; "none"; or "every".
     step
         with "every", the first frame and every so many after it.
     kind
@@ -67,8 +69,10 @@ class Pictures:
 
     def wants(self, record: FrameRecord) -> bool:
         """Return whether a frame that was detected gets a picture; the choice is one for the frame, from `at`."""
-        is_failed = not record.lengths or bool(record.notes) or min(record.confidences, default=1.0) < DOUBTFUL_CONFIDENCE
-        return self.frames == ALL or (self.frames == FAILED and is_failed)
+        if self.frames != FAILED:
+            return self.frames == ALL
+        is_noted = any(topic_of(note) != METHOD for note in record.notes)
+        return is_noted or not record.lengths or min(record.confidences, default=1.0) < DOUBTFUL_CONFIDENCE
 
 
 ALL_PICTURES = Pictures()

@@ -105,12 +105,19 @@ def process_frames(
             calls = [(frame, config, method, frame.name in thorough) for frame in group]
             detecting.append((group, executor.submit(detect_frame, calls)))
             submitted += len(group)
-        if detecting and (not rendering or detecting[0][1].done()):
-            rendering.append(_Rendering(*detecting.popleft(), executor, tracker, pictures))
-        elif rendering:
+        has_work = bool(detecting) and (executor.works_here or detecting[0][1].done())
+        if (rendering and not has_work) or (rendering and executor.works_here and rendering[0].done()):
             for record, files in rendering.popleft().results():
                 size.add(record.seconds)
                 yield record, files
+        elif detecting:
+            try:
+                rendering.append(_Rendering(*detecting.popleft(), executor, tracker, pictures))
+            except KeyboardInterrupt:
+                if executor.works_here:  # the frames before are as good as done
+                    for detected in rendering:
+                        yield from detected.results()
+                raise
         else:
             return
 
@@ -145,6 +152,10 @@ class _Rendering:
         pairs = zip(frames, self._detected, strict=True)
         calls = [(frame, each, pictures.get(frame.name, ALL_PICTURES)) for frame, each in pairs if each.detection is not None]
         self._job = executor.submit(render_frame, calls, job) if calls else None
+
+    def done(self) -> bool:
+        """Return whether the files are made."""
+        return self._job is None or self._job.done()
 
     def results(self) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
         """Wait for the files, and yield the record and the files of each frame; a frame that failed has no files."""

@@ -11,12 +11,12 @@ import numpy as np
 from ..config import Config
 from ..inputs import FrameRef
 from ..outputs import SUFFIXES
-from ..outputs.run_folder import ResultsFolder
 from ..outputs.run_reader import read_detection
 from ..sequence.tracking import Tracker
 from ..types import Detection
 from .executor import Executor
 from .frame_record import OK, FrameRecord
+from .frame_writer import FrameWriter
 from .methods import Method, detect_alone
 from .pictures import Pictures
 from .process_frames import EVERYTHING, process_frames
@@ -27,7 +27,7 @@ def remaining_frames(
     config: Config,
     executor: Executor,
     tracker: Tracker | None,
-    folder: ResultsFolder,
+    writer: FrameWriter,
     method: Method = detect_alone,
     thorough: frozenset[str] = frozenset(),
     pictures: Mapping[str, Pictures] = EVERYTHING,
@@ -48,8 +48,8 @@ def remaining_frames(
         does the jobs.
     tracker
         gives chains their ids, in its state after `folder.done`; None for frames that are not a sequence.
-    folder
-        the folder of the run.
+    writer
+        the writer of the run, which writes what is yielded before the next frame is asked for.
     method
         how the chains of a frame are found.
     thorough
@@ -57,7 +57,7 @@ def remaining_frames(
     pictures
         whether pictures are drawn; see `process_frames`.
     """
-    position = 0
+    folder, position = writer.folder, 0
     while position < len(frames):
         group = list(takewhile(lambda frame: frame.name not in folder.later, frames[position:]))
         yield from process_frames(group, config, executor, tracker, method, thorough, pictures)
@@ -70,7 +70,7 @@ def remaining_frames(
                     later = Tracker(config.tracking, state)
                     yield from process_frames(frames[position:], config, executor, later, method, thorough, pictures)
                     return
-            folder.keep(name)
+            writer.keep(name)
             position += 1
 
 

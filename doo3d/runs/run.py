@@ -1,13 +1,13 @@
 """One run: every frame of a capture through the method; results and manifest into a folder.
 
-Frames are worked on by this process or by workers, and written by this process, in order. A frame that fails does not stop
-the run. Interrupted runs resume: call `run` again with the same arguments.
+Frames are worked on by this process or by workers, and written by a thread of this process, in order. A frame that fails does
+not stop the run. Interrupted runs resume: call `run` again with the same arguments.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
+from .frame_writer import MAX_WAITING, FrameWriter
 from .methods import Method, detect_alone
 from .missing_pictures import draw_missing
 from .remaining_frames import remaining_frames
@@ -168,10 +169,19 @@ def run(
             thorough, pictures = thorough_frames(names), options.pictures.of_frames(names)
             for record in draw_missing(capture.frames, pictures, records, chosen, folder, options.note):
                 records[record.name] = record
-            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough, pictures):
-                folder.add(record.name, record.to_journal(), files)
-                records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
-                options.report(record)
+            with FrameWriter(folder) as writer:
+
+                def report(max_waiting: int) -> None:
+                    for record in writer.written(max_waiting):
+                        records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
+                        options.report(record)
+
+                try:
+                    for frame in remaining_frames(frames, config, chosen, tracker, writer, method, thorough, pictures):
+                        writer.add(*frame)
+                        report(MAX_WAITING)
+                finally:
+                    report(0)
         summary = RunSummary(tuple(records[name] for name in names))
         if summary.succeeded:
             entries = [record.to_dict() for record in summary.records]
@@ -207,7 +217,7 @@ def _executor(options: RunOptions, frames: int) -> AbstractContextManager[Execut
     if options.executor is not None:
         return nullcontext(options.executor)
     if not frames:
-        return nullcontext(SerialExecutor())
+        return closing(SerialExecutor())
     return select_executor(options.workers, options.scheduler, options.time_limit)
 
 

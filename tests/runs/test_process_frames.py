@@ -52,7 +52,7 @@ def test_jobs_become_smaller_towards_the_end(workers):
 class Shuffled:
     """An executor whose jobs are done in another order than they came in; frames named in `lost` kill their worker."""
 
-    workers, max_frames_per_job = 2, 64
+    workers, max_frames_per_job, works_here = 2, 64, False
 
     def __init__(self, max_jobs, lost=()):
         self.max_jobs, self.lost = max_jobs, lost
